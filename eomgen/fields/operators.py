@@ -70,7 +70,8 @@ class LinearOperator:
         if self.symbol is None:
             spread = 1.0
         else:
-            spread = float(np.sum(np.abs(self.symbol) ** 2 * self.mesh.weights)) / self.mesh.size
+            with np.errstate(over="ignore"):
+                spread = float(np.sum(np.abs(self.symbol) ** 2 * self.mesh.weights)) / self.mesh.size
         return spread if self.mask is None else spread * float(np.mean(self.mask**2))
 
     def dot_test(self, generator: np.random.Generator) -> float:

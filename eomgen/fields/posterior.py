@@ -285,7 +285,8 @@ class FieldPosterior:
         inverse = 1.0 if mass is None else 1.0 / mass
         before, value = self.products, self.energy(x)
         if not math.isfinite(value):
-            raise NumericalError(Problem("mode", f"U is {value} at the start", "another start, as None for 0"))
+            hint = "another start, or an energy that is finite there"
+            raise NumericalError(Problem("mode", f"U is {value} at the start", hint))
         slope = math.inf
         for iteration in range(iterations + 1):
             gradient = self.gradient(x)

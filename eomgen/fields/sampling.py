@@ -42,6 +42,11 @@ _WATCHED = 20
 #: Largest number of halvings of the step until a trajectory is accepted.
 _HALVINGS = 30
 
+#: Seeds are words of 64 bits with a sign.
+MOST_SEED = 2**63 - 1
+#: Where U has no business: an energy without a lower bound has no distribution, and chains fall for ever.
+_LOWEST = -1e50
+
 First = Literal["random", "drift", "kick"]
 #: Asked between gradients whether to stop.
 Stop = Callable[[], bool]
@@ -142,7 +147,7 @@ class Sampler:
             ("jitter", jitter, 0.0 <= jitter < 1.0, "from 0 to below 1"),
             ("guard", guard, guard > 0.0, "above 0, as 0.9"),
             ("chains", chains, chains >= 1, "from 1 on"),
-            ("seed", seed, seed >= 0, "from 0 on"),
+            ("seed", seed, 0 <= seed <= MOST_SEED, f"from 0 to {MOST_SEED}"),
         ):
             if not fine:
                 raise UsageError(Problem(f"Sampler: {name}", f"{value:.6g} cannot be", bound))
@@ -315,6 +320,10 @@ class Sampler:
         error = potential + 0.5 * posterior.norm(momenta, self._inverse) - energy
         error = error if math.isfinite(error) else math.inf
         accepted = uniform[3] < math.exp(-max(error, 0.0))
+        if accepted and potential < _LOWEST:
+            what = f"chain {chain.number} has come down to U = {potential:.3g}: the energy of a cell has no lower bound"
+            hint = "an energy that grows on both sides, or falls slower than s^2"
+            raise NumericalError(Problem("Sampler", what, hint))
         if accepted:
             chain.spectrum[...] = moved
             chain.potential = potential

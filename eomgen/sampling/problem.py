@@ -33,6 +33,10 @@ from eomgen.formula.nodes import Formula
 from eomgen.scene.hamiltonian.fields import DRAWN, OF_PLACES, OF_WAVES, VARIANCE, Data, FieldSystem, Operator, Table
 from eomgen.text import counted, listed, nearest
 
+#: What is said of files that NumPy cannot read, whose own words are of pickles.
+_NO_ARRAY = ("this is no .npy file of numbers", "numpy.save of an array of real numbers")
+#: What helps where numbers run out.
+_SMALLER = "a smaller power"
 #: Half spectra that a trajectory and Newton's method hold at most, besides the chains.
 _SPECTRA = 9
 #: Fields that a record of samples and what is made of it hold: mean, squares, change, deviation, and one beside.
@@ -181,9 +185,21 @@ class _Making:
         elif item.kind == "filter":
             made = LinearOperator("filter", mesh, self.filter(item))
         else:
-            power = self.tabled(item.table) if item.table is not None else self.of_waves(item, 1.0)
+            power = self.tabled(item.table) if item.table is not None else self.power(item)
             made = (amplitude if item.kind == "power" else lognormal_amplitude)(mesh, power)
-        return made @ self.operators[item.of] if item.of else made
+        made = made @ self.operators[item.of] if item.of else made
+        if not math.isfinite(made.variance):
+            raise ModelError(Problem("operator", f"the variance of the field {item.name} is {made.variance}", _SMALLER))
+        return made
+
+    def power(self, item: Operator) -> Array:
+        """Return a power spectrum by formula, which has to be the same at k and at -k. Raises ModelError."""
+        values, turned = (self.of_waves(item, sign) for sign in (1.0, -1.0))
+        finite = np.isfinite(values) & np.isfinite(turned)
+        if not np.allclose(values[finite], turned[finite], rtol=1e-12, atol=1e-300):
+            what = "the power is not the same at k and at -k, and that of a real field is"
+            raise ModelError(Problem("power", what, "a formula of k, or of squares of kx"))
+        return values
 
     def filter(self, item: Operator) -> Array:
         """Return a real filter, which has to be the same at k and at -k. Raises ModelError."""
@@ -289,8 +305,8 @@ class _Making:
             stored = np.load(path, mmap_mode="r", allow_pickle=False)
         except OSError as error:
             raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
-        except (ValueError, EOFError, SyntaxError) as error:
-            raise FileError(Problem(str(path), f"this is no .npy file: {error}", "numpy.save")) from None
+        except (ValueError, EOFError, SyntaxError):
+            raise FileError(Problem(str(path), *_NO_ARRAY)) from None
         if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "biuf":
             kind = stored.dtype if isinstance(stored, np.ndarray) else "an archive"
             raise FileError(Problem(str(path), f"{kind} are no real numbers", "an array of real numbers"))
@@ -317,9 +333,11 @@ class _Making:
             least = -math.inf if item.kind == "normal" else 0.0
             key = self.system.place(f"data.{item.name}")
             for name, values, low in [("mean", mean, least), *((DRAWN[item.kind], values, 0.0) for values in spread)]:
-                if not np.all(np.isfinite(values)) or float(values.min()) < low:
+                above = name == "beta"  # 0 is no shape of a distribution
+                if not np.all(np.isfinite(values)) or float(values.min()) < low or (above and not values.all()):
                     what = f"the {name} of what is drawn is {float(values.min()):.6g} somewhere, or not finite"
-                    raise ModelError(Problem(key, what, "a formula of finite values" + ("" if low else " from 0 on")))
+                    bound = " above 0" if above else "" if low else " from 0 on"
+                    raise ModelError(Problem(key, what, f"a formula of finite values{bound}"))
             stream = np.random.Generator(np.random.Philox(key=[seed, number + 1]))
             with _at(self.system, f"data.{item.name}"):
                 self.data[item.name] = self.checked(item, _drawn(item, stream, mean, spread))
@@ -332,8 +350,9 @@ def _drawn(item: Data, stream: np.random.Generator, mean: Array, spread: list[Ar
         if item.kind == "negative_binomial":
             return stream.poisson(stream.gamma(spread[0], mean / spread[0])).astype(float)
         return stream.poisson(mean).astype(float)
-    except ValueError as error:
-        raise ModelError(Problem(f"data.{item.name}", str(error), "a smaller mean")) from None
+    except ValueError:  # of NumPy, whose whole numbers end there
+        what = f"the mean of what is drawn is {float(mean.max()):.6g} somewhere, too large for whole numbers"
+        raise ModelError(Problem(f"data.{item.name}", what, "a smaller mean")) from None
 
 
 def start_fields(path: Path, problem: FieldProblem, chains: int) -> list[Complex]:
@@ -343,8 +362,8 @@ def start_fields(path: Path, problem: FieldProblem, chains: int) -> list[Complex
         stored = np.load(path, allow_pickle=False)
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
-    except (ValueError, EOFError, SyntaxError) as error:
-        raise FileError(Problem(str(path), f"this is no .npy file: {error}", "numpy.save of a white field")) from None
+    except (ValueError, EOFError, SyntaxError):
+        raise FileError(Problem(str(path), *_NO_ARRAY)) from None
     cells = problem.mesh.cells
     if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "biuf":
         raise FileError(Problem(str(path), "this is no array of real numbers", "numpy.save of a white field"))

@@ -14,9 +14,27 @@ with P = (d W - g s)/(g K tanh Kh - W^2), and eta2 = (d + W P)/g cos psi.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from eomgen.arrays import Array
+
+#: A / (k^2 h^3) from which on second order is not enough.
+MOST_URSELL = 0.1
+
+
+def beyond_second_order(vectors: Array, amplitude: Array, depth: float) -> str:
+    """Return what is said of waves over so shallow water, depth in m, that second order is not enough; empty where it
+    is: A / (k^2 h^3) of all amplitudes together and of the wave number of the largest wave."""
+    if not math.isfinite(depth) or not np.any(amplitude):
+        return ""
+    k = float(np.hypot(*vectors[np.argmax(amplitude)]))
+    ursell = math.sqrt(float(np.sum(amplitude**2))) / (k**2 * depth**3)
+    if not ursell > MOST_URSELL:
+        return ""
+    what = f"A / (k^2 h^3) = {ursell:.3g} for the largest wave, k = {k:.4g} rad/m; an expansion of second order holds"
+    return f"{what} below {MOST_URSELL:g}. Lower waves or deeper water"
 
 
 def bound_waves(

@@ -21,6 +21,8 @@ from eomgen.sea_states.components import STANDARD_GRAVITY, Components
 BAND = (0.5, 3.0)
 #: Wave lengths of the peak after which a sea of one direction repeats itself.
 REPEATED_AFTER = 32.0
+#: Exponent of a spreading from which on directions are less than a tenth of a degree apart.
+MOST_EXPONENT = 1e6
 #: Gauss-Legendre's nodes in each of the pieces into which parts of a band are cut.
 _NODES, _PIECES = 4, 4
 
@@ -150,6 +152,9 @@ class Spreading:
     def __post_init__(self) -> None:
         if not self.exponent > 0.0 or not math.isfinite(self.exponent):
             raise UsageError(Problem("Spreading: exponent", f"{self.exponent:.6g} is not above 0"))
+        if self.exponent > MOST_EXPONENT:
+            what = f"{self.exponent:.6g} is above {MOST_EXPONENT:.6g}"
+            raise UsageError(Problem("Spreading: exponent", what, "no spreading at all for one direction"))
         if self.directions < 2:
             what = f"{self.directions} is less than two"
             raise UsageError(Problem("Spreading: directions", what, "no spreading at all for one direction"))
@@ -305,13 +310,17 @@ def divided(
         what = f"{depth:.6g} m is not above 0"
         raise UsageError(Problem("divided: depth", what, "math.inf for water without a bottom"))
     edges = spectrum.peak * np.geomspace(band[0], band[1], components + 1)
-    # Gauss-Legendre's rule over each part, in pieces, since a spectrum may bend at its peak
+    # Gauss-Legendre's rule over each part, in pieces, since a spectrum may bend at its peak; a table does at its points
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     fine = np.concatenate([np.linspace(a, b, _PIECES, endpoint=False) for a, b in itertools.pairwise(edges)])
+    if isinstance(spectrum, SpectrumTable):
+        points = spectrum.frequencies
+        fine = np.union1d(fine, points[(points > edges[0]) & (points < edges[-1])])
     widths = np.diff(np.append(fine, edges[-1]))
     w = fine[:, None] + 0.5 * widths[:, None] * (1.0 + nodes)
-    parts = (spectrum.density(w) * weights * 0.5 * widths[:, None]).reshape(components, -1)
-    energy, first = parts.sum(axis=1), (parts * w.reshape(components, -1)).sum(axis=1)
+    pieces = spectrum.density(w) * weights * 0.5 * widths[:, None]
+    starts = np.searchsorted(fine, edges[:-1])
+    energy, first = (np.add.reduceat(part.sum(axis=1), starts) for part in (pieces, pieces * w))
     if not energy.sum() > 0.0:
         raise UsageError(Problem("divided: band", f"the spectrum is zero from {edges[0]:.6g} to {edges[-1]:.6g} rad/s"))
     kept = energy > 0.0

@@ -10,13 +10,12 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
+from eomgen.sea_states.bound_waves import beyond_second_order
 from eomgen.sea_states.components import STANDARD_GRAVITY, Components
 from eomgen.waves.pairs import ENTRIES
 
 #: Bytes of the table of pairs at most.
 MOST_MEMORY = 2_000_000_000
-#: A / (k^2 h^3) from which on second order is not enough.
-MOST_URSELL = 0.1
 
 
 def check_points(where: str, points: ArrayLike) -> None:
@@ -68,14 +67,5 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
 
 def warn_of_shallow_water(vectors: Array, amplitude: Array, depth: float) -> None:
     """Warn where second order is not enough for the largest of some waves."""
-    if not math.isfinite(depth) or not np.any(amplitude):
-        return
-    k = float(np.hypot(*vectors[np.argmax(amplitude)]))
-    ursell = math.sqrt(float(np.sum(amplitude**2))) / (k**2 * depth**3)
-    if ursell > MOST_URSELL:
-        warnings.warn(
-            f"Sea: A / (k^2 h^3) = {ursell:.3g} for the largest wave, k = {k:.4g} rad/m; an expansion of second"
-            f" order holds below {MOST_URSELL:g}. Lower waves or deeper water",
-            RuntimeWarning,
-            stacklevel=4,
-        )
+    if what := beyond_second_order(vectors, amplitude, depth):
+        warnings.warn(f"Sea: {what}", RuntimeWarning, stacklevel=4)

@@ -284,7 +284,10 @@ COUNTS = np.ones(MESH.cells)
             lambda: FieldPosterior(Mesh((4096, 4096, 4096), 1.0), "0", {}),
             "memory: a trajectory on 4096 x 4096 x 4096 cells takes 4.61e+03 GiB, and this machine has",
         ),
-        (lambda: made("log(1e-300*s - 1)").mode(), "mode: U is nan at the start; try: another start"),
+        (
+            lambda: made("log(1e-300*s - 1)").mode(),
+            "mode: U is nan at the start; try: another start, or an energy that is finite there",
+        ),
         (lambda: made("log(1 + s**2)").mode(iterations=0, tolerance=-1.0), "mode: Newton's method has left a gradient"),
     ],
 )

@@ -233,7 +233,8 @@ def test_split_r_hat_sees_chains_apart_and_on_their_way() -> None:
         ({"duration": 0.0}, "Sampler: duration: 0 cannot be; try: above 0"),
         ({"jitter": 1.0}, "Sampler: jitter: 1 cannot be; try: from 0 to below 1"),
         ({"chains": 0}, "Sampler: chains: 0 cannot be; try: from 1 on"),
-        ({"seed": -1}, "Sampler: seed: -1 cannot be; try: from 0 on"),
+        ({"seed": -1}, "Sampler: seed: -1 cannot be; try: from 0 to 9223372036854775807"),
+        ({"seed": 2**63}, "Sampler: seed: 9.22337e+18 cannot be; try: from 0 to 9223372036854775807"),
         ({"first": "both"}, 'Sampler: first: \'both\' is neither; try: "random", "drift" or "kick"'),
         ({"start": "here"}, 'Sampler: start: \'here\' is none; try: "mode", "prior", "zero" or spectra'),
         ({"start": [np.zeros((2, 2))]}, "Sampler: start: 1 spectra are not 1 of the shape (4, 3)"),
@@ -256,3 +257,19 @@ def test_fields_that_are_not_there_cannot_be_watched() -> None:
         sampler.draw(4, "r")
     with pytest.raises(EomgenError, match=r"Sampler\.draw: field: there is no field to watch"):
         Sampler(FieldPosterior(mesh, "0", {}), start="zero").draw(4)
+
+
+@pytest.mark.parametrize("energy", ["-3*s**2", "-s**3"])
+def test_an_energy_without_a_lower_bound_is_told(energy: str) -> None:
+    mesh = Mesh((4, 4), 1.0)
+    sampler = Sampler(FieldPosterior(mesh, energy, {"s": white(mesh)}), mass="prior", seed=1)
+    with pytest.raises(
+        EomgenError, match=r"Sampler: chain 0 has come down to U = -.*: the energy of a cell has no lower"
+    ):
+        sampler.warm_up(200)
+
+
+def test_energies_far_below_zero_are_followed() -> None:
+    mesh = Mesh((4, 4), 1.0)
+    samples = Sampler(FieldPosterior(mesh, "s**2 - 1e40", {"s": white(mesh)}), seed=1).draw(3)
+    assert np.all(samples.potential == -16e40)

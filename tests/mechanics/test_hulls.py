@@ -214,7 +214,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"wet": 12}, r"wet\): 12 m of it move water, and it is 10 m long; try: 10 or less"),
     ({"diameter": 0}, r"diameter\): the diameter of a hull is 0; try: a number above 0"),
     ({"added_mass": -1}, r"the coefficient of added mass is -1; try: 0 or more"),
-    ({"waves": "see"}, r"waves\): there is no waves 'see'"),
+    ({"waves": "see"}, r"waves\): there is no wave 'see'; try: a \[waves\] section"),
     ({"stations": 0}, r"hulls\.column\.stations"),
 ]
 
@@ -224,6 +224,13 @@ def test_what_is_wrong_with_a_hull_is_said_once(changes: dict[str, Any], message
     with pytest.raises(DescriptionError, match=message) as caught:
         from_data(_data(hulls={"column": COLUMN | changes}))
     assert len(caught.value.problems) == 1
+
+
+def test_water_at_rest_is_level_in_z() -> None:
+    with pytest.raises(
+        DescriptionError, match=r"gravity is \[0, 0, 9\.81\]; try: gravity = \[0, 0, -9\.81\], and z up"
+    ):
+        from_data(_data(gravity=[0, 0, 9.81]))
 
 
 def test_the_level_is_that_of_the_waves() -> None:

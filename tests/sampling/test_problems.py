@@ -167,6 +167,7 @@ def message(folder: Path | None = None, **changes: Any) -> str:
     [
         ({"mesh": {}}, "mesh.cells): the numbers of cells are missing; try: 1 to 3 whole numbers from 2 on"),
         ({"mesh__cells": [8, 1]}, "mesh.cells): [8, 1] are no cells of a mesh"),
+        ({"mesh__cells": ["8", "8"]}, "mesh.cells): ['8', '8'] are no cells of a mesh"),
         ({"mesh__cells": [8, 8, 8, 8]}, "mesh.cells): [8, 8, 8, 8] are no cells of a mesh"),
         ({"mesh__length": -1.0}, "mesh.length): -1.0 are no lengths of it"),
         ({"mesh__length": [1.0, 2.0]}, "mesh.length): [1.0, 2.0] are no lengths of it"),
@@ -184,7 +185,9 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"parameters__s_variance": 1.0}, "parameters.s_variance): this is the name of the variance of s"),
         ({"prior": {"white": False}}, "prior.white): the state is independent standard normal numbers"),
         ({"truth": None}, "data.counts): counts is drawn about fields that nothing draws; try: [truth] and seed = 1"),
-        ({"truth__seed": -1}, "truth.seed): -1 is no seed"),
+        ({"truth__seed": -1}, "truth.seed): -1 is no seed; try: a whole number from 0 to 9223372036854775807"),
+        ({"truth__seed": 2**63}, "truth.seed): 9223372036854775808 is no seed; try: a whole number from 0 to"),
+        ({"truth": {}}, "truth): the seed is missing; try: [truth] and seed = 1"),
         ({"data__counts": {"normal": "s"}}, "data.counts): deviation is missing"),
         ({"data__counts": {"poisson": "t"}}, "data.counts.poisson): time t cannot be used here"),
         ({"cell": {}}, "cell.energy): the energy of a cell is missing"),
@@ -197,6 +200,15 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         # what only numbers tell
         ({"operators__s__power": "100 - 300*k"}, "operators.s): the power is -"),
         ({"operators__s__power": "1/k"}, "operators.s): the power is nan at k = 0; try: finite values from 0 on"),
+        ({"operators__s__power": "1e308"}, "operators.s): the variance of the field s is inf; try: a smaller power"),
+        (
+            {"operators__s__power": "exp(-(kx - 0.1)**2)"},
+            "operators.s): the power is not the same at k and at -k, and that of a real field is; try: a formula of k",
+        ),
+        (
+            {"operators__s": {"lognormal_power": "2 + ky*k/abs(k + 1)"}},
+            "operators.s): the power is not the same at k and at -k",
+        ),
         ({"operators__s": {"filter": "kx"}}, "operators.s): the filter is not the same at k and at -k"),
         ({"operators__s": {"filter": "1/k"}}, "operators.s): the filter has no finite value at k = 0"),
         (
@@ -206,7 +218,14 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"data__counts": "-1.0*z", "truth": None}, "data.counts): 240 cells cannot be: -2.5 at (0, 0, 0)"),
         ({"data__counts": "log(x - 10)", "truth": None}, "data.counts): 60 cells cannot be: nan at (0, 0, 0)"),
         ({"data__counts": {"poisson": "s"}}, "data.counts): the mean of what is drawn is -"),
-        ({"data__counts": {"poisson": "1e30"}}, "data.counts): lam value too large"),
+        (
+            {"data__counts": {"poisson": "1e30"}},
+            "data.counts): the mean of what is drawn is 1e+30 somewhere, too large for whole numbers; try: a smaller",
+        ),
+        (
+            {"data__counts": {"negative_binomial": "3", "beta": "0"}},
+            "data.counts): the beta of what is drawn is 0 somewhere, or not finite; try: a formula of finite values a",
+        ),
         ({"mesh__cells": [1000000] * 3}, "mesh.cells): sampling with 2 chains on 1000000 x 1000000 x"),
     ],
 )  # fmt: skip  # a table
@@ -234,11 +253,16 @@ def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
     assert "complex128 are no real numbers" in of_data("complex.npy")
     assert "data.counts): 1 cell cannot be: -2 at (1, 2, 3); try: finite numbers from 0 on" in of_data("below.npy")
     assert problem(tmp_path, data__counts={"file": "below.npy", "minimum": -3.0}, truth=None).posterior.data
-    assert "this is no .npy file" in of_data("text.npy")
+    np.save(tmp_path / "objects.npy", np.array([{}] * 3, dtype=object))
+    (tmp_path / "empty.npy").touch()
+    for file in ("text.npy", "objects.npy", "empty.npy"):
+        assert of_data(file).endswith("this is no .npy file of numbers; try: numpy.save of an array of real numbers")
     assert "none.npy: cannot be read" in of_data("none.npy")
     assert "it has the columns a, b; try: column" in of_data("two.csv")
     assert "two.csv has 1 row, and the mesh 240 cells" in of_data({"file": "two.csv", "column": "a"})
-    assert "'counts.txt' is no file of data" in of_data({"file": "counts.txt"})
+    for entry in ("counts.txt", {"file": "counts.txt"}, "data/counts.fits"):
+        assert ".txt' is no file of data; try: a path that ends" in of_data(entry).replace("fits", "txt")
+    assert problem(tmp_path, data__counts="1.5e1/2.5", truth=None).posterior.data["counts"][0, 0, 0] == 6.0
 
     def of_power(file: str) -> str:
         return message(tmp_path, operators__s={"power": {"file": file}})

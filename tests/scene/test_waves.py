@@ -424,6 +424,14 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         r"order\): 120 waves have 14400 bound waves, more than 10000; try: fewer components or directions",
     ),
     ({"spreading": {"exponent": 0}}, r"the exponent 0 is not positive"),
+    (
+        {"spreading": {"exponent": 1e308}},
+        r"exponent\): with the exponent 1e\+308, above 1e\+06, all waves run one way; try: no spreading",
+    ),
+    (
+        {"spectrum": {"type": "jonswap", "height": 3, "period": 1e300}},
+        r"\(waves\.sea\.spectrum\): at the peak the period 1e\+300 s is not from 1e-06 to 1e\+09 s; try: period = 8",
+    ),
     ({"spectrum": {"type": "jonswap", "height": 3}}, r"jonswap needs period; try: period = 9"),
     (
         {"spectrum": {"type": "jonswap", "height": -3, "period": 9}},
@@ -465,6 +473,13 @@ REGULAR: list[tuple[dict[str, Any], str]] = [
         {"regular": [{"amplitude": 1, "period": 0}]},
         r"regular\[0\]\.period\): the period 0 s is not positive; try: period = 8",
     ),
+    *(
+        (
+            {"regular": [{"amplitude": 0, "period": period}]},
+            rf"regular\[0\]\.period\): the period {text} s is not from 1e-06 to 1e\+09 s; try: period = 8",
+        )
+        for period, text in ((1e300, r"1e\+300"), (1e-300, "1e-300"))
+    ),
     ({"regular": [{"amplitude": -1, "period": 8}]}, r"the amplitude -1 m is negative; try: the phase \+ pi"),
     (
         {"regular": [{"amplitude": 1, "period": 8}, {"amplitude": 3, "period": 4}]},
@@ -489,6 +504,39 @@ def test_waves_need_gravity() -> None:
         DescriptionError, match=r"waves need gravity, and the scene has none; try: gravity = \[0, 0, -9"
     ):
         _scene(gravity=[0, 0, 0])
+
+
+@pytest.mark.parametrize("gravity", [[0, -9.81, 0], [0, 0, 9.81], [1, 0, -9.81], [0, 1e-6, -9.81]])
+def test_water_is_level_in_z(gravity: list[float]) -> None:
+    with pytest.raises(DescriptionError, match=r"\(gravity\): water at rest is level in z and below the air") as caught:
+        _scene(gravity=gravity)
+    assert len(caught.value.problems) == 1
+    (problem,) = caught.value.problems
+    assert problem.hint == f"gravity = [0, 0, {-math.hypot(*gravity):.6g}], and z upwards"
+
+
+def test_gravity_whose_parts_are_rounded_is_level() -> None:
+    assert _scene(gravity=["9.81 * sin(pi)", 0, "-9.81"]).gravity
+
+
+def test_headings_in_degrees_without_their_unit_are_noted() -> None:
+    said = 'run{} to 30 rad, 4.77 turns: angles without a unit are radians, "30 deg" is in degrees'
+    assert f"the waves sea {said.format('')}" in _scene(SEA | {"heading": 30}).notes
+    waves = [{"amplitude": 1, "period": 8}, {"amplitude": 1, "period": 9, "heading": 30}]
+    assert f"regular[1] of the waves sea {said.format('s')}" in _scene({"regular": waves}).notes
+    assert not [note for note in _scene(SEA | {"heading": "30 deg"}).notes if "turns" in note]
+
+
+def test_water_too_shallow_for_second_order_is_noted() -> None:
+    shallow: dict[str, Any] = {"regular": [{"amplitude": 0.5, "period": 9}], "depth": 3}
+    note = (
+        "waves.sea: A / (k^2 h^3) = 1.06 for the largest wave, k = 0.132 rad/m; an expansion of second order holds"
+        " below 0.1. Lower waves or deeper water, or order = 1"
+    )
+    assert note in _scene(shallow | {"order": 2}).notes
+    for other in (shallow, shallow | {"order": 2, "depth": 30}, shallow | {"order": 2, "depth": None}):
+        sea = {key: value for key, value in other.items() if value is not None}
+        assert not [text for text in _scene(sea).notes if "second order" in text]
 
 
 def test_waves_keep_the_gravity_of_the_defaults() -> None:

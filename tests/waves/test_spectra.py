@@ -19,6 +19,7 @@ from eomgen.waves import (
     SpectrumTable,
     Spreading,
     discretized,
+    divided,
     statistics_of,
     wave_number,
 )
@@ -57,6 +58,19 @@ def test_a_table_is_straight_between_its_points() -> None:
     assert spectrum.density(np.array([0.4, 0.75, 1.25, 1.6])).tolist() == [0.0, 1.0, 1.0, 0.0]
     sea = discretized(spectrum, band=(0.5, 1.5), length=4000.0)
     assert sea.height == pytest.approx(4.0, rel=2e-3)
+
+
+@pytest.mark.parametrize("components", [1, 5, 40])
+@pytest.mark.parametrize("width", [0.2, 0.005, 1e-4])
+def test_parts_of_a_table_have_its_energy_however_narrow_it_is(width: float, components: int) -> None:
+    """A triangle of one square metre, and what is below half its peak's frequency is cut off."""
+    peaked = SpectrumTable([0.4 - width, 0.4, 0.4 + width], [0.0, 1.0 / width, 0.0])
+    parts = divided(peaked, components)
+    assert parts.energy.sum() == pytest.approx(1.0, rel=1e-12)
+    frequencies = np.sqrt(9.81 * np.hypot(*parts.vectors.T))
+    assert parts.energy @ frequencies == pytest.approx(0.4, rel=1e-12)
+    step = divided(SpectrumTable([0.1, 0.4], [1.0, 1.0]), components)
+    assert step.energy.sum() == pytest.approx(0.2, rel=1e-12)
 
 
 def test_the_storm_of_the_benchmark_has_its_moments() -> None:

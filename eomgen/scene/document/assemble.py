@@ -60,7 +60,7 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.signals.curves import Curves, digest
 from eomgen.scene.signals.reading import piece_of, read_input, read_motion, read_output, read_state
-from eomgen.scene.waves.reading import no_waves, read_waves
+from eomgen.scene.waves.reading import check_level_water, no_waves, read_waves
 from eomgen.system.description import Point, Simulation
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import Motion
@@ -244,12 +244,14 @@ class _Assembler:
     def read_waves(self) -> None:
         """Put the waves where formulas find them."""
         document, refused = self.document, self.refused["waves"]
-        if document.waves:
+        if document.waves or document.section("hulls"):
             # by a reader whose problems, notes and requirements are those of the key itself, when it is read
             aside = self.reader(Report(self.report.file, self.report.lines))
             gravity = aside.vector("gravity", document.gravity, PARAMETERS)
             down = [aside.value(part) for part in gravity]
-            if any(self.names.parameters.get(symbol.name) for part in gravity for symbol in symbols(part)):
+            check_level_water(down, self.report)
+            tunable = any(self.names.parameters.get(symbol.name) for part in gravity for symbol in symbols(part))
+            if document.waves and tunable:
                 self.values.note(["waves have the gravity of the default parameters, whatever it is in a run"])
             for name, entry in document.waves.items():
                 self.wave_table[name] = read_waves(name, entry, math.hypot(*down), self.values)

@@ -11,14 +11,14 @@ from eomgen.units.angles import several_turns
 
 
 def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:
-    """Return a note on each start, limit, rest and offset of joints, and each angle of a rotation, of more than a turn
-    as a plain number.
+    """Return a note on each start, limit, rest and offset of joints, each angle of a rotation, and each heading
+    of waves, of more than a turn as a plain number.
 
     Parameters
     ----------
     data : of a scene that is well formed, as it is written: unit strings are not converted
     """
-    found = [*_of_joints(data), *_of_springs(data), *_of_rotations(data)]
+    found = [*_of_joints(data), *_of_springs(data), *_of_rotations(data), *_of_waves(data)]
     return list(dict.fromkeys(note for what, angle in found if (note := several_turns(what, angle))))
 
 
@@ -56,4 +56,14 @@ def _of_rotations(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     for what, entry in turned:
         for rotation in entry.get("rotation") or ():
             if isinstance(value := rotation.get("angle"), int | float):
+                yield what, value
+
+
+def _of_waves(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    for name, sea in data.get("waves", {}).items():
+        angles = [(f"the waves {name} run to", sea.get("heading"))]
+        for number, wave in enumerate(sea.get("regular") or ()):
+            angles.append((f"regular[{number}] of the waves {name} runs to", wave.get("heading")))
+        for what, value in angles:
+            if isinstance(value, int | float):
                 yield what, value

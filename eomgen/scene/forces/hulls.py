@@ -105,7 +105,7 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
     waves = None
     if entry.waves:
         known = values.names.waves
-        if check_reference(f"{key}.waves", entry.waves, known, "waves", report):
+        if check_reference(f"{key}.waves", entry.waves, known, "wave", report):
             waves = known[entry.waves]
         values.mentioned.add(("waves", entry.waves))
         if entry.level != 0.0:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields as fields_of
 from pathlib import Path
@@ -52,6 +53,9 @@ _DRAWN = Scope(f"operators, {', '.join(OF_PLACES)} of a cell's centre, parameter
 _NOT_NEGATIVE = ("counts", "response")
 _MASSES = ("fisher", "prior", "unit")
 _FILES = (".npy", ".csv")
+#: What looks like the path of a file with another ending: no formula of places has a name with a dot.
+_PATH = re.compile(r"[^\s()+*]*[A-Za-z_]\w*\.[A-Za-z]\w*")
+_MOST_SEED = 2**63 - 1
 
 
 def load_fields(path: str | os.PathLike[str]) -> FieldSystem:
@@ -319,7 +323,7 @@ class _FieldReader(Entries):
         made: list[Data] = []
         for name, entry in self.section("data").items():
             key = f"data.{name}"
-            if isinstance(entry, str) and entry.lower().endswith(_FILES):
+            if isinstance(entry, str) and (entry.lower().endswith(_FILES) or _PATH.fullmatch(entry)):
                 table: Mapping[str, Any] = {"file": entry}
             else:
                 table = entry if isinstance(entry, Mapping) else {"formula": entry}
@@ -377,8 +381,11 @@ class _FieldReader(Entries):
                 self.report.add(f"data.{drawn[0]}", what, "[truth] and seed = 1")
             return None
         seed = table.get("seed")
-        if not isinstance(seed, int) or not _is_whole(seed, 0):
-            self.report.add("truth.seed", f"{_said(seed)} is no seed", "[truth] and seed = 1")
+        if "seed" not in table:
+            self.report.add("truth", "the seed is missing", "[truth] and seed = 1")
+            return None
+        if not isinstance(seed, int) or not _is_whole(seed, 0) or seed > _MOST_SEED:
+            self.report.add("truth.seed", f"{_said(seed)} is no seed", f"a whole number from 0 to {_MOST_SEED}")
             return None
         return seed
 
@@ -490,4 +497,4 @@ def _is_positive(value: object) -> bool:
 
 
 def _said(value: object) -> str:
-    return f"[{', '.join(map(str, value))}]"[:60] if isinstance(value, list) else described(value)
+    return f"[{', '.join(map(repr, value))}]"[:60] if isinstance(value, list) else described(value)

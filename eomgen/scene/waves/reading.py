@@ -9,10 +9,12 @@ import numpy as np
 
 from eomgen.errors import UsageError
 from eomgen.formula.wave_fields import WaveComponent, WaveField
+from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.waves import schema as written
-from eomgen.sea_states.bound_waves import bound_waves
+from eomgen.sea_states.bound_waves import beyond_second_order, bound_waves
 from eomgen.sea_states.spectra import (
+    MOST_EXPONENT,
     Jonswap,
     PiersonMoskowitz,
     Spectrum,
@@ -35,8 +37,20 @@ _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 _EXAMPLES = {"height": "3", "period": "9", "wind": "15", "points": "[[0.4, 0], [0.7, 2], [1.5, 0]]"}
 #: Free waves whose pairs are taken at most.
 MOST_WITH_PAIRS = 100
+#: Share of gravity across z from which on water is not level.
+_LEVEL = 1e-9
+#: Periods of waves in s: far beyond them numbers run out.
+_PERIODS = (1e-6, 1e9)
 #: Keys that are of spectra alone.
 _OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes")
+
+
+def check_level_water(gravity: Sequence[float], report: Report) -> None:
+    """Report gravity, m/s^2, across which water at rest is not level: the surface is that of one z, with air above."""
+    x, y, z = gravity
+    if math.hypot(x, y) > _LEVEL * abs(z) or z > 0.0:
+        what = f"water at rest is level in z and below the air, and gravity is [{x:.6g}, {y:.6g}, {z:.6g}]"
+        report.add("gravity", what, f"gravity = [0, 0, {-math.hypot(x, y, z):.6g}], and z upwards")
 
 
 def no_waves(name: str) -> WaveField:
@@ -95,6 +109,8 @@ def _bound(
     if len(np.unique(vectors, axis=0)) < len(vectors):
         values.report.add(f"{key}.regular", "two waves have the same period and heading", "one with the sum of both")
         return []
+    if what := beyond_second_order(vectors, amplitude, depth):
+        values.note([f"{key}: {what}, or order = 1"])
     waves, frequencies, raised, phases, potentials = bound_waves(vectors, w, amplitude, phase, depth, gravity)
     columns = (*waves.T, frequencies, raised, phases, potentials)
     return [WaveComponent(*row) for row in np.array(columns).T.tolist()]
@@ -117,6 +133,8 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
             report.add(f"{place}.amplitude", f"the amplitude {amplitude:.6g} m is negative", "the phase + pi")
         if period <= 0.0:
             report.add(f"{place}.period", f"the period {period:.6g} s is not positive", "period = 8")
+        elif not _of_water(f"{place}.period", period, report):
+            continue
         if not amplitude >= 0.0 or not period > 0.0 or math.isnan(heading + phase):
             continue
         w = 2.0 * math.pi / period
@@ -143,9 +161,14 @@ def _irregular(key: str, entry: written.SeaWaves, depth: float, gravity: float, 
         exponent = values.constant(f"{key}.spreading.exponent", entry.spreading.exponent)
         if not exponent > 0.0:
             report.add(f"{key}.spreading.exponent", f"the exponent {exponent:.6g} is not positive", "exponent = 10")
+        elif exponent > MOST_EXPONENT:
+            what = f"with the exponent {exponent:.6g}, above {MOST_EXPONENT:.6g}, all waves run one way"
+            report.add(f"{key}.spreading.exponent", what, "no spreading")
         else:
             spreading = Spreading(exponent, heading, entry.spreading.directions)
     if spectrum is None or not 0.0 < low < high or report.concerns(f"{key}.spreading") or math.isnan(heading):
+        return []
+    if not _of_water(f"{key}.spectrum", 2.0 * math.pi / spectrum.peak, report):
         return []
     try:
         parts = divided(
@@ -173,6 +196,16 @@ def _irregular(key: str, entry: written.SeaWaves, depth: float, gravity: float, 
     w, _ = frequency_and_group_velocity(numbers, depth, gravity)
     columns = (*waves.vectors.T, w, waves.amplitude, waves.phase, waves.amplitude * gravity / w)
     return [WaveComponent(*row) for row in np.array(columns).T.tolist()]
+
+
+def _of_water(key: str, period: float, report: Report) -> bool:
+    """Return whether waves have a period in s, or a spectrum has it at its peak; report those that have none."""
+    shortest, longest = _PERIODS
+    if math.isnan(period) or shortest <= period <= longest:
+        return True
+    what = f"the period {period:.6g} s is not from {shortest:g} to {longest:g} s"
+    report.add(key, what if key.endswith("period") else f"at the peak {what}", "period = 8")
+    return False
 
 
 def _spectrum(
