@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+import time
 from pathlib import Path
 
 import pytest
 
+from eomgen.codegen.targets.c import folding
 from eomgen.codegen.targets.c.folding import WIDTH, folded
 from eomgen.resources import template_folder
 from tests.golden import GENERATED
@@ -57,6 +59,30 @@ def test_comments_are_folded_between_words_and_those_behind_code_go_above() -> N
         f"    /* {' '.join(['word'] * 21)} */",
         "    int member;",
     ]
+
+
+def test_long_tables_are_folded_page_by_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a page ends does not matter, not even within a text; and what a line costs does not grow with it."""
+    numbers = ", ".join(f"{0.1 * k:.17g}" for k in range(300))
+    texts = ", ".join(f'{k}, "{"a, b " * 18}"' for k in range(9))
+    line = f'    static const real c[] = {{{numbers}, f("a, b"), /* c, d */ {numbers}, {texts}, {numbers}}};'
+    whole = folded(line)
+    assert "".join(whole.split()) == "".join(line.split()) and whole.count("a, b " * 18) == 9
+    for page in (1, 50, 121, 122, 123, 1000):
+        monkeypatch.setattr(folding, "_WINDOW", page)
+        assert folded(line) == whole
+    monkeypatch.undo()
+
+    def cost(count: int) -> float:
+        table = f"    static const real c[] = {{{'1.2345678901234567, ' * count}0}};"
+        times = []
+        for _ in range(3):
+            began = time.process_time()
+            folded(table)
+            times.append(time.process_time() - began)
+        return min(times)
+
+    assert cost(32_000) < 16.0 * cost(4_000)
 
 
 def test_texts_and_directives_stay_whole() -> None:

@@ -7,6 +7,9 @@ import re
 #: Characters in a line.
 WIDTH = 120
 
+#: Characters of a line that are looked at together.
+_WINDOW = 4000
+
 _INDENT = "    "
 _COMMENT_LINE = re.compile(r"\s*(/\*|\*) ")
 #: Where a line may end: behind a comma or an assignment, before an operator.
@@ -62,8 +65,15 @@ def _folded_code(line: str, indent: str) -> list[str]:
     """Break where the fewest brackets are open, as late as that allows, in the second half of the line if at all
     possible."""
     pieces = []
-    while len(line) > WIDTH:
-        closed = [match.span() for match in _CLOSED.finditer(line)]
+    line, rest = line[:_WINDOW], line[_WINDOW:]  # a table of numbers may be as long as a book: page by page
+    while len(line) + len(rest) > WIDTH:
+        head = line[: WIDTH + 2]
+        marked = '"' in head or "/*" in head
+        if rest and (marked or len(line) < WIDTH + 2):
+            size = len(rest) if marked else _WINDOW
+            line, rest = line + rest[:size], rest[size:]
+            continue
+        closed = [match.span() for match in _CLOSED.finditer(line)] if marked else []
         start = len(line) - len(line.lstrip())
         cuts = [
             match.start()
@@ -81,4 +91,4 @@ def _folded_code(line: str, indent: str) -> list[str]:
         cut = min(late, key=lambda cut: (line.count("(", 0, cut) - line.count(")", 0, cut), -cut))
         pieces.append(line[:cut])
         line = indent + line[cut + 1 :]
-    return [*pieces, line]
+    return [*pieces, line + rest]
