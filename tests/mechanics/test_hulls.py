@@ -10,7 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.arrays import Array
-from eomgen.errors import DescriptionError
+from eomgen.errors import DescriptionError, UsageError
 from eomgen.model import Model
 from eomgen.scene.load import from_data
 from eomgen.studies.verification.check import check
@@ -211,7 +211,7 @@ def test_inverse_dynamics_of_references_and_momenta_leave_water_out() -> None:
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"body": "base"}, r"\(hulls\.column\.body\): water moves nothing of the base: its motion is prescribed"),
     ({"end": [0, 0, -DRAUGHT]}, r"end\): both ends are at the same place, so it has no axis; try: ends that are apart"),
-    ({"wet": 12}, r"wet\): 12 m of it move water, and it is 10 m long; try: 10 or less"),
+    ({"wet": 12}, r"wet\): 12 m of it move water, and it is 10 m long; try: the distance of its ends or less"),
     ({"diameter": 0}, r"diameter\): the diameter of a hull is 0; try: a number above 0"),
     ({"added_mass": -1}, r"the coefficient of added mass is -1; try: 0 or more"),
     ({"waves": "see"}, r"waves\): there is no wave 'see'; try: a \[waves\] section"),
@@ -224,6 +224,18 @@ def test_what_is_wrong_with_a_hull_is_said_once(changes: dict[str, Any], message
     with pytest.raises(DescriptionError, match=message) as caught:
         from_data(_data(hulls={"column": COLUMN | changes}))
     assert len(caught.value.problems) == 1
+
+
+def test_parameters_of_a_run_keep_a_hull_its_length() -> None:
+    known = {"top": {"value": 4, "tunable": True}, "wet": {"value": DRAUGHT, "tunable": True}}
+    model = _model(hulls={"column": COLUMN | {"end": [0, 0, "top"], "wet": "wet"}}, parameters=known)
+    state = np.zeros(1)
+    with pytest.raises(
+        UsageError, match=r"hulls\.column\.wet\): 12 m of it move water, and it is 10 m long at top = 4, wet = 12"
+    ):
+        model.energy(state, state, parameters={"wet": 12})
+    with pytest.raises(UsageError, match=r"hulls\.column\.end\): both ends are at the same place, so it has no axis"):
+        model.energy(state, state, parameters={"top": -DRAUGHT})
 
 
 def test_water_at_rest_is_level_in_z() -> None:

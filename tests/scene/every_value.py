@@ -44,7 +44,7 @@ _BEAM = {"modes": 2, "stiffness_damping": 1e-3, "inertia_factor": 1.0}
 SCENE: dict[str, Any] = {
     "format": 1,
     "name": "every_value",
-    "gravity": [0.1, 0.2, -9.81],
+    "gravity": [0.0, 0.0, -9.81],
     "parameters": {"X": {"value": 1.0, "tunable": True}},
     "bodies": {
         "arm": {"mass": 2.0, "center_of_mass": [0.1, 0.2, -0.5], "inertia": [0.3, 0.4, 0.25, 0.01, 0.02, 0.03]},

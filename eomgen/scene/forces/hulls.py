@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
+import numpy as np
+
+from eomgen.arrays import Flags, Numbers
 from eomgen.formula.nodes import Formula, Number, Vector
 from eomgen.formula.wave_fields import WaveField
-from eomgen.scene.forces.element import Attach, ForceElement, Row, Site
+from eomgen.scene.forces.element import Attach, ForceElement, Site
+from eomgen.scene.forces.element import Row as ElementRow
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.report import check_reference
-from eomgen.scene.reading.requirements import above_zero, not_below_zero
+from eomgen.scene.reading.requirements import Row, above_zero, not_below_zero
 from eomgen.system.description import BASE, WORLD
 from eomgen.text import key_of
 
@@ -91,6 +94,32 @@ class Hull(ForceElement):
         return replace(self, body=body, start=start, end=end)
 
 
+def _length(*ends: Numbers) -> Numbers:
+    """Return the distance of two places, x, y and z of both, numbers or arrays."""
+    return sum((last - first) ** 2 for first, last in zip(ends[:3], ends[3:], strict=True)) ** 0.5
+
+
+def _too_long(*numbers: Numbers) -> Flags:
+    *ends, wet = numbers
+    length = _length(*ends)
+    return np.logical_and(np.greater(wet, length), np.greater(length, 0.0))
+
+
+def _told_too_long(*numbers: float) -> str:
+    *ends, wet = numbers
+    return f"{wet:.6g} m of it move water, and it is {_length(*ends):.6g} m long"
+
+
+#: Of a hull's ends, and of the length that moves water.
+_APART = Row(
+    ("hulls.end",),
+    lambda *ends: np.equal(_length(*ends), 0.0),
+    "both ends are at the same place, so it has no axis",
+    "ends that are apart",
+)
+_WITHIN = Row(("hulls.wet",), _too_long, _told_too_long, "the distance of its ends or less")
+
+
 def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
     """Return a checked hull; what is wrong with it goes to the report of the site's values."""
     key, values, report = key_of("hulls", name), site.values, site.values.report
@@ -113,13 +142,9 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
     start, end = (values.vector(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in ("start", "end"))
     area = values.formula(f"{key}.area", entry.area, PARAMETERS) if entry.area is not None else None
     wet = values.formula(f"{key}.wet", entry.wet, PARAMETERS) if entry.wet is not None else None
-    length = math.dist(*([values.value(part) for part in place] for place in (start, end)))
-    if length == 0.0:
-        report.add(f"{key}.end", "both ends are at the same place, so it has no axis", "ends that are apart")
-    inert = math.nan if wet is None else values.value(wet)
-    if inert > length > 0.0:
-        what = f"{inert:.6g} m of it move water, and it is {length:.6g} m long"
-        report.add(f"{key}.wet", what, f"{length:.6g} or less")
+    values.require(f"{key}.end", _APART, [*start, *end])
+    if wet is not None:
+        values.require(f"{key}.wet", _WITHIN, [*start, *end, wet])
     words = ("diameter", "level", "density", "added_mass", "drag", "axial_added_mass", "axial_drag")
     made: dict[str, Formula] = {
         word: values.formula(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in words
@@ -150,4 +175,4 @@ _BOUNDS = {
     "axial_added_mass": not_below_zero("the added mass along the axis"),
     "axial_drag": not_below_zero("the drag along the axis"),
 }
-ROW = Row(Hull, HullEntry, read_hull, _BOUNDS)
+ROW = ElementRow(Hull, HullEntry, read_hull, _BOUNDS)
