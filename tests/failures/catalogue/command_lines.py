@@ -216,7 +216,8 @@ FAILURES = [
     Failure(
         "A closed form that there is not",
         2,
-        "usage error: only: no closed form of this scene is called 'partial.K'; try: partials",
+        "usage error: only: no closed form of this scene is called 'partial.K'; try: partials.K or partials.M or"
+        " partials.C",
         command="check scene.toml --only partial.K",
     ),
     Failure(
