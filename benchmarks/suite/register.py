@@ -209,7 +209,10 @@ OF_ROWS = "rows of states are turned into lanes and back, and come from memory; 
 OF_REGISTERS = (
     "values of lanes take four times the room, and more of them wait in memory for their use; 2.0 in cache, too"
 )
-OF_MEMORY = "memory: a state of partials takes 1.2 kB"
+OF_MEMORY = (
+    "memory: a call gives 118 MB, whose pages a virtual machine takes back between turns; 0.43 us in calls one after"
+    " the other"
+)
 
 
 def _many(robot: str, name: str, function: str, words: str, limit: str, *, with_jax: bool = False) -> Row:
@@ -360,6 +363,7 @@ SYMBOLIC = (
 COMPILERS = "gcc takes 1.7 s of processor time on two cores, after 0.7 s in which Python imports and reads"
 WITH_LANES, SCALAR = "eomgen, lanes", "eomgen, scalar"
 DASK, THREADS = "eomgen, four processes of Dask", "eomgen, two threads"
+BETWEEN = "four processes and a scheduler share two cores, 14 kB of each sample go between them; 0.80 at 8000 samples"
 
 
 def _own(
@@ -423,7 +427,7 @@ OWN_GOALS = (
         "sample",
         "the same bits on threads",
         _on_dask,
-        (Comparison(THREADS, 1 / 0.85, own=DASK),),
+        (Comparison(THREADS, 1 / 0.85, BETWEEN, own=DASK),),
     ),
     Row(
         "active_vehicle_step",
