@@ -177,10 +177,8 @@ class _Making:
         elif item.kind == "difference":
             made = difference(mesh, item.axis)
         elif item.kind == "mask":
-            assert item.formula is not None
             made = mask(mesh, np.broadcast_to(self.in_cells(item.formula, {}), mesh.cells))
         elif item.kind == "smoothing":
-            assert item.formula is not None
             made = smoothing(mesh, float(evaluate_batch(item.formula, lambda _: 0.0)))
         elif item.kind == "filter":
             made = LinearOperator("filter", mesh, self.filter(item))
@@ -222,7 +220,6 @@ class _Making:
         known |= {name: sign * part for name, part in zip(OF_WAVES[1:], mesh.wave_vectors, strict=False)}
         for name, formula in item.where:
             known[name] = evaluate_batch(formula, lambda symbol: known[symbol.name])
-        assert item.formula is not None
         found = evaluate_batch(item.formula, lambda symbol: known[symbol.name])
         return np.array(np.broadcast_to(found, mesh.half))
 
@@ -272,7 +269,6 @@ class _Making:
         """Return numbers from a file or by a formula. Raises FileError, ModelError."""
         if item.kind == "file":
             return self.checked(item, self.read(item))
-        assert item.formula is not None
         return self.checked(item, self.in_cells(item.formula, {}))
 
     def checked(self, item: Data, values: Array) -> Array:
@@ -301,15 +297,7 @@ class _Making:
                 what = f"{path} has {counted(len(numbers), 'row')}, and the mesh {self.mesh.size} cells"
                 raise ModelError(Problem(self.system.place(f"data.{item.name}"), what, "a row for each cell"))
             return numbers.reshape(cells)
-        try:
-            stored = np.load(path, mmap_mode="r", allow_pickle=False)
-        except OSError as error:
-            raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
-        except (ValueError, EOFError, SyntaxError):
-            raise FileError(Problem(str(path), *_NO_ARRAY)) from None
-        if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "biuf":
-            kind = stored.dtype if isinstance(stored, np.ndarray) else "an archive"
-            raise FileError(Problem(str(path), f"{kind} are no real numbers", "an array of real numbers"))
+        stored = _numbers_of(path)
         if stored.shape != cells:
             what = f"{path} has the shape {stored.shape}, and the mesh {cells}"
             raise ModelError(Problem(self.system.place(f"data.{item.name}"), what, f"an array of {cells}"))
@@ -321,8 +309,7 @@ class _Making:
         for number, item in enumerate(self.system.data):
             if item.kind not in DRAWN:
                 continue
-            assert item.formula is not None
-            formulas = [formula for formula in (item.formula, item.spread) if formula is not None]
+            formulas = [item.formula] if item.spread is None else [item.formula, item.spread]
             for name in {symbol.name for formula in formulas for symbol in symbols(formula)} & set(self.operators):
                 if name not in fields:
                     fields[name] = self.operators[name].apply(truth)
@@ -355,18 +342,24 @@ def _drawn(item: Data, stream: np.random.Generator, mean: Array, spread: list[Ar
         raise ModelError(Problem(f"data.{item.name}", what, "a smaller mean")) from None
 
 
-def start_fields(path: Path, problem: FieldProblem, chains: int) -> list[Complex]:
-    """Return spectra of the white fields of a file, of the shape of the mesh or one for each chain. Raises FileError,
-    ModelError."""
+def _numbers_of(path: Path) -> NDArray[Any]:
+    """Return the numbers of a ``.npy`` file, read as they are asked for. Raises FileError."""
     try:
-        stored = np.load(path, allow_pickle=False)
+        stored = np.load(path, mmap_mode="r", allow_pickle=False)
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
     except (ValueError, EOFError, SyntaxError):
         raise FileError(Problem(str(path), *_NO_ARRAY)) from None
-    cells = problem.mesh.cells
     if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "biuf":
-        raise FileError(Problem(str(path), "this is no array of real numbers", "numpy.save of a white field"))
+        kind = stored.dtype if isinstance(stored, np.ndarray) else "an archive"
+        raise FileError(Problem(str(path), f"{kind} are no real numbers", "an array of real numbers"))
+    return stored
+
+
+def start_fields(path: Path, problem: FieldProblem, chains: int) -> list[Complex]:
+    """Return spectra of the white fields of a file, of the shape of the mesh or one for each chain. Raises FileError,
+    ModelError."""
+    stored, cells = _numbers_of(path), problem.mesh.cells
     if stored.shape not in (cells, (chains, *cells)) or not np.all(np.isfinite(stored)):
         what = f"it has the shape {stored.shape}, or numbers that are not finite"
         raise ModelError(Problem(str(path), what, f"finite numbers of the shape {cells}, or {(chains, *cells)}"))

@@ -136,7 +136,7 @@ class _Run:
         self.warm_up = np.full((settings.chains, settings.warm_up, len(TRAJECTORY)), np.nan)
         self.warmed = np.zeros(settings.chains, int)
         self.seconds, self.gradients = 0.0, 0
-        stored = self.read() if resume else None
+        stored = self.read(folder) if resume and folder is not None else None
         self.sampler = self.started(stored is not None)
         self.record = self.sampler.record(settings.samples)
         if stored is not None:
@@ -186,7 +186,7 @@ class _Run:
             if bar is not None:
                 bar(int(self.warmed.sum() + self.record.counts.sum()), total)
             if self.folder is not None and now - saved > every:
-                self.save()
+                self.save(self.folder)
                 saved = now
 
         def warmed(chain: int, outcome: Outcome, potential: float) -> None:
@@ -208,7 +208,7 @@ class _Run:
             whole = self.sampler.fill(self.record, self.problem.watched, stop=stop, seen=drawn)
         self.seconds = spent + time.perf_counter() - began
         if self.folder is not None:
-            self.save()
+            self.save(self.folder)
         return FieldSamples(
             self.problem,
             settings,
@@ -229,18 +229,16 @@ class _Run:
         settings = {name: value for name, value in vars(self.settings).items() if name not in _OPEN}
         return {**settings, "mass": self.mass, "field": self.problem.watched, "posterior": self.problem.digest}
 
-    def save(self) -> None:
-        assert self.folder is not None
+    def save(self, folder: Path) -> None:
         arrays, metadata = self.sampler.state()
         record = {f"record.{name}": array for name, array in self.record.arrays().items()}
         more = {"warm_up": self.warm_up, "warmed": self.warmed.astype(float)}
         told = {"settings": self.fixed(), "chains": metadata, "seconds": self.seconds, "gradients": self.gradients}
-        write_arrays(self.folder / CHECKPOINT, {**arrays, **record, **more}, told)
+        write_arrays(folder / CHECKPOINT, {**arrays, **record, **more}, told)
 
-    def read(self) -> tuple[dict[str, Array], dict[str, Any]]:
+    def read(self, folder: Path) -> tuple[dict[str, Array], dict[str, Any]]:
         """Return what a checkpoint holds. Raises FileError, UsageError."""
-        assert self.folder is not None
-        path = self.folder / CHECKPOINT
+        path = folder / CHECKPOINT
         arrays, told = read_arrays(path, "checkpoint of chains", "a folder of eomgen sample --out")
         missing = [name for name in ("settings", "chains", "seconds", "gradients") if name not in told]
         missing += [name for name in ("warm_up", "warmed", "record.counts") if name not in arrays]

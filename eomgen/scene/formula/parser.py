@@ -227,7 +227,7 @@ class _Reader:
     def water(self, node: ast.expr, call: ast.expr, depth: int) -> WaveQuantity:
         """Return a quantity of waves at a place and the present time: ``water_velocity.sea(x, y, z)[2]``."""
         assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # what ``_of_waves`` has found
-        assert isinstance(call.func.value, ast.Name)
+        assert isinstance(call.func.value, ast.Name)  # the same
         kind, name = call.func.value.id.removeprefix(PREFIX), call.func.attr.removeprefix(PREFIX)
         count, components = OF_WAVES[kind]
         written = f"{kind}.{name[:64]}({', '.join('xyz'[:count])})"

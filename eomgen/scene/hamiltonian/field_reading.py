@@ -13,7 +13,7 @@ from typing import Any
 
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import ZERO, Formula  # ZERO: in the place of what was refused, and is reported
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.hamiltonian.cells import cell_formula
 from eomgen.scene.hamiltonian.document import Parameter
@@ -257,7 +257,7 @@ class _FieldReader(Entries):
             radius = self.number(f"{key}.smoothing", value, self.known)
             if radius < 0.0:
                 self.report.add(f"{key}.smoothing", f"the radius is {radius:.6g}", "a radius from 0 on")
-            return Operator(name, "smoothing", self.formula(key, radius, Names(), _WAVES), of=of)
+            return Operator(name, "smoothing", self.formula(key, radius, Names(), _WAVES) or ZERO, of=of)
         if kind == "difference":
             if value not in self.axes:
                 self.report.add(f"{key}.difference", f"there is no axis {_said(value)}", f"one of {listed(self.axes)}")
@@ -265,14 +265,14 @@ class _FieldReader(Entries):
             return Operator(name, "difference", axis=self.axes.index(value), of=of)
         if kind == "mask":
             names = self.names(self.axes, data)
-            return Operator(name, "mask", self.formula(f"{key}.mask", value, names, _PLACES), of=of)
+            return Operator(name, "mask", self.formula(f"{key}.mask", value, names, _PLACES) or ZERO, of=of)
         if isinstance(value, Mapping):
             if kind == "filter":
                 what = "a table is of a power spectrum, and a filter is a formula"
                 self.report.add(f"{key}.filter", what, 'filter = "exp(-(k/0.2)**2)"')
             return Operator(name, kind, table=self.table(f"{key}.{kind}", value), of=of)
         made = self.formula(f"{key}.{kind}", value, self.names(self.waves, [*dict(where)]), _WAVES)
-        return Operator(name, kind, made, where, of=of)
+        return Operator(name, kind, made or ZERO, where, of=of)
 
     def kind_of(self, key: str, entry: Mapping[str, Any], kinds: Sequence[str], more: Sequence[str]) -> Any:
         """Return the one key of an entry that says its kind."""
@@ -340,7 +340,7 @@ class _FieldReader(Entries):
             elif kind == "formula":
                 above = [item.name for item in made if item.kind not in DRAWN]
                 read = self.formula(inner, table["formula"], self.names(self.axes, above), _PLACES)
-                made.append(Data(name, kind, read, minimum=least))
+                made.append(Data(name, kind, read or ZERO, minimum=least))
             else:
                 made.append(Data(name, kind, minimum=least))
         return made
@@ -363,7 +363,7 @@ class _FieldReader(Entries):
                 self.report.add(key, f"{needed} is missing", f'{item.kind} = "...", {needed} = 0.5')
             elif needed:
                 spread = self.formula(f"{key}.{needed}", entry[needed], names, _DRAWN)
-            made.append(Data(item.name, item.kind, mean, spread, minimum=item.minimum))
+            made.append(Data(item.name, item.kind, mean or ZERO, spread, minimum=item.minimum))
         return made
 
     def minimum(self, key: str, name: str, table: Mapping[str, Any]) -> float | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.hamiltonian.document import Parameter
 
 #: What an operator may be, by the key that says it.
@@ -40,14 +40,14 @@ class Operator:
 
     Attributes
     ----------
-    formula : of wave numbers, of centres of cells for a mask; a number for a smoothing; None where there is none
+    formula : of wave numbers, of centres of cells for a mask; a number for a smoothing; read for kinds with one alone
     where : formulas with a name, each of what stands before it
     axis : of a difference
     """
 
     name: str
     kind: OperatorKind
-    formula: Formula | None = None
+    formula: Formula = ZERO
     where: tuple[tuple[str, Formula], ...] = ()
     table: Table | None = None
     axis: int = 0
@@ -60,14 +60,14 @@ class Data:
 
     Attributes
     ----------
-    formula : the values, or the mean of what is drawn
+    formula : the values, or the mean of what is drawn; not read of a file
     spread : beta of a negative binomial distribution, deviation of a normal one
     minimum : the value below which they have no meaning
     """
 
     name: str
     kind: DataKind
-    formula: Formula | None = None
+    formula: Formula = ZERO
     spread: Formula | None = None
     file: str = ""
     column: str = ""
