@@ -15,13 +15,15 @@ from scipy.integrate import quad
 
 import eomgen
 from eomgen.arrays import Array
-from eomgen.errors import DescriptionError
+from eomgen.compiled.requirements import Requirements
+from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.infix import infix
 from eomgen.formula.nodes import Formula, Symbol, WaveQuantity
 from eomgen.formula.prescribed_motion import smooth
 from eomgen.formula.recording import record
 from eomgen.formula.wave_fields import WaveField
+from eomgen.mechanics.describe import describe
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, Names
 from eomgen.scene.load import from_data
@@ -513,6 +515,15 @@ def test_water_is_level_in_z(gravity: list[float]) -> None:
     assert len(caught.value.problems) == 1
     (problem,) = caught.value.problems
     assert problem.hint == f"gravity = [0, 0, {-math.hypot(*gravity):.6g}], and z upwards"
+
+
+def test_a_call_may_not_tilt_the_water() -> None:
+    known = {"slope": {"value": 0.0, "tunable": True}}
+    tilted = _scene(parameters=known, gravity=["9.81 * slope", 0, -9.81])
+    check = Requirements(describe(tilted), ("slope",)).check
+    check(np.array([0.0]))
+    with pytest.raises(UsageError, match=r"water at rest is level in z.* \[0\.0981, 0, -9\.81\] at slope = 0\.01"):
+        check(np.array([0.01]))
 
 
 def test_gravity_whose_parts_are_rounded_is_level() -> None:

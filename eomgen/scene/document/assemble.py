@@ -60,7 +60,8 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.signals.curves import Curves, digest
 from eomgen.scene.signals.reading import piece_of, read_input, read_motion, read_output, read_state
-from eomgen.scene.waves.reading import check_level_water, no_waves, read_waves
+from eomgen.scene.waves.level_water import LevelWater
+from eomgen.scene.waves.reading import no_waves, read_waves
 from eomgen.system.description import Point, Simulation
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import Motion
@@ -249,7 +250,7 @@ class _Assembler:
             aside = self.reader(Report(self.report.file, self.report.lines))
             gravity = aside.vector("gravity", document.gravity, PARAMETERS)
             down = [aside.value(part) for part in gravity]
-            check_level_water(down, self.report)
+            self.values.require("gravity", LevelWater(), gravity)
             tunable = any(self.names.parameters.get(symbol.name) for part in gravity for symbol in symbols(part))
             if document.waves and tunable:
                 self.values.note(["waves have the gravity of the default parameters, whatever it is in a run"])

@@ -37,20 +37,10 @@ _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 _EXAMPLES = {"height": "3", "period": "9", "wind": "15", "points": "[[0.4, 0], [0.7, 2], [1.5, 0]]"}
 #: Free waves whose pairs are taken at most.
 MOST_WITH_PAIRS = 100
-#: Share of gravity across z from which on water is not level.
-_LEVEL = 1e-9
 #: Periods of waves in s: far beyond them numbers run out.
 _PERIODS = (1e-6, 1e9)
 #: Keys that are of spectra alone.
 _OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes")
-
-
-def check_level_water(gravity: Sequence[float], report: Report) -> None:
-    """Report gravity, m/s^2, across which water at rest is not level: the surface is that of one z, with air above."""
-    x, y, z = gravity
-    if math.hypot(x, y) > _LEVEL * abs(z) or z > 0.0:
-        what = f"water at rest is level in z and below the air, and gravity is [{x:.6g}, {y:.6g}, {z:.6g}]"
-        report.add("gravity", what, f"gravity = [0, 0, {-math.hypot(x, y, z):.6g}], and z upwards")
 
 
 def no_waves(name: str) -> WaveField:
