@@ -146,13 +146,51 @@ class Radar:
         UsageError
             Waves that run across the flight.
         """
-        k = np.hypot(*spectrum.vectors.T)
-        if np.any(np.abs(spectrum.vectors[:, 1]) > 1e-12 * k):
-            what = "waves run across the flight; there is a closed form for those along x alone"
-            raise UsageError(Problem("Radar.fold_probability", what, "bunching(sea, labels, time), or heading = 0"))
-        change = self._change(np.sqrt(gravity * k), np.sign(spectrum.vectors[:, 0]))
+        k, change = self._along_the_flight(spectrum, gravity, "fold_probability")
         variance = float(np.sum(spectrum.energy * (k * change) ** 2))
         return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * variance))
+
+    def intensity_spectrum(
+        self, spectrum: DiscreteSpectrum, length: float, count: int, gravity: float = STANDARD_GRAVITY
+    ) -> Array:
+        """Return the mean spectrum of images of a deep sea along the flight, at wave numbers 2 pi n/length, n from 1 to
+        ``count``: the mean of |sum over the line of I exp(-i k x') dx'/length|^2, of first order and exact.
+
+        Facets are moved by a Gaussian process D of labels, and cover 1 + g of the plane; over the lag r
+
+            P(k) = 1/length integral of [(1 + i k S)^2 + G] exp(-k^2 V/2 - i k r) dr
+
+        with V the variance of D(r) - D(0), G the covariance of g, and S that of -g and D(r) - D(0) (the integral
+        transform of Hasselmann and Hasselmann, with facets that move along as well).
+
+        Parameters
+        ----------
+        length : after which the sea repeats itself, m: all wave numbers are multiples of 2 pi/length
+
+        Raises
+        ------
+        UsageError
+            Waves that run across the flight, or that do not repeat themselves after that length.
+        """
+        k, change = self._along_the_flight(spectrum, gravity, "intensity_spectrum")
+        multiple = k * length / (2.0 * math.pi)
+        if np.any(np.abs(multiple - np.rint(multiple)) > 1e-6):
+            what = f"the waves do not repeat themselves after {length:.6g} m"
+            raise UsageError(Problem("Radar.intensity_spectrum: length", what, "2 pi over the smallest wave number"))
+        wanted = 2.0 * math.pi / length * np.arange(1, count + 1)
+        moved = math.sqrt(float(np.sum(spectrum.energy * change**2)))
+        # lags that resolve the wave number asked for, the sea, and the decay of exp(-k^2 V/2)
+        finest = max(4.0 * wanted[-1], 4.0 * float(k.max()) * (1.0 + float(wanted[-1]) * moved))
+        points = 2 ** math.ceil(math.log2(max(16.0, finest * length / math.pi)))
+        lag = length / points * np.arange(points)
+        V, S, G = np.zeros(points), np.zeros(points), np.zeros(points)
+        for k_j, m_j, energy in zip(k, change, spectrum.energy, strict=True):
+            cosine = np.cos(k_j * lag)
+            V += 2.0 * energy * m_j**2 * (1.0 - cosine)
+            S += energy * k_j * m_j * np.sin(k_j * lag)
+            G += energy * k_j**2 * cosine
+        found = [np.mean(((1.0 + 1j * K * S) ** 2 + G) * np.exp(-0.5 * K**2 * V - 1j * K * lag)).real for K in wanted]
+        return np.array(found)
 
     def critical_amplitude(
         self, wave_number: float, direction: Literal[1, -1] = 1, gravity: float = STANDARD_GRAVITY
@@ -160,6 +198,14 @@ class Radar:
         """Return the amplitude from which on the image of one deep wave along the flight has caustics, in m."""
         change = self._change(np.array([math.sqrt(gravity * wave_number)]), np.array([float(direction)]))
         return 1.0 / (wave_number * float(np.abs(change[0])))
+
+    def _along_the_flight(self, spectrum: DiscreteSpectrum, gravity: float, name: str) -> tuple[Array, Array]:
+        """Return wave numbers, and by what multiple of each amplitude a facet is moved along the waves."""
+        k = np.hypot(*spectrum.vectors.T)
+        if np.any(np.abs(spectrum.vectors[:, 1]) > 1e-12 * k):
+            what = "waves run across the flight; there is a closed form for those along x alone"
+            raise UsageError(Problem(f"Radar.{name}", what, "bunching(sea, labels, time), or heading = 0"))
+        return k, self._change(np.sqrt(gravity * k), np.sign(spectrum.vectors[:, 0]))
 
     def _change(self, w: Array, direction: Array) -> Array:
         """Return what of k A cos(theta) the map from labels to the image differs from 1 by."""

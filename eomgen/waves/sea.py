@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +25,7 @@ CLOSE = 1e-10
 _ROUNDS = 60
 #: Labels above the surface are taken so far, in parts of 1 over the highest wave number: differences by c at it.
 HIGHEST = 0.1
+Vorticity = Literal["none", "gerstner"]
 
 
 @checked_calls("Sea(Components(vectors, amplitude, phase), depth)")
@@ -36,6 +38,10 @@ class Sea:
     depth : float
         Of the water in m; infinite by default.
     order : 1 or 2
+    vorticity : ``none`` or ``gerstner``
+        Of second order: water that has been at rest has none, and its particles drift (Stokes). With that of Gerstner's
+        waves they go round in closed orbits. The surface at fixed points is the same to second order, and so are
+        first-order waves.
     gravity : float, m/s^2
     dispersion : callable
         Angular frequency of a ``WaveNumber``. What of it changes sign with the wave vector has to be U . k, with the
@@ -54,11 +60,15 @@ class Sea:
         depth: float = math.inf,
         *,
         order: int = 2,
+        vorticity: Vorticity = "none",
         gravity: float = STANDARD_GRAVITY,
         dispersion: Dispersion = gravity_waves,
     ) -> None:
         check_sea(components, depth, order, gravity)
+        if vorticity not in ("none", "gerstner"):
+            raise UsageError(Problem("Sea: vorticity", f"there is no {vorticity!r}", "none, or gerstner"))
         self.depth, self.order, self.gravity = float(depth), order, float(gravity)
+        self.vorticity: Vorticity = vorticity
         self.dispersion = dispersion
         vectors = np.asarray(components.vectors, dtype=float)
         heading = vectors[0] / np.hypot(*vectors[0])
@@ -86,12 +96,13 @@ class Sea:
         depth: float = math.inf,
         *,
         order: int = 2,
+        vorticity: Vorticity = "none",
         gravity: float = STANDARD_GRAVITY,
     ) -> Sea:
         """Return the sea of one regular wave along x, with a crest at the label 0 at t = 0; at first order in deep
         water it is Gerstner's, which is exact."""
         single = Components(np.array([[wave_number, 0.0]]), np.array([amplitude]), np.zeros(1))
-        return cls(single, depth, order=order, gravity=gravity)
+        return cls(single, depth, order=order, vorticity=vorticity, gravity=gravity)
 
     @property
     def mean_square_slope(self) -> float:
@@ -146,7 +157,13 @@ class Sea:
         given = np.array([self.gravity, p[1], p[2]])
         columns = made.components(self.vectors, given)
         own = made.own(columns, p)
-        return columns, own, made.pairs(columns, p) if self.order == 2 else None, self._level(columns, own)
+        table = made.pairs(columns, p) if self.order == 2 else None
+        if self.vorticity == "gerstner":
+            # a steady shear flow against the drift: it is free of divergence, and second order does not feel it
+            for names, rows in ((OWN, own), (self._entries, table)):
+                if rows is not None:
+                    rows[[number for number, name in enumerate(names) if name in ("Dx", "Dy")]] = 0.0
+        return columns, own, table, self._level(columns, own)
 
     def _level(self, columns: Array, own: Array) -> Array:
         """Return lift, what the pressure is raised by, and the velocity of drift of all components."""

@@ -143,6 +143,9 @@ class SteppedSea:
         if min(lengths) <= 0.0 or min(counts) < 1:
             what = f"lengths {lengths} m and {counts} labels are not above 0"
             raise UsageError(Problem("SteppedSea", what, "along x and y; any length with one label along y"))
+        if sea.vorticity != "none":
+            what = f"particles of a sea with vorticity = {sea.vorticity!r} do not drift, and stepped ones do"
+            raise UsageError(Problem("SteppedSea: sea", what, 'vorticity = "none"'))
         self.composition: Composition = composition_named(method, first=first)
         self._sea, self.time, self._start, self._ramp = sea, float(time), float(time), ramp
         self._counts, self._lengths = counts, lengths

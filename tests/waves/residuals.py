@@ -31,21 +31,34 @@ class Residuals:
         return np.array([self.continuity, self.vorticity, self.momentum])
 
 
+def _around(sea: Sea, places: Array, time: float, c: float) -> Callable[[Callable[[Motion], Array]], Array]:
+    """Return what takes the gradient by labels of a quantity of the motion, (points, ..., 3)."""
+    at = [
+        [sea.motion(places + move[:2], time, c + move[2]) for move in _PLACES[:, None] * STEP * np.eye(3)[axis]]
+        for axis in range(3)
+    ]
+
+    def gradient(of: Callable[[Motion], Array]) -> Array:
+        columns = [sum(w * of(m) for w, m in zip(_WEIGHTS, row, strict=True)) for row in at]
+        return np.stack(columns, axis=-1)
+
+    return gradient
+
+
+def vorticity(sea: Sea, places: Array, time: float, c: float) -> Array:
+    """Return the invariants of Cauchy, (points, 3, 3), which keep their values on a particle."""
+    gradient = _around(sea, places, time, c)
+    products = np.einsum("nki,nkj->nij", gradient(lambda m: m.position), gradient(lambda m: m.velocity))
+    return products - np.swapaxes(products, 1, 2)
+
+
 def residuals(sea: Sea, depths: Sequence[float], labels: int = 60) -> Residuals:
     """Return residuals at random labels of several depths, at a random time each."""
     random = np.random.default_rng(3)
     worst = np.zeros(4)
     for c in depths:
         places, time = random.uniform(-100.0, 100.0, (labels, 2)), float(random.uniform(0.0, 10.0))
-        at = [
-            [sea.motion(places + move[:2], time, c + move[2]) for move in _PLACES[:, None] * STEP * np.eye(3)[axis]]
-            for axis in range(3)
-        ]
-
-        def gradient(of: Callable[[Motion], Array], at: list[list[Motion]] = at) -> Array:
-            columns = [sum(w * of(m) for w, m in zip(_WEIGHTS, row, strict=True)) for row in at]
-            return np.stack(columns, axis=-1)
-
+        gradient = _around(sea, places, time, c)
         here = sea.motion(places, time, c)
         X, U = gradient(lambda m: m.position), gradient(lambda m: m.velocity)
         products = np.einsum("nki,nkj->nij", X, U)

@@ -10,9 +10,9 @@ import pytest
 
 from eomgen.errors import UsageError
 from eomgen.symbolic.scalar import Scalar
-from eomgen.waves import Components, Sea, WaveNumber, gravity_waves, pairs
+from eomgen.waves import Components, Sea, SteppedSea, WaveNumber, gravity_waves, pairs
 from eomgen.waves.derived import KERNELS
-from tests.waves.residuals import Residuals, residuals, three_waves
+from tests.waves.residuals import Residuals, residuals, three_waves, vorticity
 
 SPREAD = ((0.05, 0.01), (0.055, -0.035), (-0.02, 0.075))
 CASES = {
@@ -97,6 +97,55 @@ def test_gerstner_waves_are_exact(steepness: float) -> None:
         assert np.abs(tangential).max() < 1e-14 * g
         assert np.abs(downwards).max() < 1e-14 * g
         assert xa * zc - xc * za == pytest.approx(1.0 - steepness**2 * math.exp(2.0 * k * c), abs=1e-14)
+
+
+@pytest.mark.parametrize("depth", [math.inf, 20.0])
+@pytest.mark.parametrize("vectors", [SPREAD, CASES["equal lengths"], CASES["one direction"]])
+def test_vorticity_of_gerstner_holds_the_equations_without_drift(
+    vectors: tuple[tuple[float, float], ...], depth: float
+) -> None:
+    """Continuity and momentum to third order; vorticity is of second, and that of a particle stays what it is."""
+    found, changes, sizes = [], [], []
+    places = np.random.default_rng(5).uniform(-100.0, 100.0, (40, 2))
+    for small in (0.01, 0.005):
+        sea = Sea(three_waves(small, vectors), depth, vorticity="gerstner")
+        found.append(residuals(sea, (0.0, -1.0, -6.0, -15.0)))
+        now, later = (vorticity(sea, places, time, -1.0) for time in (2.0, 9.0))
+        changes.append(np.abs(later - now).max())
+        sizes.append(np.abs(now).max())
+    orders = np.log2(found[0].of_equations / found[1].of_equations)
+    assert orders[[0, 2]] == pytest.approx(3.0, abs=0.05)
+    assert found[1].pressure < 1e-12
+    assert np.log2(changes[0] / changes[1]) == pytest.approx(3.0, abs=0.05)
+    assert np.log2(sizes[0] / sizes[1]) == pytest.approx(2.0, abs=0.2)
+    far = sea.motion(places, 1e7).position[:, :2] - places
+    assert np.abs(far).max() < 3.0 * sea.amplitude.sum()
+    drifting = Sea(three_waves(0.005, vectors), depth).motion(places, 1e7).position[:, :2] - places
+    assert np.abs(drifting).min(axis=0).max() > 100.0
+
+
+def test_one_wave_of_second_order_with_vorticity_is_gerstners() -> None:
+    """Whose labels c count from other heights: x = a - A e^kc' sin, z = c' + A e^kc' cos, c' = c + k A^2/2 e^2kc."""
+    k, t = 0.05, 3.7
+    labels = np.column_stack((np.linspace(-60.0, 60.0, 31), np.zeros(31)))
+    for c in (0.0, -7.0):
+        off = []
+        for steepness in (0.02, 0.01):
+            amplitude = steepness / k
+            sea = Sea.of_one_wave(k, amplitude, vorticity="gerstner")
+            high = c + 0.5 * k * amplitude**2 * math.exp(2.0 * k * c)
+            angle, radius = k * labels[:, 0] - math.sqrt(9.81 * k) * t, amplitude * math.exp(k * high)
+            exact = np.column_stack((labels[:, 0] - radius * np.sin(angle), high + radius * np.cos(angle)))
+            off.append(np.abs(sea.motion(labels, t, c).position[:, [0, 2]] - exact).max())
+        assert np.log2(off[0] / off[1]) == pytest.approx(3.0, abs=0.05)
+
+
+def test_a_vorticity_that_is_none_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"Sea: vorticity: there is no 'some'; try: none, or gerstner"):
+        Sea.of_one_wave(0.05, 1.0, vorticity="some")  # type: ignore[arg-type]
+    sea = Sea.of_one_wave(0.05, 1.0, vorticity="gerstner")
+    with pytest.raises(UsageError, match=r"SteppedSea: sea: particles .* do not drift, and stepped ones do; try: vor"):
+        SteppedSea(sea, (2.0 * math.pi / 0.05, 1.0), (16, 1))
 
 
 def test_another_dispersion_relation_is_one_line() -> None:

@@ -72,6 +72,24 @@ def test_the_intensity_of_a_line_is_that_of_the_water() -> None:
     assert np.abs(Radar(0.0, INCIDENCE).line(profile, length, 400) - 1.0).max() < 0.12
 
 
+@pytest.mark.parametrize("heading", [0.0, math.pi])
+def test_the_spectrum_of_images_is_that_of_many_seas(heading: float) -> None:
+    """Of first order it is exact, caustics and all."""
+    length, direction = 600.0, 1 if heading == 0.0 else -1
+    spectrum = discretized(Jonswap(1.5, 8.0), length=length, band=(0.7, 2.0), heading=heading)
+    radar, sea, cells = Radar(40.0, INCIDENCE), Sea(spectrum.realisation(0), order=1), 512
+    closed, found = radar.intensity_spectrum(spectrum, length, 30), np.zeros(30)
+    for seed in range(1500):
+        profile = sea.with_waves(spectrum.realisation(seed)).profile(2048, 0.0)
+        found += np.abs(np.fft.rfft(radar.line(profile, length, cells, direction))[1:31] / cells) ** 2 / 1500
+    # cells average over themselves
+    closed *= np.sinc(np.arange(1, 31) / cells) ** 2
+    for band in (slice(0, 8), slice(8, 16), slice(16, 30)):
+        assert found[band].sum() == pytest.approx(closed[band].sum(), rel=0.03)
+    # a still radar sees water of even brightness
+    assert np.abs(Radar(0.0, INCIDENCE).intensity_spectrum(spectrum, length, 30)).max() < 1e-9
+
+
 def test_an_image_has_the_area_of_the_sea_and_its_bunching() -> None:
     swell = discretized(Jonswap(1.0, 9.0), length=700.0, band=(0.8, 1.4), spreading=Spreading(20.0, 0.3, 5))
     sea, radar = Sea(swell.realisation(2), order=1), Radar(60.0, INCIDENCE)
@@ -115,6 +133,12 @@ def test_specular_points_have_the_slope_and_the_backscatter_of_their_density() -
 
 
 def test_what_cannot_be_is_named() -> None:
+    along = discretized(Jonswap(1.0, 9.0), length=500.0)
+    with pytest.raises(UsageError, match=r"intensity_spectrum: length: the waves do not repeat themselves after 700 m"):
+        Radar(30.0, 0.4).intensity_spectrum(along, 700.0, 10)
+    across = discretized(Jonswap(1.0, 9.0), length=500.0, heading=1.0)
+    with pytest.raises(UsageError, match=r"Radar.intensity_spectrum: waves run across the flight"):
+        Radar(30.0, 0.4).intensity_spectrum(across, 500.0, 10)
     with pytest.raises(UsageError, match=r"Radar: range_to_velocity: -1 s is below 0"):
         Radar(-1.0, 0.4)
     with pytest.raises(UsageError, match=r"Radar: incidence: 2 rad is not from 0 to below pi/2; try: the angle from"):
