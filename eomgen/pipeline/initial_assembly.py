@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from eomgen.errors import ModelError
 from eomgen.solvers.consistency import assemble
 from eomgen.solvers.constraint_rows import EPSILON, Constrained, Rows, split_sizes
 from eomgen.solvers.redundancy import Redundancy, check_left_out, left_over, redundancy
-from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.evaluate import Evaluation
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.system.terms import PURPOSES
 
@@ -164,12 +165,16 @@ def constrained(system: System, parameters: Array | None = None) -> Constrained:
     """Return the constraints of a System, evaluated on its tape: at its default parameters, or at others (np,)."""
     defaults = np.array([parameter.value for parameter in system.parameters]) if parameters is None else parameters
 
+    @cache
+    def evaluation(function: str) -> Evaluation:
+        return Evaluation(system.tape, system.functions[function].refs)
+
     def at(function: str, t: float, **state: Array) -> Array:
         inputs: dict[str, Any] = {"p": defaults, **state, "t": np.array([t])}
         with np.errstate(all="ignore"):  # what is not finite is reported by name where it is used
             if "base" in system.functions[function].inputs:
-                inputs["base"] = np.array(evaluate(system.tape, system.functions["base"].refs, inputs))
-            return np.array(evaluate(system.tape, system.functions[function].refs, inputs), dtype=float)
+                inputs["base"] = evaluation("base").on_arrays(inputs)
+            return np.array(evaluation(function).on_arrays(inputs), dtype=float)
 
     rows, nv = len(system.multipliers), system.nv
     return Constrained(

@@ -18,6 +18,11 @@ if TYPE_CHECKING:
     from eomgen.symbolic.map import Map
 
 
+#: Stands for the operation of a negative reference.
+_NEGATIVE = 0
+_WITHOUT_RULE = frozenset({_NEGATIVE, Op.CONST, Op.INPUT, Op.MAP})
+
+
 @dataclass(frozen=True)
 class Arithmetic:
     """Operations of a tape for one kind of number: one function per Op, and the conversion of constants.
@@ -32,6 +37,136 @@ class Arithmetic:
     side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Any]]] | None = None
 
 
+class Evaluation:
+    """References of a tape, ready to be evaluated for any kind of number, again and again.
+
+    Only nodes that the references need are visited, in order, without recursion. A Map runs element by element. A
+    reference that is there many times, as the zeros of a matrix with few entries are, is evaluated once.
+    """
+
+    def __init__(self, tape: Tape, refs: Iterable[Ref]) -> None:
+        self.tape = tape
+        place_of: dict[Ref, int] = {}
+        self._places = [place_of.setdefault(ref, len(place_of)) for ref in refs]
+        self._slots: dict[Ref, int] = {}
+        #: Operation, node, slots of its two operands (-1: there is none), slot of its third one or a Map's kernel.
+        self._steps: list[tuple[int, int, int, int, Any]] = []
+        kernels: dict[int, Evaluation] = {}
+        for node in tape.live(place_of):
+            op = tape.op[node]
+            if op is Op.MAP:
+                for ref in tape.operands(node):
+                    self._slot(ref)
+                repetition = cast("Map", tape.maps[tape.a[node]])
+                if tape.a[node] not in kernels:
+                    kernels[tape.a[node]] = Evaluation(repetition.kernel, repetition.kernel_refs)
+                self._add(node, op, (), kernels[tape.a[node]])
+            else:
+                self._add(node, op, tuple(self._slot(ref) for ref in tape.operands(node)))
+        self._wanted = [self._slot(ref) for ref in place_of]
+
+    def _add(self, node: int, op: int, operands: tuple[int, ...], more: Any = None) -> None:
+        first, second, third = (*operands, -1, -1, -1)[:3]
+        self._slots[node] = len(self._steps)
+        self._steps.append((op, node, first, second, third if more is None else more))
+
+    def _slot(self, ref: Ref) -> int:
+        """Return the slot of a reference; the negative of a node gets one where it is used first."""
+        if ref not in self._slots:
+            self._slots[ref] = len(self._steps)
+            self._steps.append((_NEGATIVE, -ref, self._slots[-ref], -1, -1))
+        return self._slots[ref]
+
+    def run(
+        self,
+        leaf: Callable[[InputSymbol], Any],
+        arithmetic: Arithmetic,
+        visit: Callable[[int, Any], Any] | None = None,
+    ) -> list[Any]:
+        """Return the values of the references; ``leaf`` gives the value of an input symbol.
+
+        ``visit`` is given every operation with its value and returns what stands for it from there on.
+        """
+        found = self._distinct(leaf, arithmetic, visit)
+        return [found[place] for place in self._places]
+
+    def _distinct(
+        self,
+        leaf: Callable[[InputSymbol], Any],
+        arithmetic: Arithmetic,
+        visit: Callable[[int, Any], Any] | None = None,
+    ) -> list[Any]:
+        """Return the value of each reference once."""
+        tape, slots = self.tape, self._slots
+        rules: dict[int, Callable[..., Any]] = {int(op): rule for op, rule in arithmetic.rules.items()}
+        values: list[Any] = []
+        of_maps: dict[int, list[Any]] = {}
+
+        def value(ref: Ref) -> Any:
+            return values[slots[ref]]
+
+        for op, node, first, second, third in self._steps:
+            if op in _WITHOUT_RULE:
+                if op == _NEGATIVE:
+                    values.append(-values[first])
+                elif op == Op.CONST:
+                    values.append(arithmetic.constant(tape.constants[tape.a[node]]))
+                elif op == Op.INPUT:
+                    values.append(leaf(tape.inputs[tape.a[node]]))
+                else:
+                    number = tape.a[node]
+                    if number not in of_maps:
+                        of_maps[number] = _run_map(cast("Map", tape.maps[number]), third, value, arithmetic)
+                    values.append(of_maps[number][tape.b[node]])
+                continue
+            rule = rules[op]
+            if op == Op.CURVE:
+                result = rule(values[first], *tape.curves[tape.b[node]])
+            elif second < 0:
+                result = rule(values[first])
+            elif third < 0:
+                result = rule(values[first], values[second])
+            else:
+                result = rule(values[first], values[second], values[third])
+            values.append(result if visit is None else visit(node, result))
+        return [values[slot] for slot in self._wanted]
+
+    def on_arrays(self, inputs: Mapping[str, ArrayLike]) -> NDArray[Any]:
+        """Evaluate over NumPy arrays, as ``evaluate`` does."""
+        arrays: dict[str, NDArray[Any]] = {}
+        for name, given in inputs.items():
+            array = np.asarray(given)
+            array = array if np.issubdtype(array.dtype, np.inexact) else array.astype(np.float64)
+            arrays[name] = array[np.newaxis] if array.ndim == 0 else array
+        shape = np.broadcast_shapes(*(array.shape[:-1] for array in arrays.values()))
+        dtype = np.result_type(*(array.dtype for array in arrays.values())) if arrays else np.dtype(np.float64)
+
+        def leaf(symbol: InputSymbol) -> Any:
+            size = arrays[symbol.block].shape[-1] if symbol.block in arrays else 0
+            check_component(symbol, size)
+            return arrays[symbol.block][..., symbol.index][()]
+
+        def side_by_side(slots: Sequence[Sequence[Any]]) -> tuple[list[Any], Callable[[Any], Any]]:
+            count = len(slots[0]) if slots else 0
+            together = []
+            for slot in slots:
+                array = np.empty((count, *shape), dtype)
+                for element, number in enumerate(slot):
+                    array[element] = number
+                together.append(array)
+
+            def apart(result: Any) -> NDArray[Any]:
+                return np.broadcast_to(result, (count, *shape))
+
+            return together, apart
+
+        results = self._distinct(leaf, Arithmetic(_NUMPY_RULES, dtype.type, side_by_side))
+        output = np.empty((*shape, len(results)), dtype)
+        for place, result in enumerate(results):
+            output[..., place] = result
+        return output if len(results) == len(self._places) else output[..., self._places]
+
+
 def run(
     tape: Tape,
     refs: Iterable[Ref],
@@ -39,43 +174,14 @@ def run(
     arithmetic: Arithmetic,
     visit: Callable[[int, Any], Any] | None = None,
 ) -> list[Any]:
-    """Return the values of references for any kind of number; ``leaf`` gives the value of an input symbol.
-
-    Only nodes that the references need are visited, in order, without recursion. A Map runs element by element.
-    ``visit`` is given every operation with its value and returns what stands for it from there on.
-    """
-    refs = list(refs)
-    values: dict[int, Any] = {}
-    of_maps: dict[int, list[Any]] = {}
-
-    def value(ref: Ref) -> Any:
-        return values[ref] if ref > 0 else -values[-ref]
-
-    for node in tape.live(refs):
-        op = tape.op[node]
-        if op is Op.CONST:
-            values[node] = arithmetic.constant(tape.constants[tape.a[node]])
-        elif op is Op.INPUT:
-            values[node] = leaf(tape.inputs[tape.a[node]])
-        elif op is Op.MAP:
-            number = tape.a[node]
-            if number not in of_maps:
-                of_maps[number] = _run_map(cast("Map", tape.maps[number]), value, arithmetic)
-            values[node] = of_maps[number][tape.b[node]]
-        elif op is Op.CURVE:
-            curve, derivative = tape.curves[tape.b[node]]
-            result = arithmetic.rules[op](value(tape.a[node]), curve, derivative)
-            values[node] = result if visit is None else visit(node, result)
-        else:
-            result = arithmetic.rules[op](*[value(ref) for ref in tape.operands(node)])
-            values[node] = result if visit is None else visit(node, result)
-    return [value(ref) for ref in refs]
+    """Return the values of references for any kind of number, once: see ``Evaluation``."""
+    return Evaluation(tape, refs).run(leaf, arithmetic, visit)
 
 
-def _run_map(repetition: Map, value: Callable[[Ref], Any], arithmetic: Arithmetic) -> list[Any]:
+def _run_map(repetition: Map, kernel: Evaluation, value: Callable[[Ref], Any], arithmetic: Arithmetic) -> list[Any]:
     shared = [value(ref) for ref in repetition.shared]
     if arithmetic.side_by_side is not None and (repetition.elements or repetition.gather) and not repetition.last:
-        return _run_at_once(repetition, shared, value, arithmetic, arithmetic.side_by_side)
+        return _run_at_once(repetition, kernel, shared, value, arithmetic, arithmetic.side_by_side)
     carry = [value(ref) for ref in repetition.initial]
     sums = [arithmetic.constant(0.0) for _ in repetition.sums]
     stacked: list[Any] = []
@@ -86,8 +192,7 @@ def _run_map(repetition: Map, value: Callable[[Ref], Any], arithmetic: Arithmeti
             "gather": [value(slot[element]) for slot in repetition.gather],
             "carry": carry,
         }
-        results = run(repetition.kernel, repetition.kernel_refs, _leaves(blocks), arithmetic)
-        terms, carry, rows = repetition.split_kernel(results)
+        terms, carry, rows = repetition.split_kernel(kernel.run(_leaves(blocks), arithmetic))
         sums = [total + term for total, term in zip(sums, terms, strict=True)]
         stacked += rows
     return [*sums, *carry, *stacked]
@@ -95,6 +200,7 @@ def _run_map(repetition: Map, value: Callable[[Ref], Any], arithmetic: Arithmeti
 
 def _run_at_once(
     repetition: Map,
+    kernel: Evaluation,
     shared: Sequence[Any],
     value: Callable[[Ref], Any],
     arithmetic: Arithmetic,
@@ -105,7 +211,7 @@ def _run_at_once(
     gathered = [[value(ref) for ref in slot] for slot in repetition.gather]
     together, apart = side_by_side([*constants, *gathered])
     blocks = {"element": together[: len(constants)], "shared": shared, "gather": together[len(constants) :]}
-    results = [apart(result) for result in run(repetition.kernel, repetition.kernel_refs, _leaves(blocks), arithmetic)]
+    results = [apart(result) for result in kernel.run(_leaves(blocks), arithmetic)]
     terms, _, rows = repetition.split_kernel(results)
     sums = [arithmetic.constant(0.0) for _ in repetition.sums]
     for k, parts in enumerate(terms):
@@ -139,38 +245,7 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
     ValueError
         When a block is missing or too short; the message names it.
     """
-    arrays: dict[str, NDArray[Any]] = {}
-    for name, given in inputs.items():
-        array = np.asarray(given)
-        array = array if np.issubdtype(array.dtype, np.inexact) else array.astype(np.float64)
-        arrays[name] = array[np.newaxis] if array.ndim == 0 else array
-    shape = np.broadcast_shapes(*(array.shape[:-1] for array in arrays.values()))
-    dtype = np.result_type(*(array.dtype for array in arrays.values())) if arrays else np.dtype(np.float64)
-
-    def leaf(symbol: InputSymbol) -> NDArray[Any]:
-        size = arrays[symbol.block].shape[-1] if symbol.block in arrays else 0
-        check_component(symbol, size)
-        return np.asarray(arrays[symbol.block][..., symbol.index])
-
-    def side_by_side(slots: Sequence[Sequence[Any]]) -> tuple[list[Any], Callable[[Any], Any]]:
-        count = len(slots[0]) if slots else 0
-        together = []
-        for slot in slots:
-            array = np.empty((count, *shape), dtype)
-            for element, number in enumerate(slot):
-                array[element] = number
-            together.append(array)
-
-        def apart(result: Any) -> NDArray[Any]:
-            return np.broadcast_to(result, (count, *shape))
-
-        return together, apart
-
-    results = run(tape, refs, leaf, Arithmetic(_NUMPY_RULES, dtype.type, side_by_side))
-    output = np.empty((*shape, len(refs)), dtype)
-    for position, result in enumerate(results):
-        output[..., position] = result
-    return output
+    return Evaluation(tape, refs).on_arrays(inputs)
 
 
 def check_component(symbol: InputSymbol, size: int) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.integrators.newton.matrix import MatrixIndex, Packing, dense, packed, with_end_jacobian, with_sums
 from eomgen.lie import product
-from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.evaluate import Evaluation, evaluate
 
 #: States besides the initial one.
 _OTHERS = 3
@@ -84,7 +84,8 @@ def samples_of(system: Any) -> Samples:
         inputs |= _consistent(system, inputs)
         evaluated = [system.functions[name] for name in (packing.function, "row_sums") if name in system.functions]
         blocks = {block.name: block.refs for function in evaluated for block in function.outputs}
-        numbers = np.hstack([np.asarray(evaluate(system.tape, blocks[name], inputs), float) for name in packing.blocks])
+        refs = [ref for name in packing.blocks for ref in blocks[name]]
+        numbers = np.asarray(evaluate(system.tape, refs, inputs), float)
     good = np.all(np.isfinite(numbers), axis=1)
     good[0] = True
     return Samples(packing, np.nan_to_num(numbers[good]), v[good])
@@ -107,12 +108,14 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array) -> tu
         return product.update(system.factors, q, turns), v
     known = dict(inputs) | {"v": np.zeros((len(q), system.nv))}
 
+    B_of, Phi_of = Evaluation(system.tape, refs["B"]), Evaluation(system.tape, refs.get("Phi", ()))
+
     def jacobians() -> list[Any]:
-        return [_sparse(system, values) for values in evaluate(system.tape, refs["B"], known | {"q": q})]
+        return [_sparse(system, values) for values in B_of.on_arrays(known | {"q": q})]
 
     size = np.full(len(q), np.inf)
     for move in range(_MOVES + _CORRECTIONS):
-        Phi = evaluate(system.tape, refs["Phi"], known | {"q": q}) if system.holonomic else np.zeros((len(q), 0))
+        Phi = Phi_of.on_arrays(known | {"q": q})
         size = np.abs(Phi).max(axis=1, initial=0.0)
         if move >= _MOVES and np.all(size <= _NEAR):
             break
