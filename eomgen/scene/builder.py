@@ -140,7 +140,7 @@ class SceneBuilder:
         self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = (), **keys: Unpack[BaseKeys]
     ) -> Self:
         """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and
-        parameters.
+        parameters. ``follow`` waves to go with their surface.
         """
         return self._enter("base", "", position=position, rotation=rotation, **keys)
 

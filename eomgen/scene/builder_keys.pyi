@@ -36,7 +36,7 @@ class SimulationKeys(TypedDict, total=False):
     start: str | None
 
 class BaseKeys(TypedDict, total=False):
-    pass
+    follow: Mapping[str, Any] | None
 
 class BodyKeys(TypedDict, total=False):
     center_of_mass: Sequence[Value] | None

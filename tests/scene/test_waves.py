@@ -386,6 +386,78 @@ def test_a_run_takes_waves_as_the_formulas_say() -> None:
     np.testing.assert_allclose(run.outputs["lifted"], twice, rtol=0, atol=1e-6)
 
 
+_CROSS = {"axis": [1, 0, 0], "second_axis": [0, 1, 0]}
+
+
+def _pendulum_on(base: dict[str, Any]) -> dict[str, Any]:
+    pendulum = {"mass": 2.0, "center_of_mass": [0, 0, -1.5], "inertia": {"xx": 0.1, "yy": 0.2, "zz": 0.3}}
+    return {
+        "format": 1,
+        "name": "on_a_launch",
+        "waves": {"sea": SEA | {"ramp": 3}},
+        "base": base,
+        "bodies": {"bob": pendulum},
+        "joints": {"ball": {"type": "universal", "parent": "base", "child": "bob", **_CROSS}},
+        "points": {"deck": {"body": "base"}, "bow": {"body": "base", "position": [1, 0, 0]}}
+        | {"mast": {"body": "base", "position": [0, 0, 1]}, "tip": {"body": "bob", "position": [0, 0, -2]}},
+        "outputs": {name: {"position": name} for name in ("deck", "bow", "mast", "tip")}
+        | {"a": {"formula": ["a.ball[0]", "a.ball[1]"]}},
+        "simulation": {"step": 0.01, "duration": 4.0, "method": "rk4"},
+    }
+
+
+def test_a_base_that_follows_waves_has_their_height_and_tilt() -> None:
+    sea = _waves(from_data(_data(SEA | {"ramp": 3})))
+    turn = {"axis": [0, 0, 1], "angle": "0.3 + 0.1 * t"}
+    follow = {"waves": "sea"}
+    base = {"follow": follow, "position": ["2 * t", "1 + 0.2 * t**2", 0.4], "rotation": [turn]}
+    run = eomgen.build(from_data(_pendulum_on(base))).simulate()
+    x, y, t = 2.0 * run.t, 1.0 + 0.2 * run.t**2, run.t
+    deck, bow, mast = (run.outputs[name] for name in ("deck", "bow", "mast"))
+    height = sea.value("elevation", 0, x, y, t) + 0.5 + 0.4
+    np.testing.assert_allclose(deck, np.column_stack((x, y, height)), rtol=0, atol=1e-12)
+    slope = [sea.value("slope", k, x, y, t) for k in range(2)]
+    normal = np.column_stack((-slope[0], -slope[1], np.ones_like(t)))
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    assert np.abs(slope).max() > 0.05
+    np.testing.assert_allclose(mast - deck, normal, rtol=0, atol=1e-12)
+    # turned back about the mast, x is above the world's
+    forwards = np.column_stack((np.ones_like(t), np.zeros_like(t), slope[0]))
+    forwards /= np.linalg.norm(forwards, axis=1)[:, None]
+    turned = np.arccos(np.sum(forwards * (bow - deck), axis=1))
+    np.testing.assert_allclose(turned, 0.3 + 0.1 * t, rtol=0, atol=1e-10)
+    # the same motion by formulas: the same accelerations
+    here = "(2 * t, 1 + 0.2 * t**2)"
+    pitch = f"-atan(slope.sea{here}[0])"
+    written = {
+        "position": ["2 * t", "1 + 0.2 * t**2", f"0.9 + elevation.sea{here}"],
+        "rotation": [
+            {"axis": [0, 1, 0], "angle": pitch},
+            {"axis": [1, 0, 0], "angle": f"atan(slope.sea{here}[1] / sqrt(1 + slope.sea{here}[0]**2))"},
+            turn,
+        ],
+    }
+    other = eomgen.build(from_data(_pendulum_on(written))).simulate()
+    np.testing.assert_allclose(run.outputs["a"], other.outputs["a"], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run.outputs["tip"], other.outputs["tip"], rtol=0, atol=1e-10)
+
+
+def test_a_base_may_go_up_and_down_alone() -> None:
+    level = {"follow": {"waves": "sea", "tilt": False}, "position": [3, 0, 0]}
+    run = eomgen.build(from_data(_pendulum_on(level))).simulate(0.5)
+    up = run.outputs["mast"] - run.outputs["deck"]
+    np.testing.assert_allclose(up, np.tile([0.0, 0.0, 1.0], (len(run.t), 1)), rtol=0, atol=1e-14)
+    assert np.ptp(run.outputs["deck"][:, 2]) > 1e-3
+
+
+def test_a_base_follows_waves_that_are_there() -> None:
+    with pytest.raises(DescriptionError, match=r"base.follow.waves: there is no wave 'see'; try: sea"):
+        from_data(_pendulum_on({"follow": {"waves": "see"}}))
+    assert not [
+        note for note in from_data(_pendulum_on({"follow": {"waves": "sea"}})).notes if "changes nothing" in note
+    ]
+
+
 def test_generated_loops_do_not_grow_with_the_number_of_waves(tmp_path: Path) -> None:
     lengths = []
     for count in (8, 80):

@@ -12,11 +12,21 @@ from eomgen.scene.reading.rotation_schema import Rotations
 _ORIGIN = (0.0, 0.0, 0.0)
 
 
+class Follow(Table):
+    """How the base goes with the surface of the water."""
+
+    waves: str = key("with whose surface", refers="waves", kind="wave")
+    tilt: bool = key("whether the base's z is normal to the surface; else it only goes up and down", True)
+
+
 class Base(Table):
     """The prescribed motion of the frame that carries the tree."""
 
-    position: Triple = key("of the base's origin, in world axes", _ORIGIN, unit="m", names=TIME)
-    rotation: Rotations = key("intrinsic rotations in order", ())
+    position: Triple = key(
+        "of the base's origin, in world axes; z from the surface where it follows one", _ORIGIN, unit="m", names=TIME
+    )
+    rotation: Rotations = key("intrinsic rotations in order, after the surface's tilt", ())
+    follow: Follow | None = optional("go with the surface of waves, as a small boat does", kind="table, below")
 
 
 class Body(Table):
