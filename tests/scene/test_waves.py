@@ -451,7 +451,7 @@ def test_a_base_may_go_up_and_down_alone() -> None:
 
 
 def test_a_base_follows_waves_that_are_there() -> None:
-    with pytest.raises(DescriptionError, match=r"base.follow.waves: there is no wave 'see'; try: sea"):
+    with pytest.raises(DescriptionError, match=r"\(base.follow.waves\): there is no wave 'see'; try: sea"):
         from_data(_pendulum_on({"follow": {"waves": "see"}}))
     assert not [
         note for note in from_data(_pendulum_on({"follow": {"waves": "sea"}})).notes if "changes nothing" in note
