@@ -60,13 +60,13 @@ def ours(model: Any, exact: Array, days: float) -> list[Contestant]:
     for method in METHODS:
         for steps in (round(days / step) for step in STEPS):
             step, every = days / steps, max(1, steps // GRID)
-            run = model.simulate(days, step, method=method, record_every=every)
+            run = model.simulate(days, step, method=method, record_every=every, error_estimate=False)
             if not run.success:
                 continue
             errors = {"energy": run.energy_error, "places, au": float(np.abs(run.q[-1] - exact).max())}
 
             def once(method: str = method, step: float = step, steps: int = steps) -> object:
-                return model.simulate(days, step, method=method, record_every=steps)
+                return model.simulate(days, step, method=method, record_every=steps, error_estimate=False)
 
             found.append(Contestant(f"{method}, {step:.3g} d", once, errors, min(_timed(once) for _ in range(3))))
     return found

@@ -34,7 +34,7 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     for term in document.terms:
         parts[term.dependence] = parts.get(term.dependence, 0) + 1
     coupled = list(dict.fromkeys(term.name for term in document.terms if term.dependence == "coupled"))
-    gradients = len(chosen.fractions) // 2 if chosen.kind != "MIDPOINT" else 0
+    gradients = len(chosen.fractions) // 2 if not chosen.implicit else 0
     if as_json:
         print_json(
             {
@@ -90,6 +90,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
         initial=starts or None,
         parameters=changes or None,
         record_every=options["record_every"],
+        error_estimate=options["error_estimate"],
     )
     files = [solution.save(target / "solution.npz"), solution.save(target / "solution.csv")]
     if plots:
@@ -103,6 +104,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
         "stats": dict(solution.stats),
         **solution.metadata,
         "energy_error": solution.energy_error,
+        "error_estimate": solution.error_estimate.summary(),
         "rows": len(solution.t),
         "files": [file.name for file in files],
     }
@@ -128,6 +130,7 @@ def _print(solution: HamiltonianSolution) -> None:
         ("time of computation", f"{stats['wall_time']:.3g} s"),
         ("H", f"{total[0]:.12g} at the start, {total[-1]:.12g} at the end"),
         ("largest change of H", f"{solution.energy_error:.3g} of it"),
+        ("errors of steps", str(solution.error_estimate)),
     ]
     names, units = metadata["names"], metadata["units"]
     for name, unit, value in [*zip(names["q"], units["q"], solution.q[-1], strict=True)][:8]:

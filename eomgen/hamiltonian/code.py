@@ -8,7 +8,7 @@ from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
 from eomgen.codegen.targets.c.target import compile_command, generate_interface, rendered
 from eomgen.hamiltonian.derivation import derive_hamiltonian
-from eomgen.hamiltonian.methods import Method
+from eomgen.hamiltonian.methods import Method, krylov
 from eomgen.scene.hamiltonian.document import Hamiltonian
 
 if TYPE_CHECKING:
@@ -16,11 +16,18 @@ if TYPE_CHECKING:
 
 #: Declarations of what Python calls.
 CDEF = f"""\
-{INTERFACE_CDEF}int eomgen_hamiltonian_run(const double *parameters, double step, long rows, long every, int kind,
-    int count, const double *fractions, int compensated, double *state, double *record, long *counted);
+{INTERFACE_CDEF}int eomgen_hamiltonian_run(const double *parameters, double step, long rows, long every, int more,
+    int kind, int count, const double *fractions, int stages, const double *coefficients, int compensated, double *work,
+    double *state, double *record, long *counted);
 """
-#: Iterations of an implicit midpoint step at most, and the change, in parts of the state, that may be rounding.
-MOST_ITERATIONS, ROUNDING = 200, 1e-12
+#: Iterations of an implicit step at most, the change, in parts of the state, that may be rounding, and by what every
+#: second change has to be smaller: where it is not, Newton's method takes over.
+MOST_ITERATIONS, ROUNDING, SLOW = 200, 1e-12, 0.3
+#: Turns of its linear equations, and the part of the residual that is left.
+CYCLES, LINEAR = 6, 1e-10
+#: Of Newton's method: corrections at most, halvings of one, the correction below which none is refused, and the error
+#: that is expected to be left, both in parts of the state.
+MOST_CORRECTIONS, HALVINGS, NEAR, SOLVED = 40, 8, 1e-7, 1e-16
 
 
 def program_of(document: Hamiltonian) -> Program:
@@ -72,4 +79,12 @@ def _extra(document: Hamiltonian) -> dict[str, Any]:
         "momenta": [item.momentum for item in document.coordinates],
         "most_iterations": MOST_ITERATIONS,
         "rounding": ROUNDING,
+        "slow": SLOW,
+        "krylov": krylov(len(document.coordinates)),
+        "cycles": CYCLES,
+        "linear": LINEAR,
+        "most_newton": MOST_CORRECTIONS,
+        "halvings": HALVINGS,
+        "near": NEAR,
+        "solved": SOLVED,
     }

@@ -14,20 +14,22 @@ from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.hamiltonian.methods import KINDS, Method, method_for
 from eomgen.hamiltonian.solution import HamiltonianSolution
+from eomgen.hamiltonian.step_errors import StepErrors, estimated
 from eomgen.scene.hamiltonian.document import DEPENDENCES, Hamiltonian
 from eomgen.text import nearest, shown
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.library import Library
 
-#: Seconds between looks at the keyboard, where a row does not take longer.
-_SECONDS_AT_ONCE = 0.2
+#: Seconds between looks at the keyboard, and steps before the first.
+_SECONDS_AT_ONCE, _FIRST_STEPS = 0.1, 64
 #: Coordinates up to which the largest frequency at the start is worked out.
 _FEW = 100
 #: Copies of a record that a run makes, and bytes that these may take.
 _COPIES, _MOST_BYTES = 4, 4e9
+_COUNTED = ("steps", "gradients", "iterations", "products")
 #: What stops a run, by the status of its C.
 _STATUSES = {
-    1: "the iteration of an implicit midpoint step did not converge; try: a step smaller than {step:.3g}",
+    1: "the equations of an implicit step were not solved by Newton's method; try: a step smaller than {step:.3g}",
     3: "a value became infinite or not a number; try: a step smaller than {step:.3g}, or another start",
 }
 
@@ -144,6 +146,7 @@ class HamiltonianModel:
         parameters: Mapping[str, float] | None = None,
         record_every: int | None = None,
         compensated: bool | None = None,
+        error_estimate: bool = True,
     ) -> HamiltonianSolution:
         """Return the motion from t = 0 to an end in equal steps.
 
@@ -154,9 +157,9 @@ class HamiltonianModel:
         method : str
             Where H is T(p) + V(q): ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, ``blanes_moan4``,
             ``blanes_moan6``, ``kahan_li6``, ``kahan_li8``, and for even orders to 12 ``yoshida<order>``,
-            ``suzuki<order>`` and ``creutz_gocksch<order>_<i>``. ``implicit_midpoint`` for any H; of
-            recursions of leapfrogs implicit midpoint steps take the place where H is not separable. The file's by
-            default, else ``omf4``, or ``implicit_midpoint`` where H is not separable.
+            ``suzuki<order>`` and ``creutz_gocksch<order>_<i>``. ``implicit_midpoint`` and, for even orders from 4
+            to 12, ``gauss<order>`` for any H; of recursions of leapfrogs implicit midpoint steps take the place where
+            H is not separable. The file's by default, else ``omf4``, or ``implicit_midpoint`` where H is not separable.
         first : str
             Whether steps of compositions begin with a ``drift`` or a ``kick``.
         initial : mapping
@@ -167,6 +170,9 @@ class HamiltonianModel:
             Steps between recorded rows; the first and the last state are always recorded.
         compensated : bool
             Keep what rounding takes of sums for the next ones: for 1e6 steps and more.
+        error_estimate : bool
+            Estimate the errors of steps by runs in steps twice and four times as long, or half as long where these
+            tell nothing: 0.75 to 2.75 times the time of the run itself.
 
         Raises
         ------
@@ -187,7 +193,23 @@ class HamiltonianModel:
         kept = run.compensated if compensated is None else bool(compensated)
         rows, counted, status = self._steps(chosen, step, steps, every, state, values, compensated=kept)
         seconds = time.perf_counter() - began
-        taken = np.minimum(np.arange(len(rows)) * every, steps)
+
+        def compared(multiple: float, spacing: int) -> Array | None:
+            taken = (multiple * step, round(steps / multiple), round(spacing / multiple))
+            found, _, ended = self._steps(chosen, *taken, state, values, compensated=kept)
+            if ended < 0:
+                raise KeyboardInterrupt
+            return found if ended == 0 else None
+
+        if not error_estimate or status:
+            errors = StepErrors(reason="the run did not reach its end" if status else "it was switched off")
+        else:
+            names = [*self.q_names, *self.p_names]
+            try:
+                errors = estimated(rows, step, every, steps, chosen.order, names, compared)
+            except KeyboardInterrupt:  # what the run came to is kept
+                errors = StepErrors(reason="it was interrupted")
+        taken = np.minimum(np.arange(len(rows)) * every, counted[0])
         t, q, p = taken * step, rows[:, : self.n].copy(), rows[:, self.n :].copy()
         parts = self._call("hamiltonian", [q, p], values)[0]
         energy: dict[str, Array] = {
@@ -206,14 +228,14 @@ class HamiltonianModel:
             p,
             energy,
             outputs,
-            {**dict(zip(("steps", "gradients", "iterations"), counted, strict=True)), "wall_time": seconds},
+            {**dict(zip(_COUNTED, counted, strict=True)), "wall_time": seconds},
             status == 0,
             f"{message}; {doubtful}" if doubtful else message,
             {
                 "name": self.name,
                 "method": chosen.name,
                 "order": chosen.order,
-                "first": first if chosen.kind != "MIDPOINT" else "",
+                "first": "" if chosen.implicit else first,
                 "step": step,
                 "compensated": kept,
                 "parameters": dict(zip(self.parameters, values.tolist(), strict=True)),
@@ -224,6 +246,7 @@ class HamiltonianModel:
                     "outputs": [item.unit for item in self.document.outputs],
                 },
             },
+            errors,
         )
 
     def _steps(
@@ -237,38 +260,56 @@ class HamiltonianModel:
         *,
         compensated: bool,
     ) -> tuple[Array, list[int], int]:
-        """Return rows of q and p, what was counted, and how it ended: 0 well, -1 interrupted, else a status."""
+        """Return rows of q and p, what was counted, and how it ended: 0 well, -1 interrupted, else a status.
+
+        Calls of C end within rows as well, so that the keyboard is heard, with the bits of one call for all; a run that
+        is interrupted has the state there as its last row.
+        """
         n, ffi = self.n, self.library.ffi
         whole, rest = divmod(steps, every)
         _check_memory(1 + whole + (rest > 0), 2 * n, steps)
         record = np.empty((1 + whole + (rest > 0), 2 * n))
         motion = np.concatenate([state.ravel(), np.zeros(2 * n)])
         record[0] = motion[: 2 * n]
-        counted = np.zeros(3, dtype=np.int64)
-        fractions = np.array(method.fractions)
-        numbers = [ffi.from_buffer("double[]", array) for array in (values if len(values) else np.zeros(1), fractions)]
-        memory, tally = ffi.from_buffer("double[]", motion), ffi.new("long[3]")
-        row, status, at_once, left = 1, 0, 1, whole
+        given = (values if len(values) else np.zeros(1), method.fractions, (*method.A, *method.b, 0.0))
+        numbers = [ffi.from_buffer("double[]", np.array(array)) for array in given]
+        work = np.empty(method.work(n) + 1)
+        memories = [ffi.from_buffer("double[]", array) for array in (work, motion)]
+        tally = ffi.new("long[5]")
+
+        def run(row: int, rows: int, length: int, *, more: bool) -> int:
+            target = ffi.from_buffer("double[]", record[row : row + max(rows, 1)])
+            found: int = self.library.lib.eomgen_hamiltonian_run(
+                numbers[0], step, rows, length, more, KINDS.index(method.kind), len(method.fractions), numbers[1],
+                method.stages, numbers[2], compensated, *memories, target, tally,
+            )  # fmt: skip
+            return found
+
+        row, within, status, at_once = 1, 0, 0, _FIRST_STEPS
+        counted = list(tally)
         try:
-            while left or rest:
-                length, count = (every, min(at_once, left)) if left else (rest, 1)
-                began = time.perf_counter()
-                target = ffi.from_buffer("double[]", record[row : row + count])
-                status = self.library.lib.eomgen_hamiltonian_run(
-                    numbers[0], step, count, length, KINDS.index(method.kind), len(fractions), numbers[1],
-                    int(compensated), memory, target, tally,
-                )  # fmt: skip
-                done = count if status == 0 else int((tally[0] - counted[0]) // length)
-                row += done
-                counted[:] = list(tally)
-                left, rest = left - count if left else 0, rest if left else 0
-                if status:
-                    break
+            while not status and (row - 1) * every < steps:
+                began, length = time.perf_counter(), min(every, steps - (row - 1) * every)
+                if within or at_once < length:
+                    taken = min(at_once, length - within)
+                    status = run(row, 1, taken, more=within + taken < length)
+                    within += taken
+                    rows = int(within == length and not status)
+                else:
+                    rows = max(1, min(at_once // every, whole - row + 1))
+                    status = run(row, rows, length, more=False)
+                    taken = rows * length
+                    rows = rows if not status else int((tally[0] - counted[0]) // length)
+                if rows:
+                    row, within, counted = row + rows, 0, list(tally)
                 spent = max(time.perf_counter() - began, 1e-9)
-                at_once = max(1, min(2 * count, int(count * _SECONDS_AT_ONCE / spent)))
+                at_once = max(1, min(2 * at_once, int(taken * _SECONDS_AT_ONCE / spent)))
         except KeyboardInterrupt:
             status = -1
-        return record[:row], [int(number) for number in counted], status
+            if within:
+                run(row, 1, 0, more=False)
+                row, counted = row + 1, list(tally)
+        return record[:row], counted[:4], status
 
     def _too_large(self, method: Method, step: float, state: Array, values: Array) -> str:
         """Return what is wrong with a step that is beyond the limit of stability at the start."""

@@ -12,6 +12,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.files import write_arrays, write_table
+from eomgen.hamiltonian.step_errors import StepErrors
 
 
 @dataclass(frozen=True)
@@ -29,14 +30,16 @@ class HamiltonianSolution:
     outputs : mapping
         By name, (rows,) each.
     stats : mapping
-        ``steps``, ``gradients`` (evaluations of forces), ``iterations`` (of implicit midpoint steps), ``wall_time`` in
-        s.
+        ``steps``, ``gradients`` (evaluations of forces), ``iterations`` (of implicit steps), ``products`` (of the
+        Hessian of H, in Newton's method), ``wall_time`` in s.
     success : bool
         Whether the motion reached its end.
     message : str
         How it ended, and what is doubtful.
     metadata : mapping
         Names, units, method, step, parameters.
+    error_estimate : StepErrors
+        What the size of the steps does to coordinates and momenta; printed in words.
     """
 
     t: Array
@@ -48,6 +51,7 @@ class HamiltonianSolution:
     success: bool
     message: str
     metadata: Mapping[str, Any] = field(default_factory=dict)
+    error_estimate: StepErrors = field(default_factory=StepErrors)
 
     def __repr__(self) -> str:
         return f"HamiltonianSolution({self.metadata['name']}: {self.message}, {len(self.t)} rows)"
@@ -83,7 +87,13 @@ class HamiltonianSolution:
         if path.suffix == ".csv":
             write_table(path, list(columns), np.column_stack(list(columns.values())))
         elif path.suffix == ".npz":
-            data = {"message": self.message, "success": self.success, "stats": dict(self.stats), **self.metadata}
+            data = {
+                "message": self.message,
+                "success": self.success,
+                "stats": dict(self.stats),
+                **self.metadata,
+                "error_estimate": self.error_estimate.summary(),
+            }
             write_arrays(path, columns, data)
         else:
             kind = path.suffix or "a file without a suffix"

@@ -37,7 +37,7 @@ def start(y: float, p_y: float, energy: float) -> dict[str, float]:
 
 def section(model: Any, y: float, p_y: float, energy: float, t_end: float = 20_000.0) -> Array:
     """Return y and p_y, (points, 2), where a motion passes x = 0 with p_x > 0, by cubics through rows."""
-    run = model.simulate(t_end, STEP, method="omf4", initial=start(y, p_y, energy))
+    run = model.simulate(t_end, STEP, method="omf4", initial=start(y, p_y, energy), error_estimate=False)
     names = [*model.q_names, *model.p_names]
     rows = np.hstack([run.q, run.p])
     dH_dq, dH_dp = model.gradient(run.q, run.p)
@@ -68,7 +68,7 @@ def work(model: Any) -> dict[str, list[tuple[float, float]]]:
         found[method] = []
         for halvings in range(8):
             step = 0.8 / 2**halvings
-            run = model.simulate(200.0, step, method=method)
+            run = model.simulate(200.0, step, method=method, error_estimate=False)
             if run.success and run.energy_error < 1:
                 found[method].append((run.stats["gradients"], max(run.energy_error, 1e-16)))
     return found
@@ -92,7 +92,9 @@ def main() -> None:
     left, right = panels[1]
     table = []
     for method, colour in LONG.items():
-        run = model.simulate(STEP * STEPS, STEP, method=method, record_every=100, compensated=True)
+        run = model.simulate(
+            STEP * STEPS, STEP, method=method, record_every=100, compensated=True, error_estimate=False
+        )
         total = run.energy["total"]
         error = np.maximum.accumulate(np.abs(total / total[0] - 1))
         left.loglog(run.t[1:], error[1:], color=colour, label=method)
