@@ -35,7 +35,7 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
     ModelError
         A term has no finite value whatever the state.
     """
-    tape, n = Tape(), len(document.coordinates)
+    tape, n = Tape(reciprocals=True), len(document.coordinates)
     algebra = Algebra(tape)
     q, v, dq, dv = (algebra.block(block, n) for block in ("q", "v", "a", "j"))
     values = algebra.block("p", len(document.parameters))

@@ -128,12 +128,16 @@ class HamiltonianModel:
         self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | Array | None = None
     ) -> float:
         """Return the largest modulus of the eigenvalues of the motion linearised about a state, per unit of time."""
+        flow = self._flow(q, p, parameters)
+        return float(np.abs(np.linalg.eigvals(flow)).max()) if np.isfinite(flow).all() else math.inf
+
+    def _flow(self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | Array | None) -> Array:
+        """Return the matrix of the motion linearised about a state, (2 n, 2 n)."""
         n = self.n
         rows = np.eye(2 * n)
         states = [np.broadcast_to(np.asarray(x, float), (2 * n, n)) for x in (q, p)]
         by_q, by_p = self._call("hessian_product", [*states, rows[:, :n], rows[:, n:]], parameters)
-        flow = np.hstack([by_p, -by_q]).T
-        return float(np.abs(np.linalg.eigvals(flow)).max()) if np.isfinite(flow).all() else math.inf
+        return np.hstack([by_p, -by_q]).T
 
     def simulate(
         self,
@@ -315,7 +319,14 @@ class HamiltonianModel:
         """Return what is wrong with a step that is beyond the limit of stability at the start."""
         if not method.stability_limit or self.n > _FEW:
             return ""
-        found = self.largest_frequency(state[: self.n], state[self.n :], values)
+        here = state[: self.n], state[self.n :]
+        flow = self._flow(*here, values)
+        with np.errstate(all="ignore"):
+            twice = np.abs(flow @ flow)
+            bound = math.sqrt(min(twice.sum(axis=0).max(), twice.sum(axis=1).max()))
+        if abs(step) * bound <= method.stability_limit:  # a bound that takes no eigenvalues
+            return ""
+        found = self.largest_frequency(*here, values)
         if not abs(step) * found > method.stability_limit:
             return ""
         return (

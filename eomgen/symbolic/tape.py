@@ -42,6 +42,9 @@ class Tape:
         What the nodes from here on mean physically; becomes comments in the C.
     names : dict
         What a node is called in the field, by which the C names its local variables; no two names of a node.
+    reciprocals : bool
+        Whether x/y is recorded as x (1/y), so that divisions by one number are one: derivatives of powers of distances
+        divide by each three times. What overflows in 1/y is then no number any more.
     maps : list of Map
         Loops over identical elements (see ``map.py``).
     curves : list of (curve, derivative)
@@ -58,6 +61,7 @@ class Tape:
     inputs: list[InputSymbol] = field(default_factory=list)
     blocks: list[tuple[int, str]] = field(default_factory=list)
     names: dict[int, str] = field(default_factory=dict)
+    reciprocals: bool = False
     maps: list[object] = field(default_factory=list)
     curves: list[tuple[CurveLike, int]] = field(default_factory=list)
     instances: dict[tuple[object, ...], tuple[Ref, ...]] = field(default_factory=dict, repr=False)
@@ -197,6 +201,8 @@ class Tape:
             if self.op[x] is Op.CONST:
                 return self._folded(Op.DIV, x, y, self._number(x) / self._number(y))
             return self.mul(self._folded(Op.DIV, ONE, y, 1.0 / self._number(y)), x)
+        if self.reciprocals and x != ONE:
+            return self.mul(x, self._node(Op.DIV, ONE, y))
         return self._node(Op.DIV, x, y)
 
     def call(self, op: Op, x: Ref, y: Ref = 0) -> Ref:

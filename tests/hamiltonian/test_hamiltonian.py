@@ -259,6 +259,12 @@ def test_a_step_beyond_the_limit_is_said_and_a_run_that_fails_keeps_what_it_had(
     compiled = model("henon_heiles")
     run = compiled.simulate(3.0, 3.0, method="leapfrog", initial={"x": 0.0, "y": 0.0, "p_x": 1e-3, "p_y": 0.0})
     assert "step times largest frequency is 3 at the start, and leapfrog is stable up to 2; try:" in run.message
+    assert compiled.largest_frequency([0.3, 0.1], [0.2, 0.4]) == pytest.approx(np.sqrt(1 + 2 * np.hypot(0.3, 0.1)))
+    limit = 2 / np.sqrt(1 + 2 * np.hypot(0.3, 0.1))
+    for step, said in ((0.99 * limit, False), (1.01 * limit, True)):
+        at = {"x": 0.3, "y": 0.1}
+        message = compiled.simulate(step, step, method="leapfrog", initial=at).message
+        assert ("step times largest frequency" in message) is said
     away = compiled.simulate(100.0, 0.5, method="leapfrog", initial={"y": 3.0, "p_y": 2.0})
     assert not away.success
     assert away.message.startswith("stopped behind t = ")
