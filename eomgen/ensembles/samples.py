@@ -142,8 +142,9 @@ class Samples:
                 here = np.arange(found.columns.shape[2]) < found.rows[:, np.newaxis]
                 alone = alone | ~(known.all(axis=1) | ~here).all(axis=1)
             whole = ~alone & (found.rows == len(self.times))
-            rows[chosen[whole]] = found.columns[whole][:, :, self.thinned]
-            extremes[chosen[whole]] = extremes_of(found.columns[whole])
+            columns = found.columns if whole.all() else found.columns[whole]
+            rows[chosen[whole]] = columns[:, :, self.thinned]
+            extremes[chosen[whole]] = extremes_of(columns)
             for k in np.flatnonzero(~(alone | whole)):
                 place = chosen[k]
                 self._fill(found.columns[k, :, : found.rows[k]], found.ends[k], rows[place], extremes[place])

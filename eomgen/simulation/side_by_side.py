@@ -46,8 +46,10 @@ _GROWTH = 5.0
 _VIOLATION = 1e-4
 #: Part of its length by which a beam's axis may be shortened, of 1 from which on a run has failed.
 _SHORTENED = 0.9
-#: Numbers of rows that are looked at together, and groups of lanes, at most.
-_NUMBERS, _GROUPS = 4e6, 1024
+#: Numbers of rows that are looked at together, and groups of lanes, at most: 4 MB stay in a cache, and the heap keeps
+#: them from one group to the next, where 32 MB come from the system each time (2.8 to 4.1 ms in place of 2.35 for a
+#: sample of 5000 steps).
+_NUMBERS, _GROUPS = 5e5, 1024
 #: Options of ``simulate`` with which samples may run side by side.
 _OPTIONS = {
     *("method", "rho_inf", "alpha", "beta", "gamma", "order", "tolerance", "settings"),
@@ -243,7 +245,8 @@ class SideBySide:
             alone |= ~np.isfinite(rows).all(axis=(1, 2)) | self._grows(rows) | self._gains_energy(rows, present)
             chosen = self._asked(rows.shape[1])
             asked = np.where(stopped, (chosen < number[:, np.newaxis] - 1).sum(axis=1) + 1, len(chosen))
-            rows, present = rows[:, chosen], present if present.ndim == 2 else present[:, chosen]
+            if len(chosen) < rows.shape[1]:
+                rows, present = rows[:, chosen], present if present.ndim == 2 else present[:, chosen]
             alone |= self._beams_fail(rows, parameters)
             columns = self._columns(rows, present, None if inputs is None else self._at_rows(inputs[:count]))
         for k in np.flatnonzero(stopped):

@@ -103,6 +103,24 @@ def _rooms() -> int:
     return len(worker._ROOMS)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the settings are those of the GNU allocator")
+def test_processes_of_this_machine_keep_the_memory_that_samples_need_again() -> None:
+    def faults() -> int:  # sent as it stands
+        import resource
+
+        import numpy as np
+
+        np.ones(2**18)
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+        for _ in range(8):
+            np.ones(2**18)
+        return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+
+    with cluster.processes(1) as one, distributed.Client(one, set_as_default=False) as client:
+        (found,) = client.run(faults).values()
+    assert found < 256  # of 8 times 512 pages
+
+
 def test_failures_and_solutions_come_back(cart: eomgen.Model, client: Any, tmp_path: Path) -> None:
     table = {"mass": [1.0, -1.0, 2.0], "push": [2.0, 2.0, 2.0]}
     here = cart.simulate_many(table=table, folder=tmp_path / "here", keep=[2])
