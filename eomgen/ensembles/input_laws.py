@@ -13,7 +13,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.ensembles.distributions import Distribution
 from eomgen.errors import Problem, UsageError
-from eomgen.random_processes import standard_normals
+from eomgen.random_processes import WAVES, standard_normals
 from eomgen.random_roads import road_harmonics
 from eomgen.simulation.option_types import LawOverTime
 from eomgen.system.signals import Input
@@ -31,12 +31,13 @@ _NAMED = 4
 def laws_that_vary(model: CompiledModel) -> list[str]:
     """Return the names ``seed.road`` and ``scale.road`` of the inputs that have them."""
     seeds = [f"seed.{item.name}" for item in model.description.inputs if item.road is not None or _own_variables(item)]
+    seeds += [f"seed.{waves.name}" for waves in model.description.waves if waves.variables]
     return [*seeds, *(f"scale.{item.name}" for item in model.description.inputs if item.given)]
 
 
 def law_of(model: CompiledModel, name: str, where: str) -> int:
-    """Return the place of the input that ``seed.road`` or ``scale.road`` is of. Raises UsageError where there is none
-    whose law so varies."""
+    """Return the place of the input that ``seed.road`` or ``scale.road`` is of, that of waves behind all inputs. Raises
+    UsageError where there is none whose law so varies."""
     kind, _, of = name.partition(".")
     place = {item.name: k for k, item in enumerate(model.description.inputs)}.get(of)
     label = f"{where} {name}"
@@ -48,6 +49,15 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
             hint = (
                 f"a random road as an input, [inputs.{of}] road = {{ class = ..., speed = ... }}; or a model per seed"
             )
+        raise UsageError(Problem(label, what, hint))
+    if place is None and of in (seas := [waves.name for waves in model.description.waves]):
+        number = seas.index(of)
+        if kind == "seed" and model.description.waves[number].variables:
+            return len(model.description.inputs) + number
+        what, hint = f"{of} are waves, whose numbers are fixed in the code", f"variables = true in [waves.{of}]"
+        if kind != "seed":
+            what = f"{of} are waves, which are as high as their spectrum says"
+            hint = f'height = "height" in the spectrum of [waves.{of}], a tunable parameter, which varies'
         raise UsageError(Problem(label, what, hint))
     if place is None:
         what = f"there is no input {shown(of)}"
@@ -66,10 +76,20 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
     return place
 
 
+def has_variables(model: CompiledModel, place: int) -> bool:
+    """Return whether what is at a place, as of ``law_of``, has random variables, which are parameters."""
+    inputs = model.description.inputs
+    return place >= len(inputs) or inputs[place].random is not None
+
+
 def variables_of_seed(model: CompiledModel, place: int, seed: float) -> dict[str, float]:
-    """Return the values that a seed gives the parameters of the random process that an input is; none of a road, which
-    has no parameters."""
-    process = model.description.inputs[place].random
+    """Return the values that a seed gives the parameters of the random process or the waves at a place, as of
+    ``law_of``; none of a road, which has no parameters."""
+    inputs = model.description.inputs
+    if place >= len(inputs):
+        names = model.description.waves[place - len(inputs)].variables
+        return dict(zip(names, standard_normals(int(seed), len(names), WAVES).tolist(), strict=True))
+    process = inputs[place].random
     if process is None:
         return {}
     own = process.own_variables

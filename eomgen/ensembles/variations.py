@@ -18,6 +18,7 @@ from eomgen.ensembles.input_laws import (
     LAWS,
     check_seeds,
     check_tracks,
+    has_variables,
     is_whole,
     law_of,
     laws_of,
@@ -38,7 +39,7 @@ class Variation:
     ----------
     name : as the caller has it
     block : ``parameters``, ``inputs``, ``seed`` or ``scale`` of the law of an input, ``process`` for the seed of a
-        random process, whose variables are parameters, or ``q``, ``v``, ``z`` of the initial state
+        random process or of waves, whose variables are parameters, or ``q``, ``v``, ``z`` of the initial state
     place : component of an initial state, the input whose law it is, else 0
     unit : of the number
     """
@@ -81,7 +82,7 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
     kind, _, of = name.partition(".")
     if kind in LAWS and of:
         place = law_of(model, name, where)
-        process = kind == "seed" and model.description.inputs[place].random is not None
+        process = kind == "seed" and has_variables(model, place)
         return Variation(name, "process" if process else kind, place, "")
     if name in model.evaluator.fixed_parameters:
         hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"

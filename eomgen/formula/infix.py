@@ -47,7 +47,8 @@ def _operation(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str,
     parts = [_text(argument, sizes) for argument in formula.arguments]
     if isinstance(formula, WaveQuantity):
         index = f"[{formula.component}]" if QUANTITIES[formula.name][1] > 1 else ""
-        return f"{formula.name}.{formula.waves.name}({', '.join(text for text, _ in parts[:-1])}){index}", _ATOM
+        place = ", ".join(text for text, _ in parts[: QUANTITIES[formula.name][0]])
+        return f"{formula.name}.{formula.waves.name}({place}){index}", _ATOM
 
     def at_least(part: tuple[str, int], precedence: int) -> str:
         return part[0] if part[1] >= precedence else f"({part[0]})"

@@ -98,7 +98,8 @@ class Operation(Node):
 
 @dataclass(frozen=True)
 class WaveQuantity(Operation):
-    """A quantity of waves, ``water_velocity.sea(x, y, z)[2]``: its arguments are the place and, behind it, the time.
+    """A quantity of waves, ``water_velocity.sea(x, y, z)[2]``: its arguments are the place and, behind it, the time
+    and what the waves are given of parameters.
 
     Attributes
     ----------
@@ -108,6 +109,17 @@ class WaveQuantity(Operation):
 
     waves: WaveField
     component: int = 0
+
+
+def quantity_of_waves(name: str, waves: WaveField, place: tuple[Formula, ...], component: int = 0) -> WaveQuantity:
+    """Return a quantity of waves at a place, now, with what the waves have of parameters."""
+    return WaveQuantity(name, (*place, Symbol("time"), *given_to(waves)), waves, component)
+
+
+def given_to(waves: WaveField) -> tuple[Formula, ...]:
+    """Return what quantities of waves have as arguments behind the time: the factor of amplitudes, and variables."""
+    factor = () if waves.factor is None else (waves.factor,)
+    return (*factor, *(Symbol("parameter", name) for name in waves.variables))
 
 
 @dataclass(frozen=True)

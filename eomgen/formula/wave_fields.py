@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -55,6 +55,12 @@ class WaveField:
     ramp : how long the amplitudes take to grow from 0 at t = 0, s; 0 for waves that are there from the beginning
     stretching : what the motion above the water at rest is: ``wheeler`` takes z - eta, shrunk to the depth, for z;
         ``none`` takes z as it is, so that short waves grow exponentially
+    free : how many of the components, the first ones, are free waves; bound ones follow. None for all
+    factor : of all amplitudes, a formula of tunable parameters; that of bound waves is its square. None for 1
+    variables : tunable parameters, two for each free wave: its amplitude times exp(i phase) is that of its component
+        times z1 + i z2. None for waves that do not change from run to run
+    drawn : of each component the free waves that it is made of, and the sign of the second's phase; -1 and 1 for none
+    seed : of the values that the variables have by default
     """
 
     name: str
@@ -63,6 +69,16 @@ class WaveField:
     level: float
     ramp: float
     stretching: Stretching
+    free: int | None = None
+    factor: Any = None  # nodes of formulas hold waves, not these them
+    variables: tuple[str, ...] = ()
+    drawn: tuple[tuple[int, int, int], ...] = ()
+    seed: int = 0
+
+    @property
+    def bound(self) -> NDArray[np.bool_]:
+        """Whether each component is a bound wave."""
+        return np.arange(len(self.components)) >= (len(self.components) if self.free is None else self.free)
 
     def __str__(self) -> str:
         return f"{len(self.components)} waves"
@@ -97,13 +113,30 @@ class WaveField:
         return tuple(found.tolist())
 
     def value(self, name: str, component: int, *arguments: ArrayLike) -> NDArray[np.float64]:
-        """Return a quantity at x, y, where it has one z, and t, of their broadcast shape, in numbers."""
-        *place, t = (np.asarray(argument, dtype=float) for argument in arguments)
+        """Return a quantity at x, y, where it has one z, and t, at what is ``given`` besides, of their broadcast shape,
+        in numbers."""
+        numbers = [np.asarray(argument, dtype=float) for argument in arguments]
+        count = QUANTITIES[name][0]
+        place, t, given = numbers[:count], numbers[count], numbers[count + 1 :]
         grown, growing = self._growth(t)
-        if name != "water_acceleration":
-            return grown * self._full(name, component, place, t)
-        rest: NDArray[np.float64] = grown * self._full(name, component, place, t)
-        return rest if self.ramp == 0.0 else rest + growing * self._full("water_velocity", component, place, t)
+        rest: NDArray[np.float64] = grown * self._full(name, component, place, t, given)
+        if name != "water_acceleration" or self.ramp == 0.0:
+            return rest
+        return rest + growing * self._full("water_velocity", component, place, t, given)
+
+    def _sizes(self, given: list[NDArray[np.float64]]) -> NDArray[np.complex128]:
+        """Return by what the crest of each component is multiplied, (..., n), for what is given of parameters."""
+        sizes = np.ones(len(self.components), dtype=complex)
+        if self.factor is not None:
+            factor = given[0][..., None]
+            sizes = sizes * np.where(self.bound, factor**2, factor)
+        if self.variables:
+            drawn = np.stack(np.broadcast_arrays(*given[-len(self.variables) :]), axis=-1)
+            z = drawn[..., ::2] + 1j * drawn[..., 1::2]
+            first, second, sign = np.array(self.drawn).T
+            other = np.where(sign > 0, z[..., second], np.conj(z[..., second]))
+            sizes = sizes * z[..., first] * np.where(second < 0, 1.0, other)
+        return sizes
 
     def _growth(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the share of the amplitudes that is there, and its rate in 1/s."""
@@ -113,24 +146,32 @@ class WaveField:
         return s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3), 140.0 * (s * (1.0 - s)) ** 3 / self.ramp
 
     def _full(
-        self, name: str, component: int, place: list[NDArray[np.float64]], t: NDArray[np.float64]
+        self,
+        name: str,
+        component: int,
+        place: list[NDArray[np.float64]],
+        t: NDArray[np.float64],
+        given: list[NDArray[np.float64]],
     ) -> NDArray[np.float64]:
         """Return a quantity of waves that are fully grown, except for what stretching takes of them."""
         column = {name: np.array(values) for name, values in self.columns.items()}
         x, y, time = (np.asarray(item)[..., None] for item in (place[0], place[1], t))
         angle = column["kx"] * x + column["ky"] * y - column["w"] * time + column["phase"]
-        wave = np.sin(angle) if in_quadrature(name, component) else np.cos(angle)
+        crest = self._sizes(given) * np.exp(1j * angle)
+        wave = crest.imag if in_quadrature(name, component) else crest.real
         terms = np.array(self.factors(name, component)) * wave
         if len(place) > 2:
-            e = np.exp(column["k"] * self._stretched(place, t)[..., None])
+            e = np.exp(column["k"] * self._stretched(place, t, given)[..., None])
             terms = terms * (e + column["bottom"] / e if component < 2 else e - column["bottom"] / e)
         return np.asarray(terms.sum(axis=-1))
 
-    def _stretched(self, place: list[NDArray[np.float64]], t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _stretched(
+        self, place: list[NDArray[np.float64]], t: NDArray[np.float64], given: list[NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
         z = np.asarray(place[2] - self.level)
         if self.stretching == "none":
             return z
-        eta = self.value("elevation", 0, place[0], place[1], t)
+        eta = self.value("elevation", 0, place[0], place[1], t, *given)
         return np.asarray((z - eta) / (1.0 + eta / self.depth))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.formula.wave_fields import WaveField, in_quadrature
+from eomgen.formula.wave_fields import QUANTITIES, WaveField, in_quadrature
 from eomgen.symbolic.harmonics import harmonic_sum
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op
@@ -15,13 +15,14 @@ from eomgen.symbolic.tape import Tape
 
 
 def wave_quantity(algebra: Algebra, waves: WaveField, name: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
-    """Return a quantity of waves at x, y, where it has one z, and t."""
-    *place, t = arguments
+    """Return a quantity of waves at x, y, where it has one z, and t, and at what they are given of parameters."""
+    count = QUANTITIES[name][0]
+    place, t, given = arguments[:count], arguments[count], arguments[count + 1 :]
     grown, growing = _growth(algebra, waves, t)
-    found = grown * _full(algebra, waves, name, component, place, t)
+    found = grown * _full(algebra, waves, name, component, place, t, given)
     if name != "water_acceleration" or waves.ramp == 0.0:
         return found
-    return found + growing * _full(algebra, waves, "water_velocity", component, place, t)
+    return found + growing * _full(algebra, waves, "water_velocity", component, place, t, given)
 
 
 def _growth(algebra: Algebra, waves: WaveField, t: Scalar) -> tuple[Scalar, Scalar]:
@@ -34,7 +35,15 @@ def _growth(algebra: Algebra, waves: WaveField, t: Scalar) -> tuple[Scalar, Scal
     return share, (140.0 / waves.ramp) * (rest * rest * rest)
 
 
-def _full(algebra: Algebra, waves: WaveField, name: str, component: int, place: Sequence[Scalar], t: Scalar) -> Scalar:
+def _full(
+    algebra: Algebra,
+    waves: WaveField,
+    name: str,
+    component: int,
+    place: Sequence[Scalar],
+    t: Scalar,
+    given: Sequence[Scalar],
+) -> Scalar:
     """Return a quantity of waves that are fully grown, except for what stretching takes of them."""
     column, factors = waves.columns, waves.factors(name, component)
     quadrature = in_quadrature(name, component)
@@ -42,36 +51,70 @@ def _full(algebra: Algebra, waves: WaveField, name: str, component: int, place: 
         return algebra.zero
     label = f"{name.replace('_', ' ')} of {waves.name}, wave by wave"
     x, y = (item.constant for item in place[:2])
-    if len(place) == 2 and x is not None and y is not None:
+    plain = not waves.variables and (waves.factor is None or not np.any(waves.bound))
+    if len(place) == 2 and x is not None and y is not None and plain:
         # at a place that rests: harmonics of time alone
         angle = np.array(column["kx"]) * x + np.array(column["ky"]) * y + np.array(column["phase"])
         if quadrature:
             angle = angle - 0.5 * np.pi
         columns = (np.array(factors) * np.cos(angle), np.array(column["w"]), np.array(factors) * np.sin(angle))
         loop = harmonic_sum([tuple(item.tolist()) for item in columns], t.ref, label)
-        return Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0])
+        return _times(waves, given, Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0]))
     kernel = _Kernel()
     angle_now = kernel.column(column["phase"]) - kernel.column(column["w"]) * kernel.shared(t)
     for letter, item in zip(("kx", "ky"), place[:2], strict=True):
         if any(column[letter]):
             angle_now = angle_now + kernel.column(column[letter]) * kernel.shared(item)
-    term = kernel.column(factors) * kernel.algebra.call(Op.SIN if quadrature else Op.COS, angle_now)
+    term = kernel.column(factors) * _wave(algebra, kernel, waves, angle_now, given, quadrature=quadrature)
     if len(place) > 2:
-        z = kernel.shared(_stretched(algebra, waves, place, t))
+        z = kernel.shared(_stretched(algebra, waves, place, t, given))
         e = kernel.algebra.call(Op.EXP, kernel.column(column["k"]) * z)
         if any(column["bottom"]):
             reflected = kernel.column(column["bottom"]) / e
             e = e + reflected if component < 2 else e - reflected
         term = term * e
-    return Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
+    if not plain and waves.factor is not None and np.any(waves.bound):
+        # once for a free wave, twice for a bound one
+        factor = kernel.shared(given[0])
+        bound = kernel.column(tuple(waves.bound.astype(float).tolist()))
+        term = term * factor * (bound * (factor - 1.0) + 1.0)
+        return Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
+    found = Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
+    return _times(waves, given, found)
 
 
-def _stretched(algebra: Algebra, waves: WaveField, place: Sequence[Scalar], t: Scalar) -> Scalar:
+def _times(waves: WaveField, given: Sequence[Scalar], found: Scalar) -> Scalar:
+    """Return a sum over free waves, times the factor of their amplitudes."""
+    return found if waves.factor is None else given[0] * found
+
+
+def _wave(
+    algebra: Algebra, kernel: _Kernel, waves: WaveField, angle: Scalar, given: Sequence[Scalar], *, quadrature: bool
+) -> Scalar:
+    """Return the real part of a wave, or the imaginary one where it is a quantity in quadrature."""
+    call = kernel.algebra.call
+    if not waves.variables:
+        return call(Op.SIN if quadrature else Op.COS, angle)
+    z = given[-len(waves.variables) :]
+    first, second, signs = zip(*waves.drawn, strict=True)
+    re, im = (kernel.gathered([z[2 * i + part] for i in first]) for part in (0, 1))
+    if max(second) >= 0:
+        one = [algebra.one, algebra.zero]
+        x, y = (kernel.gathered([one[part] if j < 0 else z[2 * j + part] for j in second]) for part in (0, 1))
+        y = y * kernel.column(tuple(float(sign) for sign in signs))
+        re, im = re * x - im * y, re * y + im * x
+    cosine, sine = call(Op.COS, angle), call(Op.SIN, angle)
+    return re * sine + im * cosine if quadrature else re * cosine - im * sine
+
+
+def _stretched(
+    algebra: Algebra, waves: WaveField, place: Sequence[Scalar], t: Scalar, given: Sequence[Scalar]
+) -> Scalar:
     """Return the height above the water at rest at which motion is taken."""
     z = place[2] - waves.level
     if waves.stretching == "none":
         return z
-    eta = wave_quantity(algebra, waves, "elevation", 0, [*place[:2], t])
+    eta = wave_quantity(algebra, waves, "elevation", 0, [*place[:2], t, *given])
     return z - eta if np.isinf(waves.depth) else (z - eta) / (1.0 + eta * (1.0 / waves.depth))
 
 
@@ -83,6 +126,7 @@ class _Kernel:
         self.algebra = Algebra(self.tape)
         self.columns: dict[tuple[float, ...], Scalar] = {}
         self.references: dict[int, Scalar] = {}
+        self.gathers: dict[tuple[int, ...], Scalar] = {}
 
     def column(self, values: tuple[float, ...]) -> Scalar:
         """Return what differs from wave to wave; the number itself where it does not."""
@@ -100,6 +144,13 @@ class _Kernel:
             self.references[value.ref] = Scalar(self.tape, self.tape.input("shared", len(self.references)))
         return self.references[value.ref]
 
+    def gathered(self, values: Sequence[Scalar]) -> Scalar:
+        """Return what each wave has a value of its own of, on the outer tape."""
+        slot = tuple(value.ref for value in values)
+        if slot not in self.gathers:
+            self.gathers[slot] = Scalar(self.tape, self.tape.input("gather", len(self.gathers)))
+        return self.gathers[slot]
+
     def loop(self, term: Scalar, count: int, label: str) -> Map:
         """Return the loop that sums a term over the waves."""
         return Map(
@@ -107,6 +158,7 @@ class _Kernel:
             count,
             elements=tuple(self.columns),
             shared=tuple(self.references),
+            gather=tuple(self.gathers),
             sums=(term.ref,),
             label=label,
         )

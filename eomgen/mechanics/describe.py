@@ -46,6 +46,7 @@ def describe(scene: Scene) -> Description:
         states=scene.states,
         inputs=scene.inputs,
         motions=scene.motions,
+        waves=scene.waves,
         outputs=scene.outputs,
         coordinates=tuple(_coordinates(scene)),
         joints=joint_factors(scene) if scene.coordinates == "absolute" else (),

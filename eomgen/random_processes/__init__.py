@@ -20,13 +20,14 @@ from eomgen.random_processes.covariance import (
     SpectrumTable,
     SquaredExponential,
 )
-from eomgen.random_processes.draws import standard_normals
+from eomgen.random_processes.draws import WAVES, standard_normals
 from eomgen.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
 from eomgen.random_processes.translation import BEYOND, quantile_map, translated_correlation, underlying
 
 __all__ = [
     "BEYOND",
     "MOST_MODES",
+    "WAVES",
     "Band",
     "Coherence",
     "CoherenceTable",

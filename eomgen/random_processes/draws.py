@@ -10,6 +10,8 @@ import numpy as np
 from eomgen.arrays import Array
 
 _NORMAL = NormalDist()
+#: Under which name waves have their variables.
+WAVES = "waves"
 
 
 def standard_normals(seed: int, count: int, name: str = "") -> Array:

@@ -167,6 +167,7 @@ class WavesKeys(TypedDict, total=False):
     spreading: Mapping[str, Any] | None
     seed: int | None
     amplitudes: str | None
+    variables: bool | None
     depth: Value | None
     level: Value | None
     ramp: Value | None

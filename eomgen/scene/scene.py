@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
 from eomgen.calls import checked_calls, not_assigned_to, unknown_attribute
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import ZERO_VECTOR, Number, Vector
+from eomgen.formula.wave_fields import WaveField
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, Reference, StateFeedback
 from eomgen.scene.digest import digest_of
@@ -100,6 +101,7 @@ class Scene:
     curves: tuple[AnyCurve, ...] = ()
     inputs: tuple[Input, ...] = ()
     motions: tuple[Motion, ...] = ()
+    waves: tuple[WaveField, ...] = ()
     states: tuple[State, ...] = ()
     controllers: tuple[Controller, ...] = ()
     feedback: tuple[StateFeedback, ...] = ()

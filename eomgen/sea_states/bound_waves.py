@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 
@@ -37,6 +38,19 @@ def beyond_second_order(vectors: Array, amplitude: Array, depth: float) -> str:
     return f"{what} below {MOST_URSELL:g}. Lower waves or deeper water"
 
 
+def _pairs(n: int) -> list[tuple[float, NDArray[np.int64], NDArray[np.int64]]]:
+    i, j = np.triu_indices(n)
+    return [(1.0, i, j), (-1.0, i[i != j], j[i != j])]
+
+
+def members_of_bound_waves(n: int) -> list[tuple[int, int, int]]:
+    """Return of each bound wave of n free ones which two it is made of, and the sign of the second's phase."""
+    found = []
+    for sign, first, second in _pairs(n):
+        found += [(int(i), int(j), int(sign)) for i, j in zip(first, second, strict=True)]
+    return found
+
+
 def bound_waves(
     vectors: Array, frequency: Array, amplitude: Array, phase: Array, depth: float, gravity: float
 ) -> tuple[Array, Array, Array, Array, Array]:
@@ -51,12 +65,8 @@ def bound_waves(
     frequency, amplitude, phase : (n,) arrays
         Of free waves over water of a depth in m.
     """
-    n = len(frequency)
-    i, j = np.triu_indices(n)
-    apart = i != j
     rows = []
-    for sign, kept in ((1.0, np.ones(len(i), dtype=bool)), (-1.0, apart)):
-        first, second = i[kept], j[kept]
+    for sign, first, second in _pairs(len(frequency)):
         ki, kj, wi, wj = vectors[first], vectors[second], frequency[first], frequency[second]
         product = np.sum(ki * kj, axis=1)
         squares_i, squares_j = np.sum(ki * ki, axis=1), np.sum(kj * kj, axis=1)

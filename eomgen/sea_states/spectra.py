@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.calls import checked_call, checked_calls
 from eomgen.errors import Problem, UsageError
-from eomgen.random_processes import standard_normals
+from eomgen.random_processes import WAVES, standard_normals
 from eomgen.sea_states.components import STANDARD_GRAVITY, Components
 
 #: Frequencies at which a spectrum is divided, in parts of that of its peak.
@@ -197,7 +197,7 @@ class DiscreteSpectrum:
         if amplitudes not in ("gaussian", "fixed"):
             raise UsageError(Problem("realisation: amplitudes", f"there is no {amplitudes!r}", "gaussian, or fixed"))
         n = len(self.energy)
-        normal = standard_normals(seed, 2 * n, "waves").reshape(n, 2)
+        normal = standard_normals(seed, 2 * n, WAVES).reshape(n, 2)
         radius, phase = np.hypot(*normal.T), np.arctan2(normal[:, 1], normal[:, 0])
         amplitude = np.sqrt(self.energy) * (radius if amplitudes == "gaussian" else math.sqrt(2.0))
         return Components(self.vectors, amplitude, phase)

@@ -14,6 +14,7 @@ from typing import Protocol
 from eomgen.arrays import Flags, Numbers
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.formula.prescribed_motion import Law
+from eomgen.formula.wave_fields import WaveField
 from eomgen.lie.product import Factor
 from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, Parameter, State
@@ -273,6 +274,7 @@ class Description:
     parameters : all of them; tunable ones are arguments of every call
     states, inputs, outputs : in the order of z, u and the outputs; inputs without formula and harmonics are driven
     motions : what a caller moves between steps, by tunable parameters
+    waves : of seas, whose variables are tunable parameters where they have any
     coordinates : of the factors of group R; unlisted ones have no unit
     joints : the factors that the joints between absolute bodies would have, which measure them; else empty
     base : names of the base's accelerations, which count as disturbances
@@ -295,6 +297,7 @@ class Description:
     states: tuple[State, ...] = ()
     inputs: tuple[Input, ...] = ()
     motions: tuple[Motion, ...] = ()
+    waves: tuple[WaveField, ...] = ()
     outputs: tuple[Output, ...] = ()
     coordinates: tuple[Coordinates, ...] = ()
     joints: tuple[Factor, ...] = ()

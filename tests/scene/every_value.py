@@ -251,6 +251,7 @@ SCENE: dict[str, Any] = {
             "slip": {"stiffness": [15.0, 12.0], "friction": 0.9, "velocity": 0.1},
         }
     },
+    "waves": {"sea": {"spectrum": {"type": "jonswap", "height": 1.1, "period": 9.0}, "components": 2}},
     "hulls": {
         "leg": {
             "body": "arm",

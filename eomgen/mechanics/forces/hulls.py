@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.formula.nodes import ZERO_VECTOR
+from eomgen.formula.nodes import ZERO_VECTOR, given_to
 from eomgen.formula.wave_fields import WaveField
 from eomgen.formula.wave_recording import wave_quantity
 from eomgen.mechanics.forces.cosserat_beams import LoopInputs
@@ -197,8 +197,8 @@ def surface_over(quantities: Quantities, item: Hull, here: Vector) -> Scalar:
     """Return z of the surface of the water at a place, m."""
     if item.waves is None:
         return quantities.formula(item.level)
-    time = quantities.input("t")
-    return wave_quantity(quantities.algebra, item.waves, "elevation", 0, [here[0], here[1], time]) + item.waves.level
+    at = [here[0], here[1], quantities.input("t"), *map(quantities.formula, given_to(item.waves))]
+    return wave_quantity(quantities.algebra, item.waves, "elevation", 0, at) + item.waves.level
 
 
 def water_at(quantities: Quantities, item: Hull, here: Vector) -> tuple[Vector, Vector]:
@@ -206,7 +206,7 @@ def water_at(quantities: Quantities, item: Hull, here: Vector) -> tuple[Vector, 
     algebra, waves = quantities.algebra, item.waves
     if waves is None:
         return algebra.zero_vector, algebra.zero_vector
-    at = [*here, quantities.input("t")]
+    at = [*here, quantities.input("t"), *map(quantities.formula, given_to(waves))]
     u, a = (
         algebra.vector([wave_quantity(algebra, waves, name, k, at) for k in range(3)])
         for name in ("water_velocity", "water_acceleration")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from eomgen.formula.nodes import Operation, Symbol, Vector, WaveQuantity
+from eomgen.formula.nodes import Operation, Vector, quantity_of_waves
 from eomgen.formula.wave_fields import WaveField
 from eomgen.scene.bodies import schema as written
 from eomgen.scene.bodies.model import Base, Body
@@ -40,12 +40,11 @@ def _afloat(waves: WaveField, position: Vector) -> tuple[Vector, tuple[Rotation,
     """Return a place whose z counts from the surface, and the rotations that make z normal to the surface there:
     about y and then about x, so that x stays above its own direction."""
     x, y, z = position
-    above = (x, y, Symbol("time"))
-    along, across = (WaveQuantity("slope", above, waves, component) for component in range(2))
+    along, across = (quantity_of_waves("slope", waves, (x, y), component) for component in range(2))
     pitch = -Operation("atan", (along,))
     roll = Operation("atan", (across * Operation("cos", (pitch,)),))
     tilt = Rotation((0.0, 1.0, 0.0), pitch), Rotation((1.0, 0.0, 0.0), roll)
-    return (x, y, z + waves.level + WaveQuantity("elevation", above, waves)), tilt
+    return (x, y, z + waves.level + quantity_of_waves("elevation", waves, (x, y))), tilt
 
 
 def read_body(name: str, body: written.Body, values: Values) -> Body:

@@ -61,7 +61,7 @@ from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.signals.curves import Curves, digest
 from eomgen.scene.signals.reading import piece_of, read_input, read_motion, read_output, read_state
 from eomgen.scene.waves.level_water import LevelWater
-from eomgen.scene.waves.reading import no_waves, read_waves
+from eomgen.scene.waves.reading import no_waves, read_waves, variables_as_parameters
 from eomgen.system.description import Point, Simulation
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import Motion
@@ -233,14 +233,18 @@ class _Assembler:
             self.curve_table[name] = self.curves.curve(key_of("curves", name), name, entry)
         processes = Processes(self.values, self.curves, document.simulation.duration)
         self.random, variables = processes.read(document.random)
-        # what is read from here on knows the variables as parameters
-        self.parameters += variables
-        tunable |= {item.name: True for item in variables}
-        self.values.parameters = {**self.values.parameters, **{item.name: item.value for item in variables}}
+        self.tunable = tunable
+        self.add_variables(variables)
         self.random_table |= {item.name: item.formula for item in self.random if item.formula is not None}
         self.random_table |= dict.fromkeys(set(document.random) - set(self.random_table) | refused["random"], UNKNOWN)
 
         self.read_waves()
+
+    def add_variables(self, variables: Sequence[Parameter]) -> None:
+        """Let what is read from here on know random variables as parameters."""
+        self.parameters += variables
+        self.tunable |= {item.name: True for item in variables}
+        self.values.parameters = {**self.values.parameters, **{item.name: item.value for item in variables}}
 
     def read_waves(self) -> None:
         """Put the waves where formulas find them."""
@@ -255,7 +259,9 @@ class _Assembler:
             if document.waves and tunable:
                 self.values.note(["waves have the gravity of the default parameters, whatever it is in a run"])
             for name, entry in document.waves.items():
-                self.wave_table[name] = read_waves(name, entry, math.hypot(*down), self.values)
+                waves = read_waves(name, entry, math.hypot(*down), self.values)
+                self.wave_table[name] = waves
+                self.add_variables(variables_as_parameters(waves))
         self.wave_table |= {name: no_waves(name) for name in sorted(refused)}
 
     def reader(self, report: Report | None = None) -> Values:
@@ -368,6 +374,7 @@ class _Assembler:
             "curves": tuple(self.curve_table.values()),
             "inputs": tuple(inputs),
             "motions": tuple(self.motions.values()),
+            "waves": tuple(self.wave_table[name] for name in document.waves),
             "states": (*states, *control.states),
             "controllers": tuple(control.outputs),
             "feedback": tuple(control.feedback),

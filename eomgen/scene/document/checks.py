@@ -83,7 +83,14 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
     if section == "inputs" and name in document.inputs and document.inputs[name].motion:
         return _fault_of_motion(name, document)
     if section == "random" and name in document.random:
-        return _fault_of_variables(name, document)
+        return _fault_of_variables("random process", name, MOST_MODES, document)
+    if section == "waves" and name in document.waves and document.waves[name].variables:
+        if name in document.random:
+            what = f"the name {name} is both a random process and waves with variables of their own"
+            return what, "another name for one of them"
+        sea = document.waves[name]
+        count = 2 * sea.components * (1 if sea.spreading is None else sea.spreading.directions)
+        return _fault_of_variables("sea", name, count, document)
     if section == "modes" and mode_parameter(name) in document.parameters:
         return f"the mode {name} is the parameter {mode_parameter(name)}, and there is one of that name", "another name"
     if section == "controllers" and name in document.controllers:
@@ -107,15 +114,15 @@ def _fault_of_motion(name: str, document: Document) -> tuple[str, str]:
     return "", ""
 
 
-def _fault_of_variables(name: str, document: Document) -> tuple[str, str]:
-    """Return what is wrong with the names of the parameters that a random process has."""
-    last = variables_of(name, MOST_MODES)[-1]
+def _fault_of_variables(what_it_is: str, name: str, count: int, document: Document) -> tuple[str, str]:
+    """Return what is wrong with the names of the parameters that a random process, or a sea, has."""
+    last = variables_of(name, count)[-1]
     if len(last) > NAME_LENGTH:
-        return f"the random process {name} has parameters such as {last}, whose names are too long", "a shorter name"
-    every = set(variables_of(name, MOST_MODES))
+        return f"the {what_it_is} {name} has parameters such as {last}, whose names are too long", "a shorter name"
+    every = set(variables_of(name, count))
     for section, what in _BARE.items():
         for taken in every.intersection(document.section(section)):
-            fault = f"the random process {name} has the parameter {taken}, and there is {what} of that name"
+            fault = f"the {what_it_is} {name} has the parameter {taken}, and there is {what} of that name"
             return fault, "another name for one of them"
     return "", ""
 

@@ -12,7 +12,7 @@ import re
 from dataclasses import replace
 
 from eomgen.formula.evaluate import apply
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity, quantity_of_waves
 from eomgen.formula.wave_fields import QUANTITIES as OF_WAVES
 from eomgen.formula.words import FUNCTIONS
 from eomgen.scene.formula.hints import of_function, of_kind, of_name, of_parts
@@ -249,7 +249,7 @@ class _Reader:
             hint = f"an index from 0 to {components - 1}" if components > 1 else written
             raise self.error(node, f"{kind}.{name} has no component {index}", hint)
         place = [self.convert(argument, depth + 1)[0] for argument in call.args]
-        return WaveQuantity(kind, (*place, Symbol("time")), self.names.waves[name], index)
+        return quantity_of_waves(kind, self.names.waves[name], tuple(place), index)
 
     def tau(self, node: ast.Call) -> Symbol:
         """Return what inverse dynamics asks of a joint for a reference motion: ``tau.elbow(servo)``."""

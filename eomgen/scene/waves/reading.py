@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from eomgen.errors import UsageError
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.wave_fields import WaveComponent, WaveField
+from eomgen.random_processes import WAVES, standard_normals
+from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.waves import schema as written
-from eomgen.sea_states.bound_waves import beyond_second_order, bound_waves
+from eomgen.scene.waves.breaking import UnbrokenSea, breaking_height
+from eomgen.sea_states.bound_waves import beyond_second_order, bound_waves, members_of_bound_waves
+from eomgen.sea_states.components import Components
 from eomgen.sea_states.spectra import (
     MOST_EXPONENT,
     Jonswap,
@@ -24,10 +31,10 @@ from eomgen.sea_states.spectra import (
     frequency_and_group_velocity,
     wave_number,
 )
+from eomgen.system.random_processes import variables_of
+from eomgen.system.signals import Parameter
 from eomgen.text import key_of
 
-#: Height over wave length from which on a wave breaks, in deep water (Miche 1944): over a bottom tanh k h of it.
-_BREAKING = 0.142
 #: By type of spectrum: the keys that it needs, and those that it may have besides.
 _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "jonswap": (("height", "period"), ("peakedness",)),
@@ -40,7 +47,7 @@ MOST_WITH_PAIRS = 100
 #: Periods of waves in s: far beyond them numbers run out.
 _PERIODS = (1e-6, 1e9)
 #: Keys that are of spectra alone.
-_OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes")
+_OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes", "variables")
 
 
 def no_waves(name: str) -> WaveField:
@@ -74,16 +81,34 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
     if not gravity > 0.0:
         report.add(key, "waves need gravity, and the scene has none", "gravity = [0, 0, -9.81]")
     components: Sequence[WaveComponent] = ()
+    factor: Formula | None = None
     if len(report.found) == before and not math.isnan(depth + ramp + level + gravity):
         if entry.regular is not None:
             components = _regular(key, entry, depth, gravity, values)
         else:
-            components = _irregular(key, entry, depth, gravity, values)
+            components, factor = _irregular(key, entry, depth, gravity, values)
+    free = len(components)
     if entry.order == 2 and len(report.found) == before:
         components = [*components, *_bound(key, components, depth, gravity, values)]
     if len(report.found) > before or not components:
         return no_waves(name)
-    return WaveField(name, tuple(components), depth, level, ramp, entry.stretching)
+    whole = WaveField(
+        name, tuple(components), depth, level, ramp, entry.stretching, free=free, factor=factor, seed=entry.seed
+    )
+    if not entry.variables:
+        return whole
+    drawn = [(place, -1, 1) for place in range(free)] + (members_of_bound_waves(free) if entry.order == 2 else [])
+    return replace(whole, variables=variables_of(name, 2 * free), drawn=tuple(drawn))
+
+
+def variables_as_parameters(waves: WaveField) -> list[Parameter]:
+    """Return the parameters that the variables of waves are, with the values that the seed gives them."""
+    names = waves.variables
+    made = zip(names, standard_normals(waves.seed, len(names), WAVES).tolist(), strict=True)
+    return [
+        Parameter(name, value, True, "1", f"standard normal variable of wave {k // 2 + 1} of {waves.name}")
+        for k, (name, value) in enumerate(made)
+    ]
 
 
 def _bound(
@@ -129,7 +154,7 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
             continue
         w = 2.0 * math.pi / period
         k = wave_number(w, depth, gravity)
-        most = 0.5 * _BREAKING * 2.0 * math.pi / k * math.tanh(min(k * depth, 700.0))
+        most = 0.5 * breaking_height(k, depth)
         if amplitude > most:
             what = f"a wave of {2.0 * math.pi / k:.4g} m breaks from an amplitude of {most:.4g} m on, and this one has"
             report.add(f"{place}.amplitude", f"{what} {amplitude:.4g} m", "a smaller amplitude, or a longer period")
@@ -138,10 +163,15 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
     return found
 
 
-def _irregular(key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values) -> list[WaveComponent]:
+def _irregular(
+    key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values
+) -> tuple[list[WaveComponent], Formula | None]:
+    """Return the free waves of a spectrum, of amplitude 1 where variables say the rest, and the factor of all
+    amplitudes where tunable parameters decide the height."""
     report = values.report
     assert entry.spectrum is not None  # what ``read_waves`` has seen to
-    spectrum, height = _spectrum(f"{key}.spectrum", entry.spectrum, gravity, values)
+    spectrum, of_height = _spectrum(f"{key}.spectrum", entry.spectrum, gravity, values)
+    height = None if of_height is None else values.value(of_height)
     heading = values.constant(f"{key}.heading", entry.heading)
     low, high = values.constants(f"{key}.band", entry.band)
     if not 0.0 < low < high:
@@ -157,9 +187,13 @@ def _irregular(key: str, entry: written.SeaWaves, depth: float, gravity: float, 
         else:
             spreading = Spreading(exponent, heading, entry.spreading.directions)
     if spectrum is None or not 0.0 < low < high or report.concerns(f"{key}.spreading") or math.isnan(heading):
-        return []
+        return [], None
     if not _of_water(f"{key}.spectrum", 2.0 * math.pi / spectrum.peak, report):
-        return []
+        return [], None
+    if entry.variables and entry.amplitudes == "fixed":
+        what = "amplitudes are fixed, and variables make amplitudes and phases"
+        report.add(f"{key}.variables", what, 'amplitudes = "gaussian"')
+        return [], None
     try:
         parts = divided(
             spectrum,
@@ -173,19 +207,20 @@ def _irregular(key: str, entry: written.SeaWaves, depth: float, gravity: float, 
         )
     except UsageError as error:
         report.add(f"{key}.band", error.problems[0].what, "a band in which the spectrum has energy")
-        return []
-    k = wave_number(spectrum.peak, depth, gravity)
-    most = _BREAKING * 2.0 * math.pi / k * math.tanh(min(k * depth, 700.0))
-    if parts.height > most:
-        what = f"at the peak waves of {2.0 * math.pi / k:.4g} m break from a height of {most:.4g} m on, and the"
-        what += f" significant height is {parts.height:.4g} m"
-        report.add(f"{key}.spectrum", what, "a smaller height, or a longer period")
-        return []
+        return [], None
+    unbroken = UnbrokenSea(wave_number(spectrum.peak, depth, gravity), depth)
+    values.require(f"{key}.spectrum", unbroken, [Number(parts.height) if of_height is None else of_height])
+    if report.concerns(f"{key}.spectrum"):
+        return [], None
+    tunable = of_height is not None and any(values.names.parameters.get(item.name) for item in symbols(of_height))
     waves = parts.realisation(entry.seed, entry.amplitudes)
+    if entry.variables:
+        waves = Components(waves.vectors, np.sqrt(parts.energy), np.zeros(len(parts.energy)))
     numbers = np.hypot(*waves.vectors.T)
     w, _ = frequency_and_group_velocity(numbers, depth, gravity)
     columns = (*waves.vectors.T, w, waves.amplitude, waves.phase, waves.amplitude * gravity / w)
-    return [WaveComponent(*row) for row in np.array(columns).T.tolist()]
+    rows = [WaveComponent(*row) for row in np.array(columns).T.tolist()]
+    return rows, of_height / height if tunable and of_height is not None and height is not None else None
 
 
 def _of_water(key: str, period: float, report: Report) -> bool:
@@ -200,7 +235,7 @@ def _of_water(key: str, period: float, report: Report) -> bool:
 
 def _spectrum(
     key: str, entry: written.SeaSpectrum, gravity: float, values: Values
-) -> tuple[Spectrum | None, float | None]:
+) -> tuple[Spectrum | None, Formula | None]:
     """Return a spectrum, None where it is refused, and the significant height that it is scaled to."""
     report = values.report
     needed, allowed = _KEYS[entry.type]
@@ -211,7 +246,11 @@ def _spectrum(
         if getattr(entry, word) is not None and word not in needed and word not in allowed:
             report.add(f"{key}.{word}", f"{entry.type} takes no {word}", " and ".join((*needed, *allowed)))
     number: dict[str, float] = {}
-    for word in ("height", "period", "wind", "peakedness"):
+    height = None
+    if entry.height is not None:
+        height = values.formula(f"{key}.height", entry.height, PARAMETERS)
+        number["height"] = values.value(height)
+    for word in ("period", "wind", "peakedness"):
         value = getattr(entry, word)
         if value is not None:
             number[word] = values.constant(f"{key}.{word}", value)
@@ -225,15 +264,15 @@ def _spectrum(
     if report.concerns(key) or any(map(math.isnan, number.values())):
         return None, None
     if entry.type == "jonswap":
-        return Jonswap(number["height"], number["period"], number.get("peakedness", 3.3)), number["height"]
+        return Jonswap(number["height"], number["period"], number.get("peakedness", 3.3)), height
     if entry.type == "pierson_moskowitz":
-        return PiersonMoskowitz(number["wind"], gravity), number.get("height")
+        return PiersonMoskowitz(number["wind"], gravity), height
     points = [values.constants(f"{key}.points[{place}]", pair) for place, pair in enumerate(entry.points or ())]
     if len(points) < 2:
         report.add(f"{key}.points", f"a spectrum needs two points or more, not {len(points)}", _EXAMPLES["points"])
         return None, None
     try:
-        return SpectrumTable(*np.array(points).T), number.get("height")
+        return SpectrumTable(*np.array(points).T), height
     except UsageError as error:
         report.add(f"{key}.points", error.problems[0].what, "frequencies that increase, and no density below 0")
         return None, None

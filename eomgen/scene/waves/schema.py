@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS
-from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, optional
+from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Pair, Value
 from eomgen.scene.signals.schema import Seed
 
@@ -28,7 +28,7 @@ class SeaSpectrum(Table):
     """A spectrum of elevations."""
 
     type: Literal["jonswap", "pierson_moskowitz", "points"] = key("see below")
-    height: Value | None = of_fixed_parameters(
+    height: Value | None = of_parameters(
         "significant height, four standard deviations; of `jonswap`, of others what they are scaled to", unit="m"
     )
     period: Value | None = of_fixed_parameters("of `jonswap`: that of the peak", unit="s")
@@ -73,6 +73,11 @@ class SeaWaves(Table):
     amplitudes: Literal["gaussian", "fixed"] = key(
         "of a spectrum: at random as in a Gaussian sea, or those of its energies, with phases alone at random",
         "gaussian",
+    )
+    variables: bool = key(
+        "of a spectrum: amplitudes and phases are made of standard normal variables, two for each wave, which are"
+        " tunable parameters",
+        False,
     )
     depth: Value | None = of_fixed_parameters("of the water", unit="m", shown_default="no bottom")
     level: Value = key("z of the water at rest in the world", 0.0, unit="m", names=FIXED_PARAMETERS)

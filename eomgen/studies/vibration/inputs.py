@@ -52,6 +52,13 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
         captured = process.captured[-1]
         found.append(Process(process.name, process.kind, len(process.variables), captured, tuple(process.eigenvalues)))
         variables += [name for name in process.variables if name not in variables]
+    for waves in model.description.waves:
+        names = list(waves.variables)
+        if names:
+            energies = [wave.amplitude**2 for wave in waves.components[: waves.free]]
+            twice = tuple(sorted([*energies, *energies], reverse=True))
+            found.append(Process(waves.name, "waves", len(names), 1.0, twice))
+            variables += names
     if not variables:
         hint = '[random.force] type = "squared_exponential", correlation_time = "1 s", and force in a formula'
         raise UsageError(Problem(model.name, "the scene has no random process", hint))
