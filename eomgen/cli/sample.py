@@ -83,6 +83,7 @@ def _print(found: FieldSamples) -> None:
             ("mean of exp(-error)", f"{told['mean_weight']:.4f} +- {told['mean_weight_error']:.4f}, to be 1"),
         ]
     if "r_hat_of_cells" in told:
+        worst = told["gradients_per_independent_sample_of_worst_scale"]
         rows += [
             (
                 "split R-hat",
@@ -97,7 +98,7 @@ def _print(found: FieldSamples) -> None:
             (
                 "gradients per independent sample",
                 f"{told['gradients_per_independent_sample_of_cells']:.3g} in cells,"
-                f" {told['gradients_per_independent_sample_of_worst_scale']:.3g} of the worst scale",
+                f" {worst:.3g} +- {worst * told['autocorrelation_error']:.2g} of the worst scale",
             ),
         ]
     if "truth_over_deviation" in told:

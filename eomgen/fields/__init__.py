@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from eomgen.fields.cells import CellEnergy, gaussian, negative_binomial, poisson
-from eomgen.fields.diagnostics import autocorrelation_time, split_r_hat
+from eomgen.fields.diagnostics import autocorrelation_error, autocorrelation_time, split_r_hat
 from eomgen.fields.mesh import Mesh
 from eomgen.fields.operators import (
     OPERATORS,
@@ -31,6 +31,7 @@ __all__ = [
     "Sampler",
     "Samples",
     "amplitude",
+    "autocorrelation_error",
     "autocorrelation_time",
     "difference",
     "follow",

@@ -58,6 +58,18 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
     return np.asarray(np.take_along_axis(times, last[None], axis=0)[0])
 
 
+def autocorrelation_error(times: ArrayLike, samples: int) -> Array:
+    """Return the standard errors of integrated autocorrelation times, in parts of them: sqrt(2(2 window + 1)/samples)
+    (Madras and Sokal, J. Stat. Phys. 50 (1988) 109).
+
+    Parameters
+    ----------
+    times : as of ``autocorrelation_time``
+    samples : of all chains
+    """
+    return np.asarray(np.sqrt(2.0 * (2.0 * _WINDOW * np.maximum(times, 1.0) + 1.0) / samples))
+
+
 def _of_chains(chains: ArrayLike) -> Array:
     values = np.asarray(chains, dtype=float)
     if values.ndim < 2 or values.shape[1] < 4:

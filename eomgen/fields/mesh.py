@@ -24,6 +24,8 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.threads import thread_count
 
 Complex = NDArray[np.complex128]
+#: Lengths of a box: volumes, and squares of wave numbers, have to be numbers.
+SMALLEST, LARGEST = 1e-100, 1e100
 #: Transforms of fewer cells than this take one thread: others cost more than they save.
 _ONE_THREAD = 32**3
 
@@ -53,8 +55,8 @@ class Mesh:
         sides = (lengths,) * len(made) if isinstance(lengths, int | float) else tuple(lengths)
         if not 1 <= len(made) <= 3 or min(made) < 2:
             raise UsageError(Problem("Mesh: cells", f"{tuple(cells)} is no mesh", "1 to 3 numbers from 2 on: (64, 64)"))
-        if len(sides) != len(made) or not all(0.0 < side < math.inf for side in sides):
-            what = f"{sides} are not {len(made)} lengths above 0"
+        if len(sides) != len(made) or not all(SMALLEST <= side <= LARGEST for side in sides):
+            what = f"{sides} are not {len(made)} lengths from {SMALLEST:g} to {LARGEST:g}"
             raise UsageError(Problem("Mesh: lengths", what, "one number, or one for each axis"))
         object.__setattr__(self, "cells", made)
         object.__setattr__(self, "lengths", tuple(float(side) for side in sides))
@@ -139,22 +141,22 @@ class Mesh:
         with np.errstate(invalid="ignore"):
             return mean.copy(), found / count
 
-    def require_memory(self, spectra: int, fields: int, purpose: str) -> int:
-        """Return the bytes of so many half spectra of complex numbers and fields of doubles.
+    def require_memory(self, spectra: int, fields: int, purpose: str, numbers: int = 0) -> int:
+        """Return the bytes of so many half spectra of complex numbers, fields of doubles, and numbers beside them.
 
         Raises
         ------
         ModelError
             The machine has less memory than that.
         """
-        needed = 16 * spectra * math.prod(self.half) + 8 * fields * self.size
+        needed = 16 * spectra * math.prod(self.half) + 8 * fields * self.size + 8 * numbers
         there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else needed
         if needed > there:
             shape = " x ".join(map(str, self.cells))
             what = (
                 f"{purpose} on {shape} cells takes {needed / 2**30:.3g} GiB, and this machine has {there / 2**30:.3g}"
             )
-            raise ModelError(Problem("memory", what, "fewer cells"))
+            raise ModelError(Problem("memory", what, "fewer cells, or chains"))
         return needed
 
 

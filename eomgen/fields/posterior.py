@@ -29,6 +29,10 @@ _SPECTRA = 7
 _NODES = 12
 #: Smallest decrease that a step of Newton's method is taken at, in parts of that of the slope, and halvings of it.
 _DECREASE, _HALVINGS = 1e-4, 40
+#: So far below its start, in each cell, U has no lower bound where Newton's method has not come to an end.
+_DEEP = 1e12
+#: Products with the Hessian by which each end of its eigenvalues is looked for, where a mode may be a saddle.
+_PRODUCTS = 40
 
 
 @dataclass(frozen=True)
@@ -123,13 +127,33 @@ class FieldPosterior:
     def energy(self, spectrum: Complex) -> float:
         """Return U of a white field, summed with compensation; infinite or NaN where the numbers end."""
         self.energies += 1
+        return self._energy(spectrum, [] if self.prior_alone else self._to_cells(spectrum))
+
+    def _energy(self, spectrum: Complex, fields: list[Array]) -> float:
         total = 0.5 * self._routines.norm(spectrum, self._even)
-        if not self.prior_alone:
-            fields = self._to_cells(spectrum)
+        if fields:
             total += float(
                 self._routines.lib.eomgen_field_energy(self.mesh.size, self._routines.pointers(fields), self._data)
             )
         return total
+
+    def energy_and_gradient(self, spectrum: Complex, to: Complex) -> float:
+        """Return U of a white field, and write its gradient into a spectrum that is there; with one transform to the
+        cells for each field."""
+        self.gradients += 1
+        if self.prior_alone:
+            to[...] = spectrum
+            return self._energy(spectrum, [])
+        fields = self._to_cells(spectrum)
+        energy = self._energy(spectrum, fields)
+        self._routines.lib.eomgen_field_residual(self.mesh.size, self._routines.pointers(fields), self._data)
+        to[...] = 0.0
+        self._from_cells(1.0, fields, to, spectrum)
+        return energy
+
+    def add(self, size: float, spectrum: Complex, to: Complex) -> None:
+        """Add ``size`` times a spectrum to another one."""
+        self._routines.add(size, None, spectrum, to)
 
     def add_gradient(self, size: float, spectrum: Complex, to: Complex) -> None:
         """Add ``size`` times the gradient of U at a white field to a spectrum."""
@@ -268,8 +292,11 @@ class FieldPosterior:
             direction = product
         return math.sqrt(value)
 
+    @np.errstate(over="ignore", invalid="ignore")  # of an energy without a lower bound, which is told
     def mode(self, start: Complex | None = None, *, tolerance: float = 1e-8, iterations: int = 60) -> Mode:
         """Return the white field of least U by Newton's method with conjugate gradients, from 0 on if from nowhere.
+
+        Where the gradient ends at a saddle, it goes on below it; of several minima it is the one that it comes to.
 
         Parameters
         ----------
@@ -278,7 +305,7 @@ class FieldPosterior:
         Raises
         ------
         NumericalError
-            It has not come so far, or U is not finite at the start.
+            It has not come so far, U is not finite at the start, or has no lower bound.
         """
         x = np.zeros(self.mesh.half, complex) if start is None else np.array(start, complex)
         mass = self.mass("fisher")
@@ -287,12 +314,16 @@ class FieldPosterior:
         if not math.isfinite(value):
             hint = "another start, or an energy that is finite there"
             raise NumericalError(Problem("mode", f"U is {value} at the start", hint))
-        slope = math.inf
+        slope, highest = math.inf, value
         for iteration in range(iterations + 1):
             gradient = self.gradient(x)
             slope = math.sqrt(self.mesh.product(gradient, inverse * gradient) / self.mesh.size)
             if slope <= tolerance:
-                return Mode(x, value, iteration, self.products - before, slope)
+                below = self._below_a_saddle(x, value, inverse)
+                if below is None:
+                    return Mode(x, value, iteration, self.products - before, slope)
+                x, value = below
+                continue
             direction = self._newton_direction(x, gradient, inverse, min(0.1, math.sqrt(slope)))
             descent, size = self.mesh.product(gradient, direction), 1.0
             rounding = 1e-13 * abs(value)
@@ -304,8 +335,54 @@ class FieldPosterior:
             else:
                 break
             x, value = x + size * direction, found
+        if value < highest - _DEEP * self.mesh.size:
+            what = f"Newton's method has come down to U = {value:.3g}: the energy of a cell has no lower bound"
+            hint = "an energy that grows on both sides, or falls slower than s^2"
+            raise NumericalError(Problem("mode", what, hint))
         what = f"Newton's method has left a gradient of {slope:.3g}, above {tolerance:.3g}"
         raise NumericalError(Problem("mode", what, "more iterations, or a larger tolerance"))
+
+    def _below_a_saddle(self, x: Complex, value: float, inverse: Array | float) -> tuple[Complex, float] | None:
+        """Return a field of less U, and U there, beside one without a gradient; None where the latter is a minimum.
+
+        The Hessian is 1 + sum of A^T h'' A. Of one field it is positive where no cell has h'' below 0; else power
+        iterations look for its least eigenvalue with the inverse mass as metric, from the largest one down.
+        """
+        fields = [] if self.prior_alone else self._to_cells(x)
+        if not fields:
+            return None
+        if len(fields) == 1:
+            bent = np.ones(self.mesh.cells)
+            self._routines.lib.eomgen_field_curvature(
+                self.mesh.size, self._routines.pointers(fields), self._data, self._routines.pointers([bent])
+            )
+            if float(bent.min()) >= 0.0:
+                return None
+        hessian, root, product = self.hessian(x), np.sqrt(inverse), self.mesh.product
+        shift, least, along = 0.0, 0.0, x
+        for _ in range(2):  # the eigenvalue of largest size, then that at the other end
+            along = self.mesh.white(np.random.Generator(np.random.Philox(0)))
+            for _ in range(_PRODUCTS):
+                along = along / math.sqrt(product(along, along))
+                turned = root * hessian(root * along)
+                least = product(along, turned)
+                if shift > 0.0 and least < 0.0:
+                    break
+                along = turned - shift * along
+            if least < 0.0:
+                break
+            shift = least
+        if not least < 0.0:
+            return None
+        along = root * along
+        size = math.sqrt(self.mesh.size / product(along, along))
+        for _ in range(_HALVINGS):
+            for sign in (size, -size):
+                found = self.energy(x + sign * along)
+                if found < value - 1e-13 * abs(value):
+                    return x + sign * along, found
+            size /= 2
+        return None
 
     def _newton_direction(self, x: Complex, gradient: Complex, inverse: Array | float, accuracy: float) -> Complex:
         """Return the direction of Newton's method, or of as many conjugate gradients as see no negative curvature."""

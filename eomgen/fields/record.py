@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.fields.diagnostics import autocorrelation_time, split_r_hat
+from eomgen.fields.diagnostics import autocorrelation_error, autocorrelation_time, split_r_hat
 from eomgen.fields.mesh import Mesh
 
 
@@ -70,8 +70,17 @@ class Samples:
 
     @property
     def autocorrelation(self) -> tuple[float, float]:
-        """Integrated autocorrelation times in trajectories: mean of the cells, and of the worst bin of k."""
+        """Integrated autocorrelation times in trajectories: mean of the cells, and of the worst bin of k.
+
+        The worst is the largest of as many estimates as there are bins, so where bins are alike it comes out one or two
+        of their ``autocorrelation_error`` above them.
+        """
         return float(np.mean(autocorrelation_time(self.cells))), float(np.nanmax(autocorrelation_time(self.power)))
+
+    @property
+    def autocorrelation_error(self) -> float:
+        """Standard error of the autocorrelation time of the worst bin of k, in parts of it."""
+        return float(autocorrelation_error(self.autocorrelation[1], self.accepted.size))
 
     @property
     def gradients_per_sample(self) -> tuple[float, float]:

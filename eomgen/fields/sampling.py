@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -66,7 +66,19 @@ def follow(
 ) -> bool:
     """Move a white field and its momenta in place by steps of a composition; return whether to the end, which is not so
     where ``stop`` says so between two parts."""
-    for part, fraction in method.parts(steps):
+    return _follow(posterior, method.parts(steps), step, spectrum, momenta, inverse_mass, stop)
+
+
+def _follow(
+    posterior: FieldPosterior,
+    parts: Iterable[tuple[str, float]],
+    step: float,
+    spectrum: Complex,
+    momenta: Complex,
+    inverse_mass: Array | None,
+    stop: Stop | None,
+) -> bool:
+    for part, fraction in parts:
         if stop is not None and stop():
             return False
         if part == "drift":
@@ -79,7 +91,10 @@ def follow(
 @dataclass
 class _Chain:
     """Where a chain is: its white field, U there, trajectories so far, and the size of its steps; of a warm-up that has
-    not ended its trajectories, halvings of the step, and logarithms of steps."""
+    not ended its trajectories, halvings of the step, and logarithms of steps.
+
+    ``known`` says whether a trajectory has evaluated the gradient there, which is ``slope`` unless it is of a file.
+    """
 
     number: int
     spectrum: Complex
@@ -89,6 +104,8 @@ class _Chain:
     warmed: int = 0
     halvings: int = 0
     tried: list[float] = field(default_factory=list)
+    known: bool = False
+    slope: Complex | None = None
 
 
 @checked_calls()
@@ -111,7 +128,7 @@ class Sampler:
         A step is varied by this part of it up and down.
     guard : float
         Steps are kept below this part of the largest stable one, by the largest frequency where chains start and, in
-        a warm-up, where they come; infinite for none.
+        a warm-up, where they come, from above 0 to 1; infinite for none.
     chains : int
     start : {"mode", "prior", "zero"}, or spectra of white fields, one for each chain
         None: nowhere, until ``restore``.
@@ -145,7 +162,7 @@ class Sampler:
             ("step", step, 0.0 <= step < math.inf, "0 for a step that is found, or above"),
             ("duration", duration, 0.0 < duration < math.inf, "above 0"),
             ("jitter", jitter, 0.0 <= jitter < 1.0, "from 0 to below 1"),
-            ("guard", guard, guard > 0.0, "above 0, as 0.9"),
+            ("guard", guard, 0.0 < guard <= 1.0 or guard == math.inf, "above 0 to 1, as 0.9, or inf for none"),
             ("chains", chains, chains >= 1, "from 1 on"),
             ("seed", seed, 0 <= seed <= MOST_SEED, f"from 0 to {MOST_SEED}"),
         ):
@@ -168,6 +185,7 @@ class Sampler:
         self.chains: list[_Chain] = []
         self._momenta = np.empty(posterior.mesh.half, complex)
         self._moved = np.empty(posterior.mesh.half, complex)
+        self._slope: Complex | None = None
         if start is None:
             self.chains = [_Chain(k, np.zeros(posterior.mesh.half, complex), 0.0, 0.0) for k in range(chains)]
             return
@@ -311,12 +329,15 @@ class Sampler:
         if self._root is not None:
             momenta *= self._root
         moved[...] = chain.spectrum
+        if chain.known and chain.slope is None:  # of a file, which counts it
+            chain.slope = posterior.gradient(chain.spectrum)
         before = posterior.gradients
         energy = chain.potential + 0.5 * posterior.norm(momenta, self._inverse)
-        if not follow(posterior, method, step, steps, moved, momenta, self._inverse, stop):
+        reached = self._from_slope if method.first == "kick" else self._from_drift
+        potential = reached(chain, method.parts(steps), step, stop)
+        if potential is None:
             return None
         chain.trajectories += 1
-        potential = posterior.energy(moved)
         error = potential + 0.5 * posterior.norm(momenta, self._inverse) - energy
         error = error if math.isfinite(error) else math.inf
         accepted = uniform[3] < math.exp(-max(error, 0.0))
@@ -327,7 +348,42 @@ class Sampler:
         if accepted:
             chain.spectrum[...] = moved
             chain.potential = potential
+            chain.known = method.first == "kick"
+            if chain.known:
+                chain.slope, self._slope = self._slope, chain.slope
         return Outcome(error, accepted, posterior.gradients - before)
+
+    def _from_drift(
+        self, _: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
+    ) -> float | None:
+        """Follow a trajectory that ends with a drift, and return U at its end; None where it was stopped."""
+        if not _follow(self.posterior, parts, step, self._moved, self._momenta, self._inverse, stop):
+            return None
+        return self.posterior.energy(self._moved)
+
+    def _from_slope(
+        self, chain: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
+    ) -> float | None:
+        """Follow a trajectory that begins and ends with a kick, and return U at its end; None where it was stopped.
+
+        Its first kick takes the gradient that the last trajectory of this kind has left where the chain is, and its
+        last one the cells that U is of.
+        """
+        posterior, momenta, moved = self.posterior, self._momenta, self._moved
+        (_, first), *between, (_, last) = parts
+        if chain.slope is None:
+            chain.slope = np.empty_like(moved)
+        if self._slope is None:
+            self._slope = np.empty_like(moved)
+        if not chain.known:
+            posterior.energy_and_gradient(chain.spectrum, chain.slope)
+        posterior.add(-step * first, chain.slope, momenta)
+        if not _follow(posterior, between, step, moved, momenta, self._inverse, stop):
+            return None
+        chain.known = True
+        potential = posterior.energy_and_gradient(moved, self._slope)
+        posterior.add(-step * last, self._slope, momenta)
+        return potential
 
     def _starts(self, start: str | Sequence[Complex], chains: int) -> list[Complex]:
         mesh = self.posterior.mesh
@@ -372,6 +428,7 @@ class Sampler:
             "frequency": self.frequency,
             "trajectories": [chain.trajectories for chain in self.chains],
             "warm_up": [[chain.warmed, chain.halvings, chain.tried] for chain in self.chains],
+            "slopes": [chain.known for chain in self.chains],
         }
         return arrays, metadata
 
@@ -391,7 +448,7 @@ class Sampler:
         try:
             spectra, potential, steps = (arrays[name] for name in ("spectra", "potential", "steps"))
             seed, frequency, counts = (metadata[name] for name in ("seed", "frequency", "trajectories"))
-            warm_ups = metadata["warm_up"]
+            warm_ups, known = metadata["warm_up"], metadata["slopes"]
         except KeyError as error:
             what = f"this is no file of chains: {error.args[0]} is missing"
             raise FileError(Problem(where, what, "a file of Sampler.save")) from None
@@ -407,3 +464,4 @@ class Sampler:
             chain.potential, chain.step = float(potential[place]), float(steps[place])
             chain.trajectories = int(counts[place])
             chain.warmed, chain.halvings, chain.tried = warm_ups[place]
+            chain.known, chain.slope = bool(known[place]), None

@@ -41,6 +41,8 @@ _SMALLER = "a smaller power"
 _SPECTRA = 9
 #: Fields that a record of samples and what is made of it hold: mean, squares, change, deviation, and one beside.
 _RECORD = 6
+#: Columns of what is kept of each trajectory, besides cells and bins of a sample.
+TRAJECTORY = ("dH", "accepted", "gradients", "U")
 Complex = NDArray[np.complex128]
 
 
@@ -131,9 +133,14 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
     filters = sum(2 if item.kind == "difference" else 1 for item in system.operators)  # twice half a field each
     masks = sum(2 for item in system.operators if item.kind == "mask")
     fields = 2 * len(system.fields) + 2 * len(system.data) + filters + masks + _RECORD + 2 * (system.truth is not None)
+    chosen = system.sampling
     with _at(system, "mesh.cells"):
         mesh = Mesh(system.cells, system.lengths)
-        return mesh.require_memory(_SPECTRA + chains, fields, f"sampling with {counted(chains, 'chain')}")
+        slopes = 0 if chosen.first == "drift" else 1 + chains  # gradients where trajectories begin with kicks
+        watched = min(chosen.watched, mesh.size) + chosen.bins + len(TRAJECTORY)
+        numbers = chains * (chosen.samples * watched + chosen.warm_up * len(TRAJECTORY))
+        what = f"sampling with {counted(chains, 'chain')}"
+        return mesh.require_memory(_SPECTRA + chains + slopes, fields, what, numbers)
 
 
 @contextlib.contextmanager

@@ -12,7 +12,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.fields import Samples, autocorrelation_time, split_r_hat
 from eomgen.files import make_folder, write_arrays, write_table, write_text
-from eomgen.sampling.problem import FieldProblem
+from eomgen.sampling.problem import TRAJECTORY, FieldProblem
 from eomgen.scene.hamiltonian.fields import Chains
 from eomgen.text import counted, json_text
 
@@ -20,8 +20,6 @@ from eomgen.text import counted, json_text
 ENOUGH = 4
 #: Samples of a chain from which on a split R-hat above so much is said.
 DOUBTED, DOUBTFUL = 50, 1.3
-#: Columns of what is kept of each trajectory.
-TRAJECTORY = ("dH", "accepted", "gradients", "U")
 
 
 @dataclass(frozen=True)
@@ -95,9 +93,28 @@ class FieldSamples:
         before = counted(self.warm_up.shape[1], "trajectory", "trajectories")
         whole = f"{made} of each of {counted(chains, 'chain')} after {before}"
         if not self.interrupted:
-            return f"{whole} of warm-up{self.doubt}"
+            return f"{whole} of warm-up{self.cut}{self.lost}{self.doubt}"
         missing = f"of {self.settings.samples}" if self.warm_up.shape[1] >= self.settings.warm_up else "in the warm-up"
         return f"interrupted: {whole} of warm-up, {missing}; --resume goes on to the same bits"
+
+    @property
+    def cut(self) -> str:
+        """What is said where the guard has made a step smaller than what was asked for; nothing where it has not."""
+        step, taken = self.settings.step, float(np.min(self.samples.steps))
+        if step <= taken:
+            return ""
+        return f"; steps are {taken:.4g}, not {step:.4g}: the guard allows no larger ones where the chains are"
+
+    @property
+    def lost(self) -> str:
+        """What is said of trajectories that ended where U is not finite; nothing where there are none."""
+        errors = np.concatenate([self.warm_up[..., 0].ravel(), self.samples.energy_errors.ravel()])
+        count = int(np.sum(~np.isfinite(errors)))
+        if not count:
+            return ""
+        of = counted(errors.size, "trajectory", "trajectories")
+        hint = "smaller steps, or an energy that is finite everywhere and grows on both sides"
+        return f"; {count} of {of} ended where the energy is not finite, and were rejected; try: {hint}"
 
     @property
     def doubt(self) -> str:
@@ -196,6 +213,7 @@ class FieldSamples:
                 "r_hat_of_scales": max((scale.r_hat for scale in self.scales()), default=math.nan),
                 "autocorrelation_of_cells": cells,
                 "autocorrelation_of_worst_scale": worst,
+                "autocorrelation_error": samples.autocorrelation_error,
                 "gradients_per_independent_sample_of_cells": each[0],
                 "gradients_per_independent_sample_of_worst_scale": each[1],
             }

@@ -20,8 +20,8 @@ from eomgen.errors import FileError, Problem, UsageError
 from eomgen.fields import Outcome, Sampler
 from eomgen.files import make_folder, read_arrays, write_arrays
 from eomgen.progress import Progress, shown
-from eomgen.sampling.problem import FieldProblem, field_problem, start_fields
-from eomgen.sampling.result import TRAJECTORY, FieldSamples
+from eomgen.sampling.problem import TRAJECTORY, FieldProblem, field_problem, start_fields
+from eomgen.sampling.result import FieldSamples
 from eomgen.scene.hamiltonian.field_reading import fields_from_data, load_fields
 from eomgen.scene.hamiltonian.fields import Chains, FieldSystem
 from eomgen.text import listed, nearest

@@ -255,10 +255,31 @@ COUNTS = np.ones(MESH.cells)
 
 
 @pytest.mark.parametrize(
+    ("energy", "masses"), [("(s**2 - 4)**2", "fisher"), ("5*cos(s)", "fisher"), ("(s**2 + r**2 - 3)**2", "prior")]
+)
+def test_a_mode_is_no_saddle(energy: str, masses: str) -> None:
+    """Energies whose gradient is 0 at a field of 0, which is a maximum along some directions."""
+    mesh = Mesh((8, 8), 40.0)
+    operator = amplitude(mesh, lambda k: 300.0 * np.exp(-((4.0 * k) ** 2)))
+    fields = {"s": operator, "r": smoothing(mesh, 3.0)} if "r" in energy else {"s": operator}
+    posterior = FieldPosterior(mesh, energy, fields)
+    zero = np.zeros(mesh.half, complex)
+    assert np.abs(posterior.gradient(zero)).max() < 1e-14
+    mode = posterior.mode()
+    assert mode.energy < posterior.energy(zero) - 10.0 and mode.gradient <= 1e-8
+    product = posterior.hessian(mode.spectrum)
+    units = np.eye(mesh.size).reshape(-1, *mesh.cells)
+    matrix = np.array([mesh.field(product(mesh.spectrum(unit))).ravel() for unit in units])
+    assert matrix == pytest.approx(matrix.T, abs=1e-12)
+    assert np.linalg.eigvalsh(matrix)[0] > 0.1
+    assert posterior.largest_frequency(mode.spectrum, posterior.mass(masses)) > 0.5
+
+
+@pytest.mark.parametrize(
     ("call", "text"),
     [
         (lambda: Mesh((4, 1), 1.0), "Mesh: cells: (4, 1) is no mesh; try: 1 to 3 numbers from 2 on: (64, 64)"),
-        (lambda: Mesh((4, 4), (1.0, 0.0)), "Mesh: lengths: (1.0, 0.0) are not 2 lengths above 0"),
+        (lambda: Mesh((4, 4), (1.0, 0.0)), "Mesh: lengths: (1.0, 0.0) are not 2 lengths from 1e-100 to 1e+100"),
         (lambda: amplitude(MESH, lambda k: 0.5 - k), "power: the power is -"),
         (lambda: amplitude(MESH, lambda k: 1.0 / k), "power: the power is inf at k = 0"),
         (lambda: lognormal_amplitude(MESH, lambda k: np.where(k > 0, 0.0, -1.0)), "power: the power is -1 at k = 0"),

@@ -255,13 +255,26 @@ def test_info_shows_a_system_of_fields(
     assert told["transforms_per_gradient"] == 2 and told["fields"] == ["s"]
     assert told["method"]["gradients"] == 5 and told["method"]["order"] == 4
     assert told["wave_numbers"] == pytest.approx([2 * np.pi / 40, np.pi / 5])
-    assert told["memory"] == sample("small.toml", samples=1, warm_up=0).problem.memory
+    assert told["memory"] == sample("small.toml").problem.memory
     assert main(["info", "small.toml"]) == 0
     shown = capsys.readouterr().out
     assert "8 x 8 cells of 5 x 5" in shown and "energy of a cell" in shown and "minimum_norm2, order 2" in shown
     Path("large.toml").write_text(FILE.replace("[8, 8]", "[10000000, 10000000]"), encoding="utf-8")
     assert main(["info", "large.toml"]) == 4
     assert "large.toml:5 (mesh.cells): sampling with 2 chains on 10000000 x 10000000 cells" in capsys.readouterr().err
+
+
+def test_a_run_says_what_was_not_as_asked() -> None:
+    """Steps that the guard has cut, and trajectories that went where the energy has no values."""
+    cut = sample(changed(), step=100.0)
+    assert f"of warm-up; steps are {cut.largest_step:.4g}, not 100: the guard allows no larger ones" in cut.message
+    assert cut.samples.steps == pytest.approx([cut.largest_step] * 2, rel=1e-15)
+    behind = changed(cell={"energy": "-0.1*log(0.4 - s)"}, data=None, truth=None, mass={"choice": "prior"})
+    lost = sample(behind, start="zero", warm_up=0, samples=60, step=0.5, guard=0.9)
+    count = int(np.sum(np.isinf(lost.samples.energy_errors)))
+    assert 0 < count < 120
+    assert f"; {count} of 120 trajectories ended where the energy is not finite, and were rejected; try" in lost.message
+    assert sample(changed()).message.endswith("of warm-up")
 
 
 def test_chains_that_do_not_agree_are_said_to() -> None:

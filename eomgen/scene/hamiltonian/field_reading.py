@@ -179,13 +179,13 @@ class _FieldReader(Entries):
         whole = [cells] if isinstance(cells, int) and not isinstance(cells, bool) else cells
         counts = [count for count in whole if _is_whole(count, 2)] if isinstance(whole, list) else []
         if not isinstance(whole, list) or len(counts) != len(whole) or not 1 <= len(counts) <= 3:
-            what = "the numbers of cells are missing" if cells is None else f"{_said(cells)} are no cells of a mesh"
+            what = f"the numbers of cells {'are missing' if cells is None else f'cannot be {_said(cells)}'}"
             report.add("mesh.cells", what, "1 to 3 whole numbers from 2 on: cells = [64, 64, 64]")
             counts = [2]
         sides = length if isinstance(length, list) else [length] * len(counts)
-        if len(sides) != len(counts) or not all(_is_positive(side) for side in sides):
-            what = "the length of the box is missing" if length is None else f"{_said(length)} are no lengths of it"
-            report.add("mesh.length", what, "a number above 0, or one for each axis: length = 500.0")
+        if len(sides) != len(counts) or not all(_is_length(side) for side in sides):
+            what = f"the length of the box {'is missing' if length is None else f'cannot be {_said(length)}'}"
+            report.add("mesh.length", what, "a number above 0 (1e-100 to 1e100), or one for each axis: length = 500.0")
             sides = [1.0] * len(counts)
         return counts, [float(side) for side in sides if side is not None], self.text("mesh", table, "unit")
 
@@ -279,7 +279,7 @@ class _FieldReader(Entries):
         check_keys(key, entry, (*kinds, *more), self.report)
         said = [kind for kind in kinds if kind in entry]
         if len(said) != 1:
-            what = f"{listed(said)} are said together" if said else "what it is is missing"
+            what = f"{listed(said)} are said together" if said else "no key says what it is"
             self.report.add(key, what, f"one of {listed(kinds)}")
             return None
         return said[0]
@@ -492,8 +492,9 @@ def _is_whole(value: object, least: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= least
 
 
-def _is_positive(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < math.inf
+def _is_length(value: object) -> bool:
+    """Return whether volumes of a box, and squares of its wave numbers, are numbers."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and 1e-100 <= value <= 1e100
 
 
 def _said(value: object) -> str:
