@@ -20,7 +20,7 @@ from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.printer import Printer, indented
 from eomgen.codegen.targets.c.target import environment
 from eomgen.errors import DescriptionError, ModelError, Problem
-from eomgen.fields.mesh import Complex
+from eomgen.fields.mesh import Complex, Reals, Spectrum
 from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
 from eomgen.scene.hamiltonian.cells import cell_formula
@@ -39,6 +39,12 @@ _CELLS = """\
 double eomgen_field_energy(long n, const double *const *fields, const double *const *data);
 void eomgen_field_residual(long n, double *const *fields, const double *const *data);
 void eomgen_field_curvature(long n, const double *const *fields, const double *const *data, double *const *along);
+"""
+_SINGLE = """\
+void eomgen_field_filter_single(long n, int turns, const double *a, const double *x, float *y);
+void eomgen_field_add_single(long n, int turns, double size, const double *a, const float *x, const double *z,
+    double *y);
+void eomgen_field_residual_single(long n, float *const *fields, const double *const *data);
 """
 
 
@@ -164,8 +170,11 @@ def _recorded(algebra: Algebra, where: str, text: str, known: Mapping[str, Scala
         raise ModelError([Problem(where, problem.what, problem.hint) for problem in error.problems]) from None
 
 
-def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequence[str]) -> str:
-    """Return the C of a cell's energy and of what is done with spectra; of an idle energy, the latter alone."""
+def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequence[str], single: bool = False) -> str:
+    """Return the C of a cell's energy and of what is done with spectra; of an idle energy, the latter alone.
+
+    ``single`` adds what a gradient takes with fields and their spectra in single precision; operations are in double.
+    """
     inputs = {"f": "f[{}]", "d": "d[{}]", "j": "j[{}]"}
 
     def body(refs: Sequence[Ref], targets: Sequence[str]) -> str:
@@ -178,6 +187,7 @@ def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequ
     return folded(
         text.render(
             formula=energy.formula,
+            single=single and not idle,
             fields=[] if idle else list(fields),
             data=[] if idle else list(data),
             energy="" if idle else body([made.energy], ["h"]),
@@ -190,32 +200,42 @@ def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequ
 class CellRoutines:
     """The compiled C of a cell's energy, on arrays whose places in memory are kept."""
 
-    def __init__(self, text: str, idle: bool) -> None:
-        self.ffi, self.lib = _compiled(text, idle)
+    def __init__(self, text: str, idle: bool, single: bool = False) -> None:
+        self.ffi, self.lib = _compiled(text, idle, single and not idle)
 
-    def pointers(self, arrays: Sequence[Array]) -> Any:
+    def pointers(self, arrays: Sequence[Reals]) -> Any:
         """Return C's array of the addresses of arrays; at least one, which may be NULL."""
-        made = self.ffi.new("double *[]", max(len(arrays), 1))
+        single = bool(arrays) and arrays[0].dtype == np.float32
+        made = self.ffi.new("float *[]" if single else "double *[]", max(len(arrays), 1))
         for place, array in enumerate(arrays):
             made[place] = self.address(array)
         return made
 
-    def address(self, array: Array | Complex | None) -> Any:
+    def address(self, array: Reals | Spectrum | None) -> Any:
         """Return the address of an array whose numbers are next to each other, NULL for None."""
         if array is None:
             return self.ffi.NULL
-        return self.ffi.cast("double *", array.ctypes.data)
+        single = array.dtype in (np.float32, np.complex64)
+        return self.ffi.cast("float *" if single else "double *", array.ctypes.data)
 
-    def filter(self, symbol: Array | Complex | None, x: Complex, y: Complex) -> None:
-        """Make y = a x."""
-        self.lib.eomgen_field_filter(x.size, *self._symbol(symbol), self.address(x), self.address(y))
+    def filter(self, symbol: Array | Complex | None, x: Complex, y: Spectrum) -> None:
+        """Make y = a x, y in double or single precision."""
+        made = self.lib.eomgen_field_filter_single if y.dtype == np.complex64 else self.lib.eomgen_field_filter
+        made(x.size, *self._symbol(symbol), self.address(x), self.address(y))
+
+    def residual(self, fields: Sequence[Reals], data: Any) -> None:
+        """Put the derivatives of the energy of each cell in place of the fields, in double or single precision."""
+        single = fields[0].dtype == np.float32
+        made = self.lib.eomgen_field_residual_single if single else self.lib.eomgen_field_residual
+        made(fields[0].size, self.pointers(fields), data)
 
     def add(
-        self, size: float, symbol: Array | Complex | None, x: Complex, y: Complex, beside: Complex | None = None
+        self, size: float, symbol: Array | Complex | None, x: Spectrum, y: Complex, beside: Complex | None = None
     ) -> None:
-        """Add size (beside + conj(a) x) to y; ``beside`` None for 0."""
+        """Add size (beside + conj(a) x) to y; ``beside`` None for 0, x in double or single precision."""
         turns, address = self._symbol(symbol)
-        self.lib.eomgen_field_add(x.size, turns, size, address, self.address(x), self.address(beside), self.address(y))
+        made = self.lib.eomgen_field_add_single if x.dtype == np.complex64 else self.lib.eomgen_field_add
+        made(x.size, turns, size, address, self.address(x), self.address(beside), self.address(y))
 
     def norm(self, x: Complex, even: bool, weight: Array | None = None) -> float:
         """Return the sum over the whole spectrum of weight |x|^2."""
@@ -226,5 +246,5 @@ class CellRoutines:
 
 
 @functools.lru_cache(maxsize=32)
-def _compiled(text: str, idle: bool) -> tuple[Any, Any]:
-    return Builder(real="lanes").build_routine(text, _CDEF if idle else _CDEF + _CELLS)
+def _compiled(text: str, idle: bool, single: bool) -> tuple[Any, Any]:
+    return Builder(real="lanes").build_routine(text, _CDEF + _CELLS * (not idle) + _SINGLE * single)

@@ -13,6 +13,7 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 import scipy.fft
@@ -24,6 +25,9 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.threads import thread_count
 
 Complex = NDArray[np.complex128]
+#: Spectra and fields of cells in double or single precision.
+Spectrum = NDArray[np.complex128] | NDArray[np.complex64]
+Reals = NDArray[np.float64] | NDArray[np.float32]
 #: Lengths of a box: volumes, and squares of wave numbers, have to be numbers.
 SMALLEST, LARGEST = 1e-100, 1e100
 #: Transforms of fewer cells than this take one thread: others cost more than they save.
@@ -106,15 +110,24 @@ class Mesh:
         """Threads of a transform."""
         return thread_count() if self.size >= _ONE_THREAD else 1
 
-    def spectrum(self, field: Array, *, overwrite: bool = False) -> Complex:
-        """Return F of a real field, shape ``half``. SciPy allocates the result."""
-        made: Complex = scipy.fft.rfftn(field, norm="ortho", workers=self.threads, overwrite_x=overwrite)
+    @overload
+    def spectrum(self, field: Array, *, overwrite: bool = False) -> Complex: ...
+    @overload
+    def spectrum(self, field: Reals, *, overwrite: bool = False) -> Spectrum: ...
+    def spectrum(self, field: Reals, *, overwrite: bool = False) -> Spectrum:
+        """Return F of a real field, shape ``half``, in its precision. SciPy allocates the result."""
+        made: Spectrum = scipy.fft.rfftn(field, norm="ortho", workers=self.threads, overwrite_x=overwrite)
         return made
 
-    def field(self, spectrum: Complex, *, overwrite: bool = False) -> Array:
-        """Return the real field of half a spectrum, shape ``cells``. SciPy allocates the result and, in more than one
-        dimension, a spectrum for the transforms along the other axes; ``overwrite`` lets it take the argument's."""
-        made: Array = scipy.fft.irfftn(
+    @overload
+    def field(self, spectrum: Complex, *, overwrite: bool = False) -> Array: ...
+    @overload
+    def field(self, spectrum: Spectrum, *, overwrite: bool = False) -> Reals: ...
+    def field(self, spectrum: Spectrum, *, overwrite: bool = False) -> Reals:
+        """Return the real field of half a spectrum, shape ``cells``, in its precision. SciPy allocates the result and,
+        in more than one dimension, a spectrum for the transforms along the other axes; ``overwrite`` lets it take the
+        argument's."""
+        made: Reals = scipy.fft.irfftn(
             spectrum, s=self.cells, norm="ortho", workers=self.threads, overwrite_x=overwrite
         )
         return made

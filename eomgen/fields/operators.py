@@ -40,8 +40,12 @@ class LinearOperator:
 
     def apply(self, spectrum: Complex) -> Array:
         """Return the field of cells that a spectrum gives."""
-        field = self.mesh.field(spectrum if self.symbol is None else self.symbol * spectrum)
+        field = self.mesh.field(self.filtered(spectrum))
         return field if self.mask is None else self.mask * field
+
+    def filtered(self, spectrum: Complex) -> Complex:
+        """Return a spectrum after the filter."""
+        return spectrum if self.symbol is None else self.symbol * spectrum
 
     def adjoint(self, field: Array) -> Complex:
         """Return the spectrum that the adjoint makes of a field of cells."""

@@ -8,8 +8,9 @@ transforms, and everything else is written into buffers that are made once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,8 +19,10 @@ from eomgen.arrays import Array
 from eomgen.calls import checked_calls
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.fields.cells import CellEnergy, CellRoutines, cell_tape, source
-from eomgen.fields.mesh import Complex, Mesh
+from eomgen.fields.mesh import Complex, Mesh, Reals
 from eomgen.fields.operators import LinearOperator
+from eomgen.fields.transforms import PRECISIONS, Transforms
+from eomgen.fields.transforms import transforms as make_transforms
 from eomgen.text import counted, listed, nearest
 
 #: Half spectra of complex numbers that a trajectory needs: state, state before it, momenta, gradient, buffer, and what
@@ -66,6 +69,10 @@ class FieldPosterior:
     fields : mapping of names to linear operators
         By which white noise becomes the fields of cells.
     data : mapping of names to arrays of the shape ``mesh.cells``, or numbers for all cells
+    transforms : {"scipy", "fftw"}
+        Which library makes them; the second needs the package pyfftw, and takes a third to a half of the time.
+    precision : {"double", "single"}
+        Of the transforms and fields of ``add_gradient``. State, energies, all other derivatives, and sums are doubles.
 
     Raises
     ------
@@ -79,7 +86,13 @@ class FieldPosterior:
         energy: CellEnergy | str,
         fields: Mapping[str, LinearOperator],
         data: Mapping[str, ArrayLike] | None = None,
+        *,
+        transforms: str = "scipy",
+        precision: str = "double",
     ) -> None:
+        if precision not in PRECISIONS:
+            what = f"there is no precision {precision!r}"
+            raise UsageError(Problem("precision", what, nearest(precision, PRECISIONS) or listed(PRECISIONS)))
         self.mesh = mesh
         self.energy_of_cell = energy if isinstance(energy, CellEnergy) else CellEnergy(energy)
         self.operators = dict(fields)
@@ -95,14 +108,15 @@ class FieldPosterior:
         self.prior_alone = made.idle
         columns = [*self.data, *(f"mask of {name}" for name in masked)]
         #: The C text.
-        self.source = source(self.energy_of_cell, made, list(self.operators), columns)
-        self._routines = CellRoutines(self.source, self.prior_alone)
+        single = precision == "single" and not made.idle
+        self.source = source(self.energy_of_cell, made, list(self.operators), columns, single)
+        self._routines = CellRoutines(self.source, self.prior_alone, single)
         self._columns = [*self.data.values(), *(np.ascontiguousarray(values) for values in masked.values())]
         self._data = self._routines.pointers(self._columns)
-        self._symbols: list[Array | Complex | None] = [
-            None if operator.symbol is None else operator.symbol.copy() for operator in self.operators.values()
-        ]
-        self._buffer = np.empty(mesh.half, complex)
+        self._transforms = make_transforms(mesh, transforms, len(self.operators))
+        #: Those of ``add_gradient``.
+        self._fast = make_transforms(mesh, transforms, len(self.operators), single=True) if single else self._transforms
+        self._symbols = [_scaled(operator, self._transforms.scale) for operator in self.operators.values()]
         self._even = mesh.cells[-1] % 2 == 0
         #: Evaluations of the gradient so far, of the energy, and products with the Hessian.
         self.gradients, self.energies, self.products = 0, 0, 0
@@ -146,9 +160,9 @@ class FieldPosterior:
             return self._energy(spectrum, [])
         fields = self._to_cells(spectrum)
         energy = self._energy(spectrum, fields)
-        self._routines.lib.eomgen_field_residual(self.mesh.size, self._routines.pointers(fields), self._data)
+        self._routines.residual(fields, self._data)
         to[...] = 0.0
-        self._from_cells(1.0, fields, to, spectrum)
+        self._from_cells(self._transforms, 1.0, fields, to, spectrum)
         return energy
 
     def add(self, size: float, spectrum: Complex, to: Complex) -> None:
@@ -156,24 +170,29 @@ class FieldPosterior:
         self._routines.add(size, None, spectrum, to)
 
     def add_gradient(self, size: float, spectrum: Complex, to: Complex) -> None:
-        """Add ``size`` times the gradient of U at a white field to a spectrum."""
+        """Add ``size`` times the gradient of U at a white field to a spectrum, in the precision that was asked for."""
+        self._add_gradient(self._fast, size, spectrum, to)
+
+    def _add_gradient(self, by: Transforms, size: float, spectrum: Complex, to: Complex) -> None:
         self.gradients += 1
         if self.prior_alone:
             self._routines.add(size, None, spectrum, to)
             return
-        fields = self._to_cells(spectrum)
-        self._routines.lib.eomgen_field_residual(self.mesh.size, self._routines.pointers(fields), self._data)
-        self._from_cells(size, fields, to, spectrum)
+        fields = self._cells_of(by, spectrum)
+        self._routines.residual(fields, self._data)
+        self._from_cells(by, size, fields, to, spectrum)
 
     def gradient(self, spectrum: Complex) -> Complex:
         """Return the gradient of U as a spectrum: U(xi + e) - U(xi) is ``mesh.product`` of it and e for small e."""
         found = np.zeros(self.mesh.half, complex)
-        self.add_gradient(1.0, np.ascontiguousarray(spectrum), found)
+        self._add_gradient(self._transforms, 1.0, np.ascontiguousarray(spectrum), found)
         return found
 
     def hessian(self, spectrum: Complex) -> Callable[[Complex], Complex]:
         """Return the product with the Hessian of U at a white field, a function of directions."""
         fields = [] if self.prior_alone else self._to_cells(np.ascontiguousarray(spectrum))
+        if self._transforms.scale != 1.0:  # arrays of the plans, which products write to
+            fields = [field.copy() for field in fields]
         routines = self._routines
 
         def product(direction: Complex) -> Complex:
@@ -184,10 +203,21 @@ class FieldPosterior:
                 routines.lib.eomgen_field_curvature(
                     self.mesh.size, routines.pointers(fields), self._data, routines.pointers(along)
                 )
-                self._from_cells(1.0, along, found)
+                self._from_cells(self._transforms, 1.0, along, found)
             return found
 
         return product
+
+    def white(self, generator: np.random.Generator, to: Complex) -> None:
+        """Write the spectrum of independent standard normal numbers in all cells into one that is there."""
+        self._transforms.white(generator, to)
+
+    def value(self, name: str, spectrum: Complex) -> Array:
+        """Return one field of cells of a white field."""
+        operator, number = self.operators[name], list(self.operators).index(name)
+        self._routines.filter(self._symbols[number], np.ascontiguousarray(spectrum), self._transforms.buffer)
+        field = np.array(self._transforms.field(number), float)
+        return field if operator.mask is None else operator.mask * field
 
     def values(self, spectrum: Complex) -> dict[str, Array]:
         """Return the fields of cells of a white field, by name."""
@@ -202,16 +232,21 @@ class FieldPosterior:
         self._routines.add(size, inverse_mass, momenta, spectrum)
 
     def _to_cells(self, spectrum: Complex) -> list[Array]:
+        return cast(list[Array], self._cells_of(self._transforms, spectrum))
+
+    def _cells_of(self, by: Transforms, spectrum: Complex) -> Sequence[Reals]:
         fields = []
-        for symbol in self._symbols:
-            self._routines.filter(symbol, spectrum, self._buffer)
-            fields.append(self.mesh.field(self._buffer, overwrite=True))
+        for number, symbol in enumerate(self._symbols):
+            self._routines.filter(symbol, spectrum, by.buffer)
+            fields.append(by.field(number))
         return fields
 
-    def _from_cells(self, size: float, fields: list[Array], to: Complex, beside: Complex | None = None) -> None:
+    def _from_cells(
+        self, by: Transforms, size: float, fields: Sequence[Reals], to: Complex, beside: Complex | None = None
+    ) -> None:
         """Add size (beside + sum of the adjoints of fields) to a spectrum."""
-        for symbol, field in zip(self._symbols, fields, strict=True):
-            self._routines.add(size, symbol, self.mesh.spectrum(field, overwrite=True), to, beside)
+        for number, (symbol, field) in enumerate(zip(self._symbols, fields, strict=True)):
+            self._routines.add(size, symbol, by.spectrum(number, field), to, beside)
             beside = None
 
     # -- scales ------------------------------------------------------------------------------------------------------
@@ -236,7 +271,8 @@ class FieldPosterior:
             raise UsageError(Problem("mass", f"there is no mass {choice!r}", nearest(choice, known) or listed(known)))
         if choice == "prior" or (choice == "fisher" and self.prior_alone):
             return None
-        squares = [np.ones(self.mesh.half) if a is None else np.abs(a) ** 2 for a in self._symbols]
+        symbols = [operator.symbol for operator in self.operators.values()]
+        squares = [np.ones(self.mesh.half) if a is None else np.abs(a) ** 2 for a in symbols]
         if choice == "unit":
             if len(squares) != 1 or float(squares[0].min()) <= 0.0:
                 what = "a unit mass of the field needs one field whose filter is 0 at no wave number"
@@ -405,3 +441,12 @@ class FieldPosterior:
                 break
             along = ahead + (size / last) * along
         return found
+
+
+def _scaled(operator: LinearOperator, scale: float) -> Array | Complex | None:
+    """Return a copy of an operator's filter with the scale of transforms; None for 1."""
+    if scale == 1.0:
+        return None if operator.symbol is None else operator.symbol.copy()
+    symbol = np.ones(operator.mesh.half) if operator.symbol is None else operator.symbol
+    made: Array | Complex = scale * symbol
+    return made

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.fields.diagnostics import autocorrelation_error, autocorrelation_time, split_r_hat
-from eomgen.fields.mesh import Mesh
+from eomgen.fields.mesh import Complex, Mesh
 
 
 @dataclass(frozen=True)
@@ -133,14 +133,19 @@ class Record:
                 made[:, : self.size] = self._arrays[name]
             self._arrays[name] = made
 
-    def add(self, chain: int, outcome: Outcome, potential: float, values: Array) -> None:
-        """Take the next sample of a chain: how its trajectory ended, U and the field that is watched."""
+    def add(
+        self, chain: int, outcome: Outcome, potential: float, values: Array, amplitudes: Complex | None = None
+    ) -> None:
+        """Take the next sample of a chain: how its trajectory ended, U, the field that is watched, and its spectrum if
+        that is known."""
         at = (chain, int(self.counts[chain]))
         arrays = self._arrays
         arrays["energy_errors"][at], arrays["potential"][at] = outcome.error, potential
         arrays["accepted"][at], arrays["gradients"][at] = outcome.accepted, outcome.gradients
         arrays["cells"][at] = values.ravel()[self.watched]
-        self._wave_numbers, arrays["power"][at] = self.mesh.power(self.mesh.spectrum(values), self.bins)
+        self._wave_numbers, arrays["power"][at] = self.mesh.power(
+            self.mesh.spectrum(values) if amplitudes is None else amplitudes, self.bins
+        )
         self.counts[chain] += 1
         change = values - self._mean
         self._mean += change / float(self.counts.sum())

@@ -296,11 +296,13 @@ class Sampler:
     def fill(self, record: Record, field: str = "", *, stop: Stop | None = None, seen: Seen | None = None) -> bool:
         """Draw samples until a record is full, one of each chain in turn; return whether it is. Arguments as of
         ``draw`` and ``warm_up``."""
-        names = list(self.posterior.operators)
+        posterior = self.posterior
+        names = list(posterior.operators)
         if (field or not names) and field not in names:
             what = f"there is no field {field!r}" if field else "there is no field to watch"
             raise UsageError(Problem("Sampler.draw: field", what, ", ".join(names) or "fields of the posterior"))
-        operator: LinearOperator = self.posterior.operators[field or names[0]]
+        name = field or names[0]
+        operator: LinearOperator = posterior.operators[name]
         for place in range(record.size):
             for chain in self.chains:
                 if record.counts[chain.number] > place:
@@ -308,7 +310,9 @@ class Sampler:
                 outcome = self._trajectory(chain, stop)
                 if outcome is None:
                     return False
-                record.add(chain.number, outcome, chain.potential, operator.apply(chain.spectrum))
+                values = posterior.value(name, chain.spectrum)
+                amplitudes = operator.filtered(chain.spectrum) if operator.mask is None else None
+                record.add(chain.number, outcome, chain.potential, values, amplitudes)
                 if seen is not None:
                     seen(chain.number, outcome, chain.potential)
         return True
@@ -325,7 +329,7 @@ class Sampler:
         step = chain.step * (1.0 + self.jitter * (2.0 * uniform[1] - 1.0))
         steps = max(1, math.floor(self.duration / step + uniform[2]))
         momenta, moved = self._momenta, self._moved
-        momenta[...] = posterior.mesh.white(stream)
+        posterior.white(stream, momenta)
         if self._root is not None:
             momenta *= self._root
         moved[...] = chain.spectrum

@@ -1,0 +1,111 @@
+"""Transforms between spectra and fields of cells, in double or single precision, by SciPy or by FFTW.
+
+SciPy's are there in any case, and allocate their results. FFTW is what the optional package pyFFTW brings: its plans
+write into arrays that are made once, aligned for vector registers. Plans are estimated, not measured, so that the same
+numbers give the same bits on each run.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+from typing import Any, Literal, Protocol
+
+import numpy as np
+
+from eomgen.errors import Problem, UsageError
+from eomgen.fields.mesh import Complex, Mesh, Reals, Spectrum
+from eomgen.text import listed, nearest
+
+Library = Literal["scipy", "fftw"]
+LIBRARIES: tuple[Library, ...] = ("scipy", "fftw")
+Precision = Literal["double", "single"]
+PRECISIONS: tuple[Precision, ...] = ("double", "single")
+
+
+class Transforms(Protocol):
+    """Transforms of a number of fields on a mesh.
+
+    Attributes
+    ----------
+    buffer : a spectrum, which ``field`` takes; what is in it afterwards has no meaning
+    scale : by which spectra are to be multiplied in both directions for transforms to be orthonormal
+    """
+
+    buffer: Spectrum
+    scale: float
+
+    def field(self, number: int) -> Reals:
+        """Return the field of the spectrum in the buffer; with FFTW, the array of the field of this number."""
+
+    def spectrum(self, number: int, field: Reals) -> Spectrum:
+        """Return the spectrum of the field of this number, as ``field`` gave it, in place of which anything may stand
+        afterwards; with FFTW, it is the buffer."""
+
+    def white(self, generator: np.random.Generator, to: Complex) -> None:
+        """Write the spectrum of independent standard normal numbers in all cells into an array that is there."""
+
+
+class _SciPy:
+    def __init__(self, mesh: Mesh, single: bool) -> None:
+        self.mesh, self.scale = mesh, 1.0
+        self.buffer: Spectrum = np.empty(mesh.half, np.complex64) if single else np.empty(mesh.half, np.complex128)
+
+    def field(self, _: int) -> Reals:
+        return self.mesh.field(self.buffer, overwrite=True)
+
+    def spectrum(self, _: int, field: Reals) -> Spectrum:
+        return self.mesh.spectrum(field, overwrite=True)
+
+    def white(self, generator: np.random.Generator, to: Complex) -> None:
+        to[...] = self.mesh.white(generator)
+
+
+class _FFTW:
+    def __init__(self, mesh: Mesh, single: bool, fields: int) -> None:
+        fftw: Any = importlib.import_module("pyfftw")
+        axes = tuple(range(len(mesh.cells)))
+        self.scale = 1.0 / math.sqrt(mesh.size)
+        self.buffer: Spectrum = fftw.zeros_aligned(mesh.half, "complex64" if single else "complex128")
+        self._fields: list[Reals] = []
+        self._to_cells, self._from_cells = [], []
+        options = {"axes": axes, "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "threads": mesh.threads}
+        for _ in range(max(fields, 1)):
+            field = fftw.zeros_aligned(mesh.cells, "float32" if single else "float64")
+            self._fields.append(field)
+            self._to_cells.append(fftw.FFTW(self.buffer, field, direction="FFTW_BACKWARD", **options))
+            self._from_cells.append(fftw.FFTW(field, self.buffer, **options))
+
+    def field(self, number: int) -> Reals:
+        self._to_cells[number].execute()
+        return self._fields[number]
+
+    def spectrum(self, number: int, _: Reals) -> Spectrum:
+        self._from_cells[number].execute()
+        return self.buffer
+
+    def white(self, generator: np.random.Generator, to: Complex) -> None:
+        generator.standard_normal(out=self._fields[0])  # of doubles
+        self._from_cells[0].execute()
+        np.multiply(self.buffer, self.scale, out=to)
+
+
+def transforms(mesh: Mesh, library: str, fields: int, *, single: bool = False) -> Transforms:
+    """Return the transforms of so many fields.
+
+    Raises
+    ------
+    UsageError
+        There is no such library, or it is not installed.
+    """
+    if library not in LIBRARIES:
+        what = f"there is no library {library!r} for transforms"
+        raise UsageError(Problem("transforms", what, nearest(library, LIBRARIES) or listed(LIBRARIES)))
+    if library == "scipy":
+        return _SciPy(mesh, single)
+    try:
+        return _FFTW(mesh, single, fields)
+    except ImportError:
+        what = "FFTW comes with the package pyfftw, which is not installed"
+        hint = "pip install 'eomgen[fast_fourier]', or scipy"
+        raise UsageError(Problem("transforms", what, hint)) from None
