@@ -384,7 +384,7 @@ ORDER: dict[str, tuple[str, ...]] = {
     ),
     "fields": (
         "diagnostics mesh",
-        "cells operators record",
+        "cells operators record transforms",
         "posterior",
         "sampling",
     ),

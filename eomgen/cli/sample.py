@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 @click.option("--field", default=None, metavar="NAME", help="Whose samples are looked at.")
 @click.option("--watched", type=int, default=None, metavar="N", help="Cells whose values are kept.")
 @click.option("--bins", type=int, default=None, metavar="N", help="Of wave numbers.")
+@click.option("--transforms", default=None, metavar="LIBRARY", help="scipy, or fftw by the package pyfftw.")
+@click.option("--precision", default=None, metavar="KIND", help="Of gradients: double or single.")
 @click.option("--resume", is_flag=True, help="Go on from the checkpoint of the folder, to the same bits.")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw slices, power spectra and chains.")
 @json_option

@@ -114,6 +114,8 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
             energy,
             {name: made.operators[name] for name in system.fields},
             {name: made.data[name] for name in system.columns},
+            transforms=system.sampling.transforms,
+            precision=system.sampling.precision,
         )
     digest = hashlib.sha256(system.content)
     for values in made.data.values():
@@ -132,7 +134,9 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
     chains = chains or system.sampling.chains
     filters = sum(2 if item.kind == "difference" else 1 for item in system.operators)  # twice half a field each
     masks = sum(2 for item in system.operators if item.kind == "mask")
-    fields = 2 * len(system.fields) + 2 * len(system.data) + filters + masks + _RECORD + 2 * (system.truth is not None)
+    single = system.sampling.precision == "single"  # a spectrum and fields beside those of doubles
+    fields = (3 if single else 2) * len(system.fields) + 2 * len(system.data) + filters + masks
+    fields += _RECORD + 2 * (system.truth is not None)
     chosen = system.sampling
     with _at(system, "mesh.cells"):
         mesh = Mesh(system.cells, system.lengths)
@@ -140,7 +144,7 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
         watched = min(chosen.watched, mesh.size) + chosen.bins + len(TRAJECTORY)
         numbers = chains * (chosen.samples * watched + chosen.warm_up * len(TRAJECTORY))
         what = f"sampling with {counted(chains, 'chain')}"
-        return mesh.require_memory(_SPECTRA + chains + slopes, fields, what, numbers)
+        return mesh.require_memory(_SPECTRA + chains + slopes + single, fields, what, numbers)
 
 
 @contextlib.contextmanager

@@ -67,7 +67,9 @@ def sample(
         In place of those of ``[sampling]``: ``method``, ``step`` (0: found by the warm-up), ``duration`` of a
         trajectory, ``first`` (``random``, ``drift``, ``kick``), ``jitter``, ``guard``, ``chains``, ``start`` (``mode``,
         ``prior``, ``zero``, or the path of a ``.npy`` file with white fields), ``warm_up`` and ``samples`` of each
-        chain, ``seed``, ``field``, ``watched`` (number of cells whose values are kept) and ``bins`` of wave numbers.
+        chain, ``seed``, ``field``, ``watched`` (number of cells whose values are kept), ``bins`` of wave numbers,
+        ``transforms`` (``scipy``, or ``fftw`` by the package pyfftw) and ``precision`` of gradients (``double``,
+        ``single``).
 
     Raises
     ------

@@ -92,6 +92,8 @@ class Chains:
     field: str = ""
     watched: int = 500
     bins: int = 8
+    transforms: str = "scipy"
+    precision: str = "double"
 
 
 @dataclass(frozen=True)
