@@ -97,7 +97,9 @@ def burn_in(problem: FieldProblem, method: str, first: Any, step: float, level: 
     samples."""
     found = []
     for seed in range(1, 6):
-        sampler = Sampler(problem.posterior, method=method, step=step, start="zero", first=first, seed=seed, guard=math.inf)
+        sampler = Sampler(
+            problem.posterior, method=method, step=step, start="zero", first=first, seed=seed, guard=math.inf
+        )
         gradients = 0
         while gradients < most:
             sample = sampler.draw(1)
