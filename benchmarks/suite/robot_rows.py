@@ -61,13 +61,13 @@ _JAX_PATIENCE = 60.0
 _WARM = 2
 
 
-def batch_row(robot: str, function: str, *, with_jax: bool = False) -> Callable[[Context], list[Outcome]]:
+def batch_row(robot: str, function: str, states: int, *, with_jax: bool = False) -> Callable[[Context], list[Outcome]]:
     """Return the run of a row: many states in one call from Python, beside loops in C and C++ on as many cores."""
-    return lambda context: _batch(context, robot, function, with_jax=with_jax)
+    return lambda context: _batch(context, robot, function, states, with_jax=with_jax)
 
 
-def _batch(context: Context, robot: str, function: str, *, with_jax: bool) -> list[Outcome]:
-    task = {"robot": robot, "function": function, "shelf": str(context.shelf), "batch": 100_000}
+def _batch(context: Context, robot: str, function: str, states: int, *, with_jax: bool) -> list[Outcome]:
+    task = {"robot": robot, "function": function, "shelf": str(context.shelf), "batch": states}
     warm = {"warm": _WARM, "lanes": "now"}
     small = {"batch": 64, "warm": 0, "lanes": "off"}
     own = [

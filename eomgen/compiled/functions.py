@@ -12,6 +12,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.compiled.lanes import Lanes, chosen
+from eomgen.compiled.result_memory import ResultMemory
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.threads import share, thread_count
@@ -43,6 +44,7 @@ class Functions:
             name: [tuple(output["shape"]) for output in function["outputs"]] for name, function in self._layouts.items()
         }
         self._complex = library.dtype.kind == "c"
+        self._memory = ResultMemory()
         ffi = library.ffi
         self._types = (ffi, *(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]")))
 
@@ -103,7 +105,7 @@ class Functions:
             ) from None
         count = math.prod(shape)
         flat = [_samples(array, shape, count) for array in arrays]
-        results = [np.empty((count, *output), self.library.dtype) for output in self._shapes[name]]
+        results = [self._memory.empty((count, *output), self.library.dtype) for output in self._shapes[name]]
         if count:
             self._batch(name, flat, results, count)
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)

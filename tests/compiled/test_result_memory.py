@@ -1,0 +1,101 @@
+"""Memory of results of batches: used again when it was dropped, and never before."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.compiled import result_memory
+from eomgen.compiled.result_memory import ResultMemory
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+SHAPE = (1000, 3, 7)
+SIZE = 8 * 1000 * 3 * 7
+
+
+def address(array: Array) -> int:
+    return int(array.__array_interface__["data"][0])
+
+
+def test_what_was_dropped_is_used_again_and_what_is_held_is_not() -> None:
+    memory = ResultMemory()
+    first = memory.empty(SHAPE, float)
+    assert first.shape == SHAPE and first.dtype == float and first.flags.c_contiguous and first.flags.writeable
+    place = address(first)
+    second = memory.empty(SHAPE, float)
+    assert address(second) != place
+    column = first[:, 1, 2]
+    del first
+    assert address(memory.empty(SHAPE, float)) != place  # a view of it is held
+    del column
+    assert address(memory.empty(SHAPE, float)) == place
+
+
+def test_other_views_hold_memory_too() -> None:
+    memory = ResultMemory()
+    array = memory.empty(SHAPE, float)
+    place, window = address(array), memoryview(array)
+    transposed = array.T
+    del array
+    assert address(memory.empty(SHAPE, float)) != place
+    del window
+    assert address(memory.empty(SHAPE, float)) != place
+    del transposed
+    assert address(memory.empty(SHAPE, float)) == place
+
+
+def test_shapes_and_types_of_one_size_share_memory() -> None:
+    memory = ResultMemory()
+    place = address(memory.empty(SHAPE, float))
+    other = memory.empty((500, 21), np.complex128)
+    assert address(other) == place and other.shape == (500, 21) and other.dtype == complex
+
+
+def test_no_more_is_kept_than_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(result_memory, "_KEPT", 3 * SIZE)
+    memory = ResultMemory()
+    held = [memory.empty(SHAPE, float) for _ in range(5)]
+    assert len({address(array) for array in held}) == 5 and len(memory._kept) == 3
+    held.clear()
+    assert sum(kept.size for kept in memory._kept) == 3 * SIZE
+    memory.empty((1000, 3, 14), float)
+    assert [kept.size for kept in memory._kept] == [SIZE, 2 * SIZE]
+    assert [memory.empty((k,), float).base for k in (10, 2**21)] == [None, None]  # too small, too large to keep
+
+
+def test_results_that_are_held_stay_as_they_are() -> None:
+    model = eomgen.build(Path(__file__).parents[2] / "examples" / "spherical_pendulum" / "scene.toml")
+    q = np.repeat(model.initial_q[np.newaxis], 20_000, axis=0)
+    v = np.linspace(-1.0, 1.0, 60_000).reshape(20_000, 3)[:, : model.nv]
+    one = model.mass(q), model.forward_dynamics(q, v)
+    kept = [array.copy() for array in one]
+    other = [model.forward_dynamics(q, v + k) for k in range(1, 5)]
+    for array, copy in zip(one, kept, strict=True):
+        np.testing.assert_array_equal(array, copy)
+    assert len({address(array) for array in (*one, *other)}) == 6
+    place = address(other.pop())
+    assert address(model.forward_dynamics(q, v)) == place
+
+
+def test_threads_get_memory_of_their_own() -> None:
+    memory, wrong = ResultMemory(), []
+
+    def work(number: int) -> None:
+        for _ in range(300):
+            array = memory.empty(SHAPE, float)
+            array.fill(number)
+            wrong.extend([number] * bool((array != number).any()))
+
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
