@@ -18,8 +18,10 @@ if TYPE_CHECKING:
     from eomgen.hamiltonian.solution import HamiltonianSolution
     from eomgen.scene.hamiltonian.document import Hamiltonian
 
+#: What steps are that are not of drifts and kicks.
+_KINDS = {"COLLOCATION": "implicit", "EXPLICIT": "explicit, not symplectic", "PAIR": "steps by a tolerance"}
 #: Options of runs that these systems have; what others are given is a mistake.
-_TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "initial", "error_estimate")
+_TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "initial", "error_estimate", "tolerance")
 
 
 def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
@@ -34,7 +36,7 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     for term in document.terms:
         parts[term.dependence] = parts.get(term.dependence, 0) + 1
     coupled = list(dict.fromkeys(term.name for term in document.terms if term.dependence == "coupled"))
-    gradients = len(chosen.fractions) // 2 if not chosen.implicit else 0
+    gradients = len(chosen.fractions) // 2 if chosen.composed else 0
     if as_json:
         print_json(
             {
@@ -62,7 +64,7 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     rows += [("parameters", ", ".join(f"{item.name} = {item.value:.6g}" for item in document.parameters[:8]))]
     rows += [("terms of H", ", ".join(f"{count} {name}" for name, count in parts.items()))]
     rows += [("separable", "yes: T(p) + V(q)" if document.separable else f"no, by {', '.join(coupled[:4])}")]
-    steps = f"{counted(gradients, 'evaluation')} of forces a step" if gradients else "implicit"
+    steps = f"{counted(gradients, 'evaluation')} of forces a step" if gradients else _KINDS[chosen.kind]
     limit = f", stable up to step x frequency = {chosen.stability_limit:.4g}" if chosen.stability_limit else ""
     rows += [("method", f"{chosen.name}, order {chosen.order}, {steps}{limit}")]
     print_table(document.name, ("", ""), [row for row in rows if row[1]])
@@ -90,6 +92,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
         initial=starts or None,
         parameters=changes or None,
         record_every=options["record_every"],
+        tolerance=options["tolerance"],
         error_estimate=options["error_estimate"],
     )
     files = [solution.save(target / "solution.npz"), solution.save(target / "solution.csv")]

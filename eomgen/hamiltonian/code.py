@@ -9,6 +9,7 @@ from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
 from eomgen.codegen.targets.c.target import compile_command, generate_interface, rendered
 from eomgen.hamiltonian.derivation import derive_hamiltonian
 from eomgen.hamiltonian.methods import Method, krylov
+from eomgen.integrators.families.adaptive import AFTER_FAILURE, MOST_GROWTH, MOST_REDUCTION, MOST_STEPS, SAFETY
 from eomgen.scene.hamiltonian.document import Hamiltonian
 
 if TYPE_CHECKING:
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 #: Declarations of what Python calls.
 CDEF = f"""\
 {INTERFACE_CDEF}int eomgen_hamiltonian_run(const double *parameters, double step, long rows, long every, int more,
-    int kind, int count, const double *fractions, int stages, const double *coefficients, int compensated, double *work,
-    double *state, double *record, long *counted);
+    int kind, int count, const double *fractions, int stages, const double *coefficients, double tolerance,
+    int compensated, double *work, double *state, double *record, long *counted);
 """
 #: Iterations of an implicit step at most, the change, in parts of the state, that may be rounding, and by what every
 #: second change has to be smaller: where it is not, Newton's method takes over.
@@ -28,6 +29,10 @@ CYCLES, LINEAR = 6, 1e-10
 #: Of Newton's method: corrections at most, halvings of one, the correction below which none is refused, and the error
 #: that is expected to be left, both in parts of the state.
 MOST_CORRECTIONS, HALVINGS, NEAR, SOLVED = 40, 8, 1e-7, 1e-16
+
+#: The part of the largest size that counts as the size of a smaller component, and the smallest of a pair's own steps,
+#: in steps of the grid.
+COARSE, SMALLEST = 1e-6, 1e-13
 
 
 def program_of(document: Hamiltonian) -> Program:
@@ -65,6 +70,7 @@ def folder_files(document: Hamiltonian, program: Program, method: Method) -> dic
             "step": run.step,
             "record_every": run.record_every,
             "compensated": run.compensated,
+            "tolerance": run.tolerance,
         },
     }
     files = rendered(program, templates, **extra)
@@ -87,4 +93,11 @@ def _extra(document: Hamiltonian) -> dict[str, Any]:
         "halvings": HALVINGS,
         "near": NEAR,
         "solved": SOLVED,
+        "coarse": COARSE,
+        "safety": SAFETY,
+        "after_failure": AFTER_FAILURE,
+        "most_growth": MOST_GROWTH,
+        "most_reduction": MOST_REDUCTION,
+        "most_attempts": MOST_STEPS,
+        "smallest": SMALLEST,
     }

@@ -1,7 +1,8 @@
-"""Methods of Hamiltonian systems: compositions of drifts and kicks, and of implicit steps."""
+"""Methods of Hamiltonian systems: compositions of drifts and kicks, implicit steps, and those by Runge and Kutta."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -9,11 +10,14 @@ from eomgen.errors import Problem, UsageError
 from eomgen.hamiltonian.collocation import HIGHEST_ORDER, gauss_collocation
 from eomgen.integrators.compositions import Composition, composition_named
 from eomgen.integrators.compositions import compositions as every_composition
+from eomgen.integrators.families.dormand_prince import EMBEDDED, NODES, STAGES
+from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
 from eomgen.scene.hamiltonian.document import Hamiltonian
 from eomgen.text import listed, nearest
 
 #: Kinds of parts of steps, by their numbers in C.
-KINDS = ("DRIFT_FIRST", "KICK_FIRST", "COLLOCATION")
+Kind = Literal["DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR"]
+KINDS: tuple[Kind, ...] = ("DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR")
 MIDPOINT = "implicit_midpoint"
 _OF_GAUSS = tuple(f"gauss{order}" for order in range(4, HIGHEST_ORDER + 1, 2))
 #: Vectors at most of the Krylov subspace in which linear equations of implicit steps are solved, numbers that they may
@@ -30,39 +34,67 @@ class Method:
 
     Attributes
     ----------
-    fractions : of a step, of drifts and kicks in turn or of implicit steps
+    fractions : of a step, of drifts and kicks in turn or of other steps
     stability_limit : the largest stable step times the largest frequency; 0 where there is none
-    stages : of implicit steps, which are collocation at Gauss's points
+    stages : of other steps than drifts and kicks
+    A, b, error : coefficients of these, A by rows; of pairs the weights of the error that they estimate
     """
 
     name: str
     order: int
-    kind: Literal["DRIFT_FIRST", "KICK_FIRST", "COLLOCATION"]
+    kind: Kind
     fractions: tuple[float, ...]
     source: str
     stability_limit: float = 0.0
     stages: int = 0
+    A: tuple[float, ...] = ()
+    b: tuple[float, ...] = ()
+    error: tuple[float, ...] = ()
 
     @property
-    def implicit(self) -> bool:
-        """Whether steps solve equations."""
-        return self.stages > 0
+    def composed(self) -> bool:
+        """Whether steps are of drifts and kicks."""
+        return self.stages == 0
+
+    @property
+    def chooses_steps(self) -> bool:
+        """Whether its own steps follow from a tolerance."""
+        return self.kind == "PAIR"
 
     def work(self, n: int) -> int:
         """Return how many numbers of memory steps of n coordinates need: of drifts and kicks none."""
+        if self.composed:
+            return 0
         vectors = krylov(n)
-        of_vectors = 2 * n * (1 + self.stages * (8 + vectors))
-        return of_vectors + (vectors + 1) * (vectors + 3) if self.implicit else 0
+        return 2 * n * (1 + self.stages * (8 + vectors)) + (vectors + 1) * (vectors + 3)
 
-    @property
-    def A(self) -> tuple[float, ...]:
-        """Coefficients of implicit steps, stages x stages by rows."""
-        return gauss_collocation(self.stages)[0] if self.stages else ()
 
-    @property
-    def b(self) -> tuple[float, ...]:
-        """Weights of the stages of implicit steps."""
-        return gauss_collocation(self.stages)[1] if self.stages else ()
+_TABLEAU = RUNGE_KUTTA_MUNTHE_KAAS_4
+#: Methods of Runge and Kutta by name. The limit of the fourth order on the imaginary axis is the root of 8.
+EXPLICIT = {
+    "rk4": Method(
+        "rk4",
+        4,
+        "EXPLICIT",
+        (1.0,),
+        "Kutta 1901",
+        math.sqrt(8.0),
+        len(_TABLEAU.b),
+        tuple(float(x) for row in _TABLEAU.A for x in row),
+        tuple(float(x) for x in _TABLEAU.b),
+    ),
+    "rk45": Method(
+        "rk45",
+        5,
+        "PAIR",
+        (1.0,),
+        "Dormand and Prince 1980",
+        stages=len(NODES),
+        A=tuple(float(x) for row in STAGES for x in row),
+        b=tuple(float(x) for x in STAGES[-1]),
+        error=tuple(float(x - y) for x, y in zip(STAGES[-1], EMBEDDED, strict=True)),
+    ),
+}
 
 
 def krylov(n: int) -> int:
@@ -75,7 +107,7 @@ def method_for(document: Hamiltonian, name: str, first: str = "drift") -> Method
 
     Where H is T(p) + V(q), names are those of the table of compositions, and steps begin with a drift or a kick
     (``first``). Elsewhere the leapfrogs of a recursion are implicit midpoint steps. ``implicit_midpoint`` and
-    ``gauss<order>`` take any H.
+    ``gauss<order>`` take any H, as do ``rk4`` and ``rk45``, which are not symplectic.
 
     Raises
     ------
@@ -85,15 +117,17 @@ def method_for(document: Hamiltonian, name: str, first: str = "drift") -> Method
     name = name or (STANDARD if document.separable else STANDARD_IMPLICIT)
     key = name.lower().replace("-", "_")
     if key == MIDPOINT:
-        return Method(MIDPOINT, 2, "COLLOCATION", (1.0,), _SOURCE, stages=1)
+        return _collocation(MIDPOINT, 2, (1.0,), _SOURCE, 1)
     if key in _OF_GAUSS:
         order = int(key.removeprefix("gauss"))
-        return Method(key, order, "COLLOCATION", (1.0,), _SOURCE, stages=order // 2)
+        return _collocation(key, order, (1.0,), _SOURCE, order // 2)
+    if key in EXPLICIT:
+        return EXPLICIT[key]
     if first not in ("drift", "kick"):
         raise UsageError(Problem("first", f"a step begins with a drift or a kick, not with {first!r}", "drift"))
     composition = _composition(key, first)
     if document.separable:
-        kind: Literal["DRIFT_FIRST", "KICK_FIRST"] = "DRIFT_FIRST" if first == "drift" else "KICK_FIRST"
+        kind: Kind = "DRIFT_FIRST" if first == "drift" else "KICK_FIRST"
         limit = composition.stability_limit
         return Method(composition.name, composition.order, kind, composition.fractions, composition.source, limit)
     if len(composition.leapfrogs) < 2:
@@ -101,15 +135,18 @@ def method_for(document: Hamiltonian, name: str, first: str = "drift") -> Method
         what = f"{composition.name} needs H = T(p) + V(q), and {listed(coupled)} depends on coordinates and momenta"
         hint = f"{MIDPOINT}, gauss4 or gauss6, or yoshida4 or suzuki4, whose parts are implicit midpoint steps then"
         raise UsageError(Problem("method", what, hint))
-    return Method(
-        composition.name, composition.order, "COLLOCATION", composition.leapfrogs, composition.source, stages=1
-    )
+    return _collocation(composition.name, composition.order, composition.leapfrogs, composition.source, 1)
+
+
+def _collocation(name: str, order: int, fractions: tuple[float, ...], source: str, stages: int) -> Method:
+    A, b = gauss_collocation(stages)
+    return Method(name, order, "COLLOCATION", fractions, source, stages=stages, A=A, b=b)
 
 
 def _composition(name: str, first: str) -> Composition:
     try:
         return composition_named(name, "drift" if first == "drift" else "kick")
     except UsageError as error:
-        known = [MIDPOINT, *_OF_GAUSS, *(item.name for item in every_composition())]
+        known = [MIDPOINT, *_OF_GAUSS, *EXPLICIT, *(item.name for item in every_composition())]
         hint = nearest(name, known)
         raise UsageError([Problem("method", f"there is no method {name!r} of Hamiltonian systems", hint)]) from error

@@ -14,7 +14,8 @@ from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.hamiltonian.methods import KINDS, Method, method_for
 from eomgen.hamiltonian.solution import HamiltonianSolution
-from eomgen.hamiltonian.step_errors import StepErrors, estimated
+from eomgen.hamiltonian.step_errors import FINER, StepErrors, by_tolerance, estimated
+from eomgen.integrators.families.adaptive import check_tolerance
 from eomgen.scene.hamiltonian.document import DEPENDENCES, Hamiltonian
 from eomgen.text import nearest, shown
 from eomgen.toolchain.builder import Builder
@@ -30,6 +31,9 @@ _COUNTED = ("steps", "gradients", "iterations", "products")
 #: What stops a run, by the status of its C.
 _STATUSES = {
     1: "the equations of an implicit step were not solved by Newton's method; try: a step smaller than {step:.3g}",
+    2: "the step of rk45 became too small for the time to move on: the motion has a singularity near; try: a larger"
+    " tolerance, or another end",
+    4: "steps of rk45 within one of the grid were too many; try: a larger tolerance, or a grid step below {step:.3g}",
     3: "a value became infinite or not a number; try: a step smaller than {step:.3g}, or another start",
 }
 
@@ -150,6 +154,7 @@ class HamiltonianModel:
         parameters: Mapping[str, float] | None = None,
         record_every: int | None = None,
         compensated: bool | None = None,
+        tolerance: float | None = None,
         error_estimate: bool = True,
     ) -> HamiltonianSolution:
         """Return the motion from t = 0 to an end in equal steps.
@@ -162,8 +167,9 @@ class HamiltonianModel:
             Where H is T(p) + V(q): ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, ``blanes_moan4``,
             ``blanes_moan6``, ``kahan_li6``, ``kahan_li8``, and for even orders to 12 ``yoshida<order>``,
             ``suzuki<order>`` and ``creutz_gocksch<order>_<i>``. ``implicit_midpoint`` and, for even orders from 4
-            to 12, ``gauss<order>`` for any H; of recursions of leapfrogs implicit midpoint steps take the place where
-            H is not separable. The file's by default, else ``omf4``, or ``implicit_midpoint`` where H is not separable.
+            to 12, ``gauss<order>`` for any H, as ``rk4`` and ``rk45``, which are not symplectic; of recursions of
+            leapfrogs implicit midpoint steps take the place where H is not separable. The file's by default, else
+            ``omf4``, or ``implicit_midpoint`` where H is not separable.
         first : str
             Whether steps of compositions begin with a ``drift`` or a ``kick``.
         initial : mapping
@@ -174,9 +180,12 @@ class HamiltonianModel:
             Steps between recorded rows; the first and the last state are always recorded.
         compensated : bool
             Keep what rounding takes of sums for the next ones: for 1e6 steps and more.
+        tolerance : float
+            Of ``rk45``, whose own steps lie within those of the grid: local errors as parts of the state. The file's
+            by default.
         error_estimate : bool
             Estimate the errors of steps by runs in steps twice and four times as long, or half as long where these
-            tell nothing: 0.75 to 2.75 times the time of the run itself.
+            tell nothing, of ``rk45`` by one at a tenth of the tolerance: 0.75 to 2.75 times the time of the run itself.
 
         Raises
         ------
@@ -189,18 +198,24 @@ class HamiltonianModel:
         every = run.record_every if record_every is None else record_every
         chosen = method_for(self.document, run.method if method is None else method, first)
         steps = _whole_steps(t_end, step)
+        if tolerance is not None and not chosen.chooses_steps:
+            what = f"{chosen.name} takes equal steps, and a tolerance is of rk45"
+            raise UsageError(Problem("tolerance", what, f'method="rk45", or a step below {abs(step):.6g}'))
+        allowed = run.tolerance if tolerance is None else float(tolerance)
+        check_tolerance(allowed)
         if isinstance(every, bool) or not isinstance(every, int) or every < 1:
             raise UsageError(Problem("record_every", f"{every!r} is no whole number from 1", "record_every=10"))
         values = self._values(parameters)
         state = self._start(initial)
         began = time.perf_counter()
         kept = run.compensated if compensated is None else bool(compensated)
-        rows, counted, status = self._steps(chosen, step, steps, every, state, values, compensated=kept)
+        rows, counted, status = self._steps(chosen, step, steps, every, state, values, allowed, compensated=kept)
         seconds = time.perf_counter() - began
+        taken = np.minimum(np.arange(len(rows)) * every, counted[0])
 
-        def compared(multiple: float, spacing: int) -> Array | None:
-            taken = (multiple * step, round(steps / multiple), round(spacing / multiple))
-            found, _, ended = self._steps(chosen, *taken, state, values, compensated=kept)
+        def compared(multiple: float, spacing: int, by_tolerance: float = 1.0) -> Array | None:
+            grid = (multiple * step, round(steps / multiple), round(spacing / multiple))
+            found, _, ended = self._steps(chosen, *grid, state, values, allowed * by_tolerance, compensated=kept)
             if ended < 0:
                 raise KeyboardInterrupt
             return found if ended == 0 else None
@@ -210,10 +225,13 @@ class HamiltonianModel:
         else:
             names = [*self.q_names, *self.p_names]
             try:
-                errors = estimated(rows, step, every, steps, chosen.order, names, compared)
+                if chosen.chooses_steps:
+                    finer = compared(1.0, every, FINER)
+                    errors = by_tolerance(rows, finer, taken * step, allowed, names)
+                else:
+                    errors = estimated(rows, step, every, steps, chosen.order, names, compared)
             except KeyboardInterrupt:  # what the run came to is kept
                 errors = StepErrors(reason="it was interrupted")
-        taken = np.minimum(np.arange(len(rows)) * every, counted[0])
         t, q, p = taken * step, rows[:, : self.n].copy(), rows[:, self.n :].copy()
         parts = self._call("hamiltonian", [q, p], values)[0]
         energy: dict[str, Array] = {
@@ -239,8 +257,9 @@ class HamiltonianModel:
                 "name": self.name,
                 "method": chosen.name,
                 "order": chosen.order,
-                "first": "" if chosen.implicit else first,
+                "first": first if chosen.composed else "",
                 "step": step,
+                "tolerance": allowed if chosen.chooses_steps else None,
                 "compensated": kept,
                 "parameters": dict(zip(self.parameters, values.tolist(), strict=True)),
                 "names": {"q": self.q_names, "p": self.p_names, "outputs": list(outputs)},
@@ -261,6 +280,7 @@ class HamiltonianModel:
         every: int,
         state: Array,
         values: Array,
+        tolerance: float,
         *,
         compensated: bool,
     ) -> tuple[Array, list[int], int]:
@@ -273,9 +293,9 @@ class HamiltonianModel:
         whole, rest = divmod(steps, every)
         _check_memory(1 + whole + (rest > 0), 2 * n, steps)
         record = np.empty((1 + whole + (rest > 0), 2 * n))
-        motion = np.concatenate([state.ravel(), np.zeros(2 * n)])
+        motion = np.concatenate([state.ravel(), np.zeros(2 * n + 1)])
         record[0] = motion[: 2 * n]
-        given = (values if len(values) else np.zeros(1), method.fractions, (*method.A, *method.b, 0.0))
+        given = (values if len(values) else np.zeros(1), method.fractions, (*method.A, *method.b, *method.error, 0.0))
         numbers = [ffi.from_buffer("double[]", np.array(array)) for array in given]
         work = np.empty(method.work(n) + 1)
         memories = [ffi.from_buffer("double[]", array) for array in (work, motion)]
@@ -285,7 +305,7 @@ class HamiltonianModel:
             target = ffi.from_buffer("double[]", record[row : row + max(rows, 1)])
             found: int = self.library.lib.eomgen_hamiltonian_run(
                 numbers[0], step, rows, length, more, KINDS.index(method.kind), len(method.fractions), numbers[1],
-                method.stages, numbers[2], compensated, *memories, target, tally,
+                method.stages, numbers[2], tolerance, compensated, *memories, target, tally,
             )  # fmt: skip
             return found
 

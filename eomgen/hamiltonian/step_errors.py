@@ -16,6 +16,9 @@ _OTHER_ORDER, _ROUNDING = 0.75, 1e-12
 #: Part of the motion above which a motion is no longer followed.
 LOST = 0.1
 
+#: The part of a tolerance at which another run tells its errors.
+FINER = 0.1
+
 #: Rows of the motion in a multiple of the step, behind every so many steps of the run and at its end; None where it
 #: fails.
 Rows = Callable[[float, int], "Array | None"]
@@ -91,8 +94,7 @@ def estimated(
     if steps < 1:
         return StepErrors(reason="the run made no step")
     ends = [*range(0, steps, every), steps]
-    scale = np.ptp(own, axis=0)
-    scale = np.where(scale > 0, scale, np.maximum(np.abs(own).max(axis=0), np.finfo(float).tiny))
+    scale = _scale(own)
     common = [place for place, end in enumerate(ends) if end % 4 == 0]
     if steps % 4 == 0 and steps >= 16:
         spacing = math.lcm(every, 4)
@@ -113,8 +115,23 @@ def estimated(
     return _made(apart * 2**order / (2**order - 1), scale, [end * step for end in ends], names, math.nan, order, made)
 
 
+def by_tolerance(own: Array, finer: Array | None, t: Array, tolerance: float, names: Sequence[str]) -> StepErrors:
+    """Return the estimate of a run that chooses its steps by one at ``FINER`` of its tolerance."""
+    if finer is None:
+        return StepErrors(reason=f"a run at tolerance {tolerance * FINER:.3g} failed")
+    scale = _scale(own)
+    made = f"a run at tolerance {tolerance * FINER:.3g}"
+    return _made(np.abs(own - finer) / scale, scale, t.tolist(), names, math.nan, math.nan, made)
+
+
+def _scale(own: Array) -> Array:
+    """Return the range of each column; of what does not move its size."""
+    found = np.ptp(own, axis=0)
+    return np.asarray(np.where(found > 0, found, np.maximum(np.abs(own).max(axis=0), np.finfo(float).tiny)))
+
+
 def _made(
-    shares: Array, scale: Array, t: Sequence[float], names: Sequence[str], seen: float, order: int, method: str
+    shares: Array, scale: Array, t: Sequence[float], names: Sequence[str], seen: float, order: float, method: str
 ) -> StepErrors:
     at = shares.max(axis=1)
     which = int(shares.max(axis=0).argmax())

@@ -378,8 +378,12 @@ def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.Captur
     assert "yes: T(p) + V(q)" in capsys.readouterr().out
     assert main(["linearize", str(file)]) == 3
     assert "this is a Hamiltonian system, and what was asked for is for mechanical scenes" in capsys.readouterr().err
+    assert main([*arguments, "--rho-inf", "0.5"]) == 2
+    assert "--rho-inf: this option is of mechanical scenes" in capsys.readouterr().err
     assert main([*arguments, "--tolerance", "1e-6"]) == 2
-    assert "--tolerance: this option is of mechanical scenes" in capsys.readouterr().err
+    assert "tolerance: omf4 takes equal steps, and a tolerance is of rk45" in capsys.readouterr().err
+    assert main([*arguments, "--tolerance", "1e-6", "--method", "rk45", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["tolerance"] == 1e-6
 
 
 def test_python_takes_such_files_by_the_same_verbs(tmp_path: Path) -> None:
@@ -444,7 +448,7 @@ def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: st
 @pytest.mark.parametrize(
     ("name", "options", "text"),
     [
-        ("henon_heiles", {"method": "rk4"}, "there is no method 'rk4' of Hamiltonian systems"),
+        ("henon_heiles", {"method": "rk5"}, "there is no method 'rk5' of Hamiltonian systems"),
         ("henon_heiles", {"method": "leapfrg"}, "try: leapfrog"),
         (
             "swinging",
@@ -453,6 +457,8 @@ def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: st
         ),
         ("swinging", {"method": "leapfrog"}, "leapfrog needs H ="),
         ("henon_heiles", {"first": "swing"}, "a step begins with a drift or a kick, not with 'swing'"),
+        ("henon_heiles", {"tolerance": 1e-6}, r'omf4 takes equal steps, and .* of rk45; try: method="rk45"'),
+        ("henon_heiles", {"method": "rk45", "tolerance": 0.0}, r"the tolerance must lie in 1e-14\.\.0\.1, not 0"),
         ("henon_heiles", {"t_end": 1.05, "step": 0.1}, r"1\.05 is no whole number of steps of 0\.1; try: an end of 1"),
         ("henon_heiles", {"t_end": -1.0}, r"steps of 0\.1 lead away from -1; try: a step of -0\.1"),
         ("henon_heiles", {"step": 0.0}, "a finite step other than 0 is needed"),

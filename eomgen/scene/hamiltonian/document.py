@@ -69,6 +69,7 @@ class Run:
     method: str = ""
     record_every: int = 1
     compensated: bool = False
+    tolerance: float = 1e-8
 
 
 @dataclass(frozen=True)

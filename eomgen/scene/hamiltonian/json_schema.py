@@ -19,8 +19,9 @@ _TYPES = {"float": "number", "int": "integer", "str": "string", "bool": "boolean
 _OF_RUNS = {
     "duration": "from t = 0 to the end",
     "step": "of equal steps",
-    "method": "a composition, implicit_midpoint or gauss<order>",
+    "method": "a composition, implicit_midpoint, gauss<order>, rk4 or rk45",
     "record_every": "steps between recorded rows",
+    "tolerance": "of rk45",
     "compensated": "keep what rounding takes of sums for the next ones",
 }
 _OF_OPERATORS = {
@@ -108,7 +109,7 @@ def _of_coordinates() -> Schema:
         description="copies of entries, with indices in braces",
     )
     simulation = _of_dataclass(Run, _OF_RUNS)
-    for name in ("duration", "step"):
+    for name in ("duration", "step", "tolerance"):
         simulation[name] |= {"minimum": 0}
     return _head(
         {

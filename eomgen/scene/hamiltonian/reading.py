@@ -192,7 +192,7 @@ class _Reader(Entries):
         table = self.section("simulation")
         check_keys("simulation", table, [item.name for item in fields(Run)], self.report)
         given: dict[str, Any] = {}
-        for name in ("duration", "step"):
+        for name in ("duration", "step", "tolerance"):
             if name in table:
                 value = table[name]
                 if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:

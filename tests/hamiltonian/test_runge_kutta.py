@@ -1,0 +1,98 @@
+"""Runge-Kutta methods of the integrator room on Hamiltonian systems, which need not be separable."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.arrays import Array
+from tests.hamiltonian.test_implicit_steps import PENDULUM, model
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+FALLING: dict[str, Any] = {
+    "format": 1,
+    "kind": "hamiltonian",
+    "name": "falling",
+    "hamiltonian": "p_x**2/2 - 1/x",
+    "coordinates": {"x": {"initial": [1.0, 0.0]}},
+}
+
+
+def _exact(t_end: float) -> Array:
+    compiled = model("pendulum")
+
+    def rate(_: float, z: Array) -> Array:
+        dq, dp = compiled.gradient(z[:2], z[2:])
+        return np.concatenate([dp, -dq])
+
+    return np.asarray(solve_ivp(rate, (0, t_end), [1.2, 0.4, 0, 0], method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1])
+
+
+def test_the_fourth_order() -> None:
+    exact, errors = _exact(1.0), []
+    for step in (0.004, 0.002):
+        run = model("pendulum").simulate(1.0, step, method="rk4", error_estimate=False)
+        errors.append(np.abs(np.concatenate([run.q[-1], run.p[-1]]) - exact).max())
+        assert run.stats["gradients"] == 4 * run.stats["steps"]
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.3)
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-8, 1e-11])
+def test_errors_follow_the_tolerance_in_any_grid(tolerance: float) -> None:
+    exact = _exact(2.0)
+    for step in (2.0, 0.1, -0.1):
+        initial = {} if step > 0 else {"q": exact[:2], "p": exact[2:]}
+        run = model("pendulum").simulate(
+            math.copysign(2.0, step), step, method="rk45", tolerance=tolerance, initial=initial
+        )
+        error = np.abs(run.q[-1] - (exact[:2] if step > 0 else [1.2, 0.4])).max()
+        assert error < 30 * tolerance
+        if step > 0:
+            assert run.error_estimate.relative * np.ptp(run.q) > error / 5
+            assert run.error_estimate.method == f"a run at tolerance {tolerance / 10:.3g}"
+            assert math.isnan(run.error_estimate.order)
+
+
+def test_own_steps_are_few_and_go_on_over_rows() -> None:
+    many = model("pendulum").simulate(2.0, 0.001, method="rk45", tolerance=1e-4, error_estimate=False)
+    assert many.stats["iterations"] == 2000  # the grid is finer than steps need to be
+    one = model("pendulum").simulate(2.0, 2.0, method="rk45", tolerance=1e-4, error_estimate=False)
+    assert one.stats["iterations"] < 60
+    rows = model("pendulum").simulate(2.0, 0.5, method="rk45", tolerance=1e-10, error_estimate=False)
+    assert rows.stats["iterations"] < 1.2 * 4 * 80
+
+
+def test_a_singularity_stops_steps() -> None:
+    made: Any = eomgen.build(FALLING, profile="quick")  # type: ignore[call-overload]
+    t_fall = math.pi / (2 * math.sqrt(2))
+    run = made.simulate(1.2, 0.1, method="rk45")
+    assert not run.success and run.t[-1] == pytest.approx(1.1)
+    assert "the motion has a singularity near; try: a larger tolerance, or another end" in run.message
+    assert run.t[-1] < t_fall < run.t[-1] + 0.1
+    before = made.simulate(1.1, 0.1, method="rk45", tolerance=1e-10)
+    x = before.q[-1, 0]
+    assert math.sqrt(x * (1 - x) / 2) + math.acos(math.sqrt(x)) / math.sqrt(2) == pytest.approx(1.1, abs=1e-8)
+
+
+def test_the_folder_of_c_has_them(tmp_path: Path) -> None:
+    data: Any = {**PENDULUM, "simulation": {"duration": 1.0, "step": 0.1, "tolerance": 1e-9}}
+    for method in ("rk45", "rk4", "gauss6"):
+        folder = tmp_path / method
+        eomgen.generate(data, folder, method=method)
+        flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-ffp-contract=off"]
+        sources = [str(file) for file in sorted(folder.glob("*.c"))]
+        subprocess.run(["cc", *flags, *sources, "-o", str(folder / "run"), "-lm"], check=True)
+        done = subprocess.run([str(folder / "run")], capture_output=True, text=True, check=True)
+        rows = np.array([line.split(",") for line in done.stdout.splitlines()[1:]], float)
+        options: Any = {"tolerance": 1e-9} if method == "rk45" else {}
+        run = model("pendulum").simulate(1.0, 0.1, method=method, **options)
+        np.testing.assert_allclose(rows[:, 1:5], np.hstack([run.q, run.p]), atol=1e-11)
