@@ -30,6 +30,8 @@ QUANTITIES: Mapping[str, tuple[int, int]] = {
 Stretching = Literal["wheeler", "none"]
 #: From k h on the bottom is too deep to be felt: exp(-2 k h) is below the last digit.
 _DEEP = 20.0
+#: Depth by 1/k from which on nothing is left of a wave: its exponential is not let become 0, by which b is divided.
+LEAST = 300.0
 
 
 class WaveComponent(NamedTuple):
@@ -53,8 +55,9 @@ class WaveField:
     depth : m; infinite where there is no bottom
     level : z of the water at rest in the world, m
     ramp : how long the amplitudes take to grow from 0 at t = 0, s; 0 for waves that are there from the beginning
-    stretching : what the motion above the water at rest is: ``wheeler`` takes z - eta, shrunk to the depth, for z;
-        ``none`` takes z as it is, so that short waves grow exponentially
+    stretching : what the motion between the water at rest and the surface is: ``wheeler`` takes z - eta, shrunk to the
+        depth, for z; ``none`` takes z as it is, so that short waves grow exponentially. Above the surface
+        (``none``: and the water at rest) the motion is that at it, and below the bottom that there
     free : how many of the components, the first ones, are free waves; bound ones follow. None for all
     factor : of all amplitudes, a formula of tunable parameters; that of bound waves is its square. None for 1
     variables : tunable parameters, two for each free wave: its amplitude times exp(i phase) is that of its component
@@ -161,18 +164,17 @@ class WaveField:
         wave = crest.imag if in_quadrature(name, component) else crest.real
         terms = np.array(self.factors(name, component)) * wave
         if len(place) > 2:
-            e = np.exp(column["k"] * self._stretched(place, t, given)[..., None])
+            e = np.exp(np.maximum(column["k"] * self._stretched(place, t, given)[..., None], -LEAST))
             terms = terms * (e + column["bottom"] / e if component < 2 else e - column["bottom"] / e)
         return np.asarray(terms.sum(axis=-1))
 
     def _stretched(
         self, place: list[NDArray[np.float64]], t: NDArray[np.float64], given: list[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        z = np.asarray(place[2] - self.level)
-        if self.stretching == "none":
-            return z
         eta = self.value("elevation", 0, place[0], place[1], t, *given)
-        return np.asarray((z - eta) / (1.0 + eta / self.depth))
+        highest = np.maximum(eta, 0.0) if self.stretching == "none" else eta
+        z = np.maximum(np.minimum(place[2] - self.level, highest), -self.depth)
+        return z if self.stretching == "none" else np.asarray((z - eta) / (1.0 + eta / self.depth))
 
 
 def in_quadrature(name: str, component: int) -> bool:

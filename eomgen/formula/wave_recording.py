@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.formula.wave_fields import QUANTITIES, WaveField, in_quadrature
+from eomgen.formula.wave_fields import LEAST, QUANTITIES, WaveField, in_quadrature
 from eomgen.symbolic.harmonics import harmonic_sum
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op
@@ -68,7 +68,10 @@ def _full(
     term = kernel.column(factors) * _wave(algebra, kernel, waves, angle_now, given, quadrature=quadrature)
     if len(place) > 2:
         z = kernel.shared(_stretched(algebra, waves, place, t, given))
-        e = kernel.algebra.call(Op.EXP, kernel.column(column["k"]) * z)
+        depth = kernel.column(column["k"]) * z
+        if any(column["bottom"]):
+            depth = kernel.algebra.call(Op.MAX, depth, kernel.algebra.scalar(-LEAST))
+        e = kernel.algebra.call(Op.EXP, depth)
         if any(column["bottom"]):
             reflected = kernel.column(column["bottom"]) / e
             e = e + reflected if component < 2 else e - reflected
@@ -111,10 +114,13 @@ def _stretched(
     algebra: Algebra, waves: WaveField, place: Sequence[Scalar], t: Scalar, given: Sequence[Scalar]
 ) -> Scalar:
     """Return the height above the water at rest at which motion is taken."""
-    z = place[2] - waves.level
+    eta = wave_quantity(algebra, waves, "elevation", 0, [*place[:2], t, *given])
+    highest = algebra.call(Op.MAX, eta, algebra.zero) if waves.stretching == "none" else eta
+    z = algebra.call(Op.MIN, place[2] - waves.level, highest)
+    if not np.isinf(waves.depth):
+        z = algebra.call(Op.MAX, z, algebra.scalar(-waves.depth))
     if waves.stretching == "none":
         return z
-    eta = wave_quantity(algebra, waves, "elevation", 0, [*place[:2], t, *given])
     return z - eta if np.isinf(waves.depth) else (z - eta) / (1.0 + eta * (1.0 / waves.depth))
 
 

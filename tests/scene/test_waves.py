@@ -215,6 +215,35 @@ def test_stretching_gives_a_crest_the_motion_of_the_water_at_rest() -> None:
     assert bottom == pytest.approx(0.0, abs=1e-15), "the bottom stays where it is"
 
 
+@pytest.mark.parametrize("stretching", ["wheeler", "none"])
+def test_motion_ends_at_the_surface_and_at_the_bottom(stretching: str) -> None:
+    """High in the air and deep in the ground it is that at the edge: of very short waves, too, whose exponentials have
+    no numbers there."""
+    ripple = [{"amplitude": 1, "period": 8}, {"amplitude": 1e-4, "period": 0.1}]
+    deep: dict[str, Any] = {"regular": ripple, "stretching": stretching}
+    for sea in (_sea(stretching=stretching), _waves(_scene(deep)), _waves(_scene(deep | {"depth": 40}))):
+        t = np.linspace(0.0, 8.0, 9)
+        eta = sea.value("elevation", 0, 1.0, 2.0, t)
+        top = np.maximum(eta, 0.0) if stretching == "none" else eta
+        assert eta.min() < 0.0 < eta.max()
+        for name in ("water_velocity", "water_acceleration"):
+            for k in range(3):
+                above = [sea.value(name, k, 1.0, 2.0, sea.level + top + more, t) for more in (0.0, 1.0, 1e6)]
+                np.testing.assert_array_equal(above[1], above[2])
+                np.testing.assert_allclose(above[0], above[1], rtol=0, atol=1e-12)
+                if math.isfinite(sea.depth):
+                    below = [sea.value(name, k, 1.0, 2.0, sea.level - sea.depth - more, t) for more in (0.0, 1e6)]
+                    np.testing.assert_array_equal(below[0], below[1])
+        formula = _formula("water_velocity.sea(1, 2, q.free[6])[0]", sea)
+        assert not smooth(formula)
+        tape, recorded = _recorded(formula)
+        heights = np.zeros((4, 7))
+        heights[:, 6] = [1e6, 5.0, -1.0, -1e6]
+        found = evaluate(tape, [recorded.ref], {"q": heights, "t": np.full((4, 1), 3.0)})[:, 0]
+        expected = sea.value("water_velocity", 0, 1.0, 2.0, heights[:, 6], 3.0)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
+
+
 def test_a_ramp_is_three_times_differentiable_and_its_rate_is_in_the_acceleration() -> None:
     sea = _sea(ramp=20)
     full = _sea()
