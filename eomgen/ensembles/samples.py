@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import logging
 import threading
 from collections.abc import Mapping, Sequence
@@ -24,6 +25,8 @@ from eomgen.simulation.simulate import simulate
 _LOG = logging.getLogger(__name__)
 #: What is kept of each column of a run.
 EXTREMES = ("min", "max", "final")
+#: Rows up to which extremes are found row by row.
+_FEW = 8
 
 
 @dataclass(frozen=True)
@@ -129,7 +132,7 @@ class Samples:
             return list(range(len(values)))
         kept = np.array([number - first for number in sorted(self.keep) if 0 <= number - first < len(values)], np.intp)
         left: list[int] = kept.tolist()
-        others = np.delete(np.arange(len(values)), kept)
+        others = np.delete(np.arange(len(values)), kept) if left else np.arange(len(values))
         together = lanes.runs.together
         for begin in range(0, len(others), together):
             if self.stop.is_set():
@@ -214,7 +217,15 @@ def how_run(lanes: Lanes | str) -> str:
 
 def extremes_of(table: Array) -> Array:
     """Return the smallest, the largest and the last value of columns (..., columns, rows), (..., columns, 3)."""
-    return np.stack([np.nanmin(table, axis=-1), np.nanmax(table, axis=-1), table[..., -1]], axis=-1)
+    found = np.empty((*table.shape[:-1], 3))
+    rows = np.moveaxis(table, -1, 0)
+    for place, which in enumerate((np.fmin, np.fmax)):
+        if len(rows) > _FEW:
+            found[..., place] = which.reduce(table, axis=-1)
+        else:  # a reduction along so short an axis takes longer than all else
+            found[..., place] = functools.reduce(which, rows)
+    found[..., 2] = rows[-1]
+    return found
 
 
 def table_of(solution: Solution, columns: Sequence[str]) -> Array:

@@ -236,15 +236,18 @@ class SideBySide:
         if self.run.grid.rest:
             rows[statuses == 0, -1, 0] = self.run.grid.end
         alone = (statuses != 0) & (~stopped if not self.tabled else True)
-        number = np.where(stopped, np.isfinite(rows[:, :, 0]).sum(axis=1), rows.shape[1])
+        number = np.full(count, rows.shape[1])
         for k in np.flatnonzero(stopped):  # what comes behind an event that stops a run is looked over as that
+            number[k] = np.isfinite(rows[k, :, 0]).sum()
             rows[k, number[k] :], modes[k, number[k] :] = rows[k, number[k] - 1], modes[k, number[k] - 1]
         present = self._present(parameters, modes)
         with np.errstate(all="ignore"):
             alone |= self._breaks_constraints(rows, parameters, ends[:, stepper.places.get("max_constraint", slice(0))])
-            alone |= ~np.isfinite(rows).all(axis=(1, 2)) | self._grows(rows) | self._gains_energy(rows, present)
+            alone |= ~np.isfinite(rows).reshape(count, -1).all(axis=1)
+            alone |= self._grows(rows) | self._gains_energy(rows, present)
             chosen = self._asked(rows.shape[1])
-            asked = np.where(stopped, (chosen < number[:, np.newaxis] - 1).sum(axis=1) + 1, len(chosen))
+            asked = np.full(count, len(chosen))
+            asked[stopped] = (chosen < number[stopped, np.newaxis] - 1).sum(axis=1) + 1
             if len(chosen) < rows.shape[1]:
                 rows, present = rows[:, chosen], present if present.ndim == 2 else present[:, chosen]
             alone |= self._beams_fail(rows, parameters)
