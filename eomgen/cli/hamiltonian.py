@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eomgen.cli import INTERRUPTED
-from eomgen.cli.options import assignments, in_units
+from eomgen.cli.options import assignments
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.text import counted, json_text
+from eomgen.text import counted, json_text, shown
+from eomgen.units.labels import in_label
+from eomgen.units.parser import is_quantity
 
 if TYPE_CHECKING:
     from eomgen.hamiltonian.solution import HamiltonianSolution
@@ -81,8 +83,13 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
         option = f"--{given[0].replace('_', '-')}"
         what = f"this option is of mechanical scenes, and {document.name} is a Hamiltonian system"
         raise UsageError(Problem(option, what, "leave it out"))
-    changes = in_units("--set", assignments("--set", options["parameters"]), ())
-    starts = in_units("--initial", assignments("--initial", options["initial"]), ())
+    coordinates = document.coordinates
+    labels = {item.name: item.unit for item in document.parameters}
+    changes = _numbers("--set", options["parameters"], labels)
+    labels = {item.name: item.unit for item in coordinates} | {
+        item.momentum: item.momentum_unit for item in coordinates
+    }
+    starts = _numbers("--initial", options["initial"], labels)
     target = make_folder(Path(folder))
     with building(document.name):
         model = build_hamiltonian(document, options["method"], options["profile"])
@@ -121,6 +128,18 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     if solution.success:
         return 0
     return INTERRUPTED if solution.message.startswith("interrupted") else NumericalError.exit_code
+
+
+def _numbers(option: str, given: Sequence[str], labels: Mapping[str, str]) -> dict[str, float]:
+    """Return numbers by name, those with a unit in that of the label. Raises UsageError where there is no label."""
+    found: dict[str, float] = {}
+    for name, value in assignments(option, given).items():
+        if isinstance(value, str) and name in labels and not labels[name] and is_quantity(value):
+            what = f"{name} has no unit in the file, so {shown(value)} could be anything"
+            raise UsageError(Problem(f"{option} {name}={value}", what, "the number alone"))
+        known = labels.get(name, "")
+        found[name] = in_label(f"{option} {name}={value}", value, known) if isinstance(value, str) else value
+    return found
 
 
 def _print(solution: HamiltonianSolution) -> None:

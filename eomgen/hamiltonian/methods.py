@@ -97,6 +97,21 @@ EXPLICIT = {
 }
 
 
+#: What methods are called elsewhere, or what does their work here.
+ELSEWHERE = {
+    "velocity_verlet": 'leapfrog, which first="kick" begins with a kick',
+    "stormer_verlet": "leapfrog",
+    "symplectic_euler": "leapfrog, which costs the same",
+    "forest_ruth": "yoshida4",
+    "midpoint": MIDPOINT,
+    "gauss2": MIDPOINT,
+    "gauss_legendre": "gauss4, gauss6 or gauss8",
+    "dop853": "rk45, or kahan_li8",
+    "taylor": "gauss12 or kahan_li8, or rk45, which chooses its steps",
+    "ias15": "gauss12 or kahan_li8, or rk45, which chooses its steps",
+}
+
+
 def krylov(n: int) -> int:
     """Return the vectors of the Krylov subspace for steps of n coordinates: as many as unknowns where these are few."""
     return min(HIGHEST_ORDER * n, _MOST_VECTORS, max(_FEWEST_VECTORS, _MOST_NUMBERS // (2 * n)))
@@ -147,6 +162,6 @@ def _composition(name: str, first: str) -> Composition:
     try:
         return composition_named(name, "drift" if first == "drift" else "kick")
     except UsageError as error:
-        known = [MIDPOINT, *_OF_GAUSS, *EXPLICIT, *(item.name for item in every_composition())]
-        hint = nearest(name, known)
+        known = [*(item.name for item in every_composition()), MIDPOINT, *_OF_GAUSS, *EXPLICIT]
+        hint = ELSEWHERE.get(name) or nearest(name, known)
         raise UsageError([Problem("method", f"there is no method {name!r} of Hamiltonian systems", hint)]) from error

@@ -16,7 +16,7 @@ from eomgen.hamiltonian.methods import KINDS, Method, method_for
 from eomgen.hamiltonian.solution import HamiltonianSolution
 from eomgen.hamiltonian.step_errors import FINER, StepErrors, by_tolerance, estimated
 from eomgen.integrators.families.adaptive import check_tolerance
-from eomgen.scene.hamiltonian.document import DEPENDENCES, Hamiltonian
+from eomgen.scene.hamiltonian.document import DEPENDENCES, NO_START, Hamiltonian
 from eomgen.text import nearest, shown
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.library import Library
@@ -28,6 +28,8 @@ _FEW = 100
 #: Copies of a record that a run makes, and bytes that these may take.
 _COPIES, _MOST_BYTES = 4, 4e9
 _COUNTED = ("steps", "gradients", "iterations", "products")
+#: Steps of a run at most: beyond them times of rows are no doubles of their own.
+_MOST_STEPS = 1e15
 #: What stops a run, by the status of its C.
 _STATUSES = {
     1: "the equations of an implicit step were not solved by Newton's method; try: a step smaller than {step:.3g}",
@@ -388,7 +390,7 @@ class HamiltonianModel:
                 raise UsageError(Problem("initial", f"there is no coordinate or momentum {shown(str(key))}", hint))
         energy = self.energy(state[: self.n], state[self.n :])
         if not math.isfinite(energy):
-            hint = "another start: two bodies in one place, or the root of a negative number"
+            hint = NO_START
             raise UsageError(Problem("initial", f"H is {energy} at the start", hint))
         return state[None, :]
 
@@ -423,6 +425,9 @@ def _whole_steps(t_end: float, step: float) -> int:
     if not (math.isfinite(t_end) and math.isfinite(step)) or step == 0:
         raise UsageError(Problem("step", f"a finite step other than 0 is needed, not {step:g}", "step=0.01"))
     count = t_end / step
+    if abs(count) > _MOST_STEPS:
+        what = f"{abs(count):.3g} steps of {step:g} would lead to {t_end:g}, and {_MOST_STEPS:.0e} are counted at most"
+        raise UsageError(Problem("step", what, f"a step of {t_end / _MOST_STEPS:.3g} or more, or an earlier end"))
     if count < 0:
         raise UsageError(Problem("t_end", f"steps of {step:g} lead away from {t_end:g}", f"a step of {-step:g}"))
     steps = round(count)

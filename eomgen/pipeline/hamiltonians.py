@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from eomgen.scene.hamiltonian.fields import FieldSystem
     from eomgen.system.system import System
 
-#: Where a file says what it is, above its tables.
-_KIND = re.compile(r"^\s*kind\s*=\s*[\"']hamiltonian[\"']", re.MULTILINE)
+#: Where a file says what it is, above its tables: scenes have neither key, so a kind that is misspelt is told.
+_KIND = re.compile(r"^\s*(kind|hamiltonian)\s*=", re.MULTILINE)
 _TABLE = re.compile(r"^\s*\[", re.MULTILINE)
 #: Where it says that it is of fields.
 _MESH = re.compile(r"^\s*(\[\s*mesh\s*\]|mesh\s*[.=])", re.MULTILINE)
@@ -90,7 +90,7 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
     """
     if isinstance(described, Hamiltonian):
         found = described
-    elif isinstance(described, Mapping) and described.get("kind") == HAMILTONIANS.name:
+    elif isinstance(described, Mapping) and ("kind" in described or "hamiltonian" in described):
         from eomgen.scene.hamiltonian.reading import hamiltonian_from_data  # noqa: PLC0415  # most scenes are mechanical
 
         found = hamiltonian_from_data(described)

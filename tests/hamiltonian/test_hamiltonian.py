@@ -378,6 +378,16 @@ def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.Captur
     assert "yes: T(p) + V(q)" in capsys.readouterr().out
     assert main(["linearize", str(file)]) == 3
     assert "this is a Hamiltonian system, and what was asked for is for mechanical scenes" in capsys.readouterr().err
+    assert main([*arguments, "--set", "w=2 N/m"]) == 2
+    assert "--set w=2 N/m: w has no unit in the file, so '2 N/m' could be anything" in capsys.readouterr().err
+    labelled = file.read_text().replace("w = 2.0", 'w = 2.0\nlength = { value = 1.0, unit = "m" }')
+    file.write_text(labelled.replace("w**2*x**2/2", "w**2*x**2/(2*length)"))
+    assert main([*arguments, "--set", "length=250 mm", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["parameters"]["length"] == 0.25
+    file.write_text(file.read_text().replace('"hamiltonian"', '"hamiltonain"'))
+    assert main(["info", str(file)]) == 3
+    assert "(kind): the kind is 'hamiltonain'; try: kind = \"hamiltonian\"" in capsys.readouterr().err
+    file.write_text(file.read_text().replace('"hamiltonain"', '"hamiltonian"'))
     assert main([*arguments, "--rho-inf", "0.5"]) == 2
     assert "--rho-inf: this option is of mechanical scenes" in capsys.readouterr().err
     assert main([*arguments, "--tolerance", "1e-6"]) == 2
@@ -424,6 +434,32 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(parameters={"coupling": 1.0, "t": 2.0}), "t is the time"),
         (changed(name="2x"), "is not legal"),
         (changed(format=2), "the format is"),
+        (
+            {key: item for key, item in HENON_HEILES.items() if key != "format"},
+            r"\(format\): the format is missing; try: format = 1",
+        ),
+        (
+            {key: item for key, item in HENON_HEILES.items() if key != "kind"},
+            r"\(kind\): the kind is missing; try: kind",
+        ),
+        (changed(kind="hamiltonain"), r"the kind is 'hamiltonain'; try: kind = \"hamiltonian\""),
+        (
+            changed(hamiltonian="p**2/2 + x + y"),
+            r'unknown name .p. .*try: p_x for the momentum of x, or momentum = "p"',
+        ),
+        (
+            changed(hamiltonian="p_x**2/(2*coupling) + y", parameters={"coupling": 0}),
+            "other parameters: .* a mass of 0",
+        ),
+        (
+            changed(coordinates={"x": {"initial": ["1 m", 2]}, "y": {"initial": [0, 0]}}),
+            r'units are not read .*; try: the number alone; unit = "m" beside it is a label',
+        ),
+        (changed(simulation={"tolerance": 1e-6}), 'a tolerance is of rk45, .*; try: method = "rk45"'),
+        (
+            changed(simulation={"tolerance": 0.5, "method": "rk45"}),
+            r"the tolerance must lie in 1e-14\.\.0\.1; try: tol",
+        ),
         (changed(masses={}), "the key 'masses' is unknown here"),
         (changed(outputs={"r": "sqrt(x**2 - 1)"}), r"\(outputs.r\): it has no finite real value at the start"),
         (changed(simulation={"step": 0}), "a positive number is needed here"),
@@ -450,6 +486,14 @@ def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: st
     [
         ("henon_heiles", {"method": "rk5"}, "there is no method 'rk5' of Hamiltonian systems"),
         ("henon_heiles", {"method": "leapfrg"}, "try: leapfrog"),
+        ("henon_heiles", {"method": "Velocity-Verlet"}, 'try: leapfrog, which first="kick" begins with a kick'),
+        ("henon_heiles", {"method": "ias15"}, "try: gauss12 or kahan_li8, or rk45, which chooses its steps"),
+        ("henon_heiles", {"t_end": 1e10, "step": 1e-300}, r"inf steps of 1e-300 would lead to 1e\+10, and 1e\+15 are"),
+        (
+            "henon_heiles",
+            {"t_end": 1e300},
+            r"1e\+301 steps of 0\.1 .*; try: a step of 1e\+285 or more, or an earlier end",
+        ),
         (
             "swinging",
             {"method": "omf4"},

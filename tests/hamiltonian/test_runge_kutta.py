@@ -13,6 +13,8 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.arrays import Array
+from eomgen.integrators.families.adaptive import LARGEST_TOLERANCE, SMALLEST_TOLERANCE
+from eomgen.scene.hamiltonian.document import TOLERANCES
 from tests.hamiltonian.test_implicit_steps import PENDULUM, model
 from tests.models.cache import shared_cache
 
@@ -62,6 +64,10 @@ def test_errors_follow_the_tolerance_in_any_grid(tolerance: float) -> None:
             assert math.isnan(run.error_estimate.order)
 
 
+def test_files_and_runs_have_the_same_bounds_of_tolerances() -> None:
+    assert (SMALLEST_TOLERANCE, LARGEST_TOLERANCE) == TOLERANCES
+
+
 def test_own_steps_are_few_and_go_on_over_rows() -> None:
     many = model("pendulum").simulate(2.0, 0.001, method="rk45", tolerance=1e-4, error_estimate=False)
     assert many.stats["iterations"] == 2000  # the grid is finer than steps need to be
@@ -84,7 +90,7 @@ def test_a_singularity_stops_steps() -> None:
 
 
 def test_the_folder_of_c_has_them(tmp_path: Path) -> None:
-    data: Any = {**PENDULUM, "simulation": {"duration": 1.0, "step": 0.1, "tolerance": 1e-9}}
+    data: Any = {**PENDULUM, "simulation": {"duration": 1.0, "step": 0.1, "tolerance": 1e-9, "method": "rk45"}}
     for method in ("rk45", "rk4", "gauss6"):
         folder = tmp_path / method
         eomgen.generate(data, folder, method=method)

@@ -10,6 +10,10 @@ from eomgen.formula.nodes import Formula
 
 #: What there is for Hamiltonian systems, for messages.
 OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate and generate"
+#: What makes H infinite or not a number at a start.
+NO_START = "another start, or other parameters: two bodies in one place, a mass of 0, the root of a negative number"
+#: Tolerances of rk45 between which steps are chosen by them.
+TOLERANCES = (1e-14, 0.1)
 #: What a term of H depends on: momenta alone, coordinates alone, or both.
 Dependence = Literal["kinetic", "potential", "coupled"]
 DEPENDENCES: tuple[Dependence, ...] = ("kinetic", "potential", "coupled")

@@ -33,9 +33,9 @@ class Entries:
         data, report = self.data, self.report
         check_keys("", data, known, report)
         if data.get("format") != 1:
-            report.add("format", f"the format is {described(data.get('format'))}", "format = 1")
+            report.add("format", f"the format is {_said(data, 'format')}", "format = 1")
         if data.get("kind") != KIND:
-            report.add("kind", f"the kind is {described(data.get('kind'))}", f'kind = "{KIND}"')
+            report.add("kind", f"the kind is {_said(data, 'kind')}", f'kind = "{KIND}"')
         name = data.get("name")
         if not isinstance(name, str) or not is_legal(name):
             report.add("name", f"the name {described(name)} is not legal", NAME_RULE)
@@ -95,8 +95,18 @@ class Entries:
         try:
             return read_formula(text, names, scope)
         except FormulaError as error:
-            self.report.add(key, error.what, error.hint)
+            self.report.add(key, error.what, self.hint(error))
             return None
+
+    def hint(self, error: FormulaError) -> str:
+        """Return what to try in place of a formula with a fault."""
+        if "units are not read" in error.what:
+            return 'the number alone; unit = "m" beside it is a label'
+        return error.hint
+
+
+def _said(data: Mapping[str, Any], key: str) -> str:
+    return described(data[key]) if key in data else "missing"
 
 
 def check_keys(key: str, table: Mapping[str, Any], known: Iterable[str], report: Report) -> None:

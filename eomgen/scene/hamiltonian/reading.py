@@ -14,7 +14,18 @@ from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Operation
 from eomgen.scene.formula.scope import Names, Scope
-from eomgen.scene.hamiltonian.document import Coordinate, Dependence, Hamiltonian, Output, Parameter, Run, Term
+from eomgen.scene.formula.tokens import FormulaError
+from eomgen.scene.hamiltonian.document import (
+    NO_START,
+    TOLERANCES,
+    Coordinate,
+    Dependence,
+    Hamiltonian,
+    Output,
+    Parameter,
+    Run,
+    Term,
+)
 from eomgen.scene.hamiltonian.entries import KIND, Entries, check_keys
 from eomgen.scene.includes.repeat import repeated
 from eomgen.scene.reading.kinds import described
@@ -113,6 +124,11 @@ class _Reader(Entries):
             ).encode(),
         )
 
+    def hint(self, error: FormulaError) -> str:
+        if error.what.startswith("unknown name 'p'"):
+            return 'p_x for the momentum of x, or momentum = "p" in its coordinate'
+        return super().hint(error)
+
     def coordinates(self, parameters: list[Parameter]) -> list[Coordinate]:
         made: list[Coordinate] = []
         entries = self.section("coordinates")
@@ -201,6 +217,12 @@ class _Reader(Entries):
                 given[name] = value
         if "method" in table:
             given["method"] = self.text("simulation", table, "method")
+        if "tolerance" in table and table.get("method") != "rk45":
+            what = "a tolerance is of rk45, and other methods take equal steps"
+            self.report.add("simulation.tolerance", what, 'method = "rk45"')
+        elif "tolerance" in given and not TOLERANCES[0] <= given["tolerance"] <= TOLERANCES[1]:
+            what = f"the tolerance must lie in {TOLERANCES[0]:g}..{TOLERANCES[1]:g}"
+            self.report.add("simulation.tolerance", what, "tolerance = 1e-6")
         every = table.get("record_every", 1)
         if isinstance(every, bool) or not isinstance(every, int) or every < 1:
             what = f"a whole number from 1 is needed here, not {described(every)}"
@@ -225,7 +247,7 @@ class _Reader(Entries):
                 of_states = sorted({symbol.name for symbol in symbols(formula)})
                 at = ", ".join(f"{name} = {values[name]:.6g}" for name in of_states[:6])
                 what = f"it has no finite real value at the start, where {at}: {error}"
-                self.report.add(where, what, "another start: two bodies in one place, or the root of a negative number")
+                self.report.add(where, what, NO_START)
 
     def check_momenta(self, terms: list[Term], coordinates: list[Coordinate]) -> None:
         """Report coordinates that nothing of H moves: with neither its coordinate nor its momentum in it."""
