@@ -17,6 +17,7 @@ from eomgen.cli.options import debug_option, json_option, scene_options, terms_o
 from eomgen.cli.printing import console, print_json
 from eomgen.cli.random_processes import described_processes, print_processes
 from eomgen.cli.tables import print_table
+from eomgen.cli.waves import described_hulls, described_waves, print_waves
 from eomgen.text import counted
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ def info(
         data["base_parameters"] = _base_parameters(described_scene)
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
     data["random"] = described_processes(described_scene.inputs)
+    data["waves"], data["hulls"] = described_waves(described_scene), described_hulls(described_scene)
     if as_json:
         print_json(data)
     else:
@@ -190,7 +192,7 @@ def _print(data: dict[str, Any]) -> None:
         out.print()
         units = data["parameter_units"]
         later = dict.fromkeys(data["calibrated"], "calibrated")  # when the model is built
-        of_processes = {name for item in data["random"] for name in item["variables"]}
+        of_processes = {name for item in (*data["random"], *data["waves"]) for name in item["variables"]}
         values = [
             (name, later.get(name, f"{value:.9g}"), units[name])
             for name, value in data["parameters"].items()
@@ -199,6 +201,7 @@ def _print(data: dict[str, Any]) -> None:
         if values:
             print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
     print_processes(data["random"])
+    print_waves(data["waves"], data["hulls"])
     if data["states"]:
         out.print()
         states = [

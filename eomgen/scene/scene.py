@@ -34,6 +34,7 @@ if TYPE_CHECKING:  # a Scene needs none of what reads files
     from eomgen.scene.forces.bushings import Bushing
     from eomgen.scene.forces.efforts import Effort
     from eomgen.scene.forces.forces import Force
+    from eomgen.scene.forces.hulls import Hull
     from eomgen.scene.forces.springs import Spring
     from eomgen.scene.forces.torsion_springs import TorsionSpring
     from eomgen.scene.forces.tyres import Tyre
@@ -131,6 +132,7 @@ class Scene:
     torsion_springs: ClassVar[_Kind[TorsionSpring]] = _Kind()
     bushings: ClassVar[_Kind[Bushing]] = _Kind()
     tyres: ClassVar[_Kind[Tyre]] = _Kind()
+    hulls: ClassVar[_Kind[Hull]] = _Kind()
     forces: ClassVar[_Kind[Force]] = _Kind()
     efforts: ClassVar[_Kind[Effort]] = _Kind()
 

@@ -238,6 +238,64 @@ def test_parameters_of_a_run_keep_a_hull_its_length() -> None:
         model.energy(state, state, parameters={"top": -DRAUGHT})
 
 
+def _noted(changes: dict[str, Any], **more: Any) -> list[str]:
+    hull = {key: value for key, value in (COLUMN | changes).items() if value is not None}
+    return [note for note in from_data(_data(hulls={"column": hull}, **more)).notes if note.startswith("hulls.column")]
+
+
+@pytest.mark.parametrize(
+    ("changes", "joint", "text"),
+    [
+        (
+            {"density": 1.025},
+            None,
+            "hulls.column: the density 1.025 kg/m^3 is that of no water; 1025 if it is in t/m^3",
+        ),
+        ({"density": 1.2e2}, None, "hulls.column: the density 120 kg/m^3 is that of no water"),
+        (
+            {"area": 0.5},
+            None,
+            "hulls.column: its area, of buoyancy, is 0.5 m^2, and a circle of its diameter, which drag goes by, has"
+            " 3.14159 m^2",
+        ),
+        (
+            {"start": [0, 0, 4], "end": [0, 0, -6]},
+            None,
+            "hulls.column: start is above end in the axes of buoy, and wet is of the lower part of a column, which"
+            " start is to be at",
+        ),
+        (
+            {"wet": None},
+            None,
+            "hulls.column: all of its 10 m move water, and 4 m of it begin above the water at rest; wet = 6 counts"
+            " those below",
+        ),
+        (
+            {},
+            {"type": "prismatic", "axis": [0, 0, 1], "initial": {"position": 8}},
+            "hulls.column: it begins 2 m above the water at rest, where no water acts on it",
+        ),
+        (
+            {"level": 5},
+            {"type": "free", "initial": {"position": [0, 0, 20]}},
+            "hulls.column: it begins 9 m above the water at rest, where no water acts on it",
+        ),
+    ],
+)
+def test_what_hardly_anyone_means_is_noted(changes: dict[str, Any], joint: dict[str, Any] | None, text: str) -> None:
+    assert _noted(changes, joint=joint) == [text]
+
+
+def test_hulls_as_they_are_meant_have_no_notes() -> None:
+    assert _noted({}) == []
+    assert _noted({"area": 4.0}) == []  # a square section
+    turned = {"type": "revolute", "axis": [1, 0, 0], "initial": {"position": 1.5707963}}
+    assert _noted({"wet": None}, joint=turned) == [], "a lying column is half in the water"
+    assert _noted({"wet": None, "added_mass": 0, "axial_added_mass": 0}) == []
+    start = {"simulation": {"start": "equilibrium"}}
+    assert _noted({}, joint={"type": "prismatic", "axis": [0, 0, 1], "initial": {"position": 8}}, **start) == []
+
+
 def test_water_at_rest_is_level_in_z() -> None:
     with pytest.raises(
         DescriptionError, match=r"gravity is \[0, 0, 9\.81\]; try: gravity = \[0, 0, -9\.81\], and z up"

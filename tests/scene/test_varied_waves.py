@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,12 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
+from eomgen.pipeline.controllers import toml_text
 from eomgen.random_processes import WAVES, standard_normals
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, Names
@@ -256,3 +259,20 @@ def test_what_of_waves_does_not_vary_says_what_would() -> None:
     varied = eomgen.build(from_data(data))
     with pytest.raises(UsageError, match=r"a seed is a whole number from 0 on"):
         varied.simulate_many(vary={"seed.sea": "uniform(0, 1)"}, samples=2)
+
+
+def test_info_shows_waves_and_hulls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = toml_text(_data(variables=True, order=2))
+    (tmp_path / "buoy.toml").write_text(text)
+    assert main(["info", str(tmp_path / "buoy.toml"), "--terms", "mass"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "sea 10 and 100 bound 3 m" in said, said
+    assert "30 m sea_z1 to sea_z20" in said
+    assert "hull buoy sea 2 yes" in said
+    assert "Hs 3 m" in said and "sea_z3 " not in said
+    assert main(["info", str(tmp_path / "buoy.toml"), "--terms", "mass", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    (sea,), (hull,) = data["waves"], data["hulls"]
+    assert (sea["waves"], sea["bound_waves"], sea["depth"], sea["level"]) == (10, 100, 30.0, 0.5)
+    assert sea["height"] == pytest.approx(3.0, rel=1e-12)
+    assert hull == {"name": "hull", "body": "buoy", "waves": "sea", "stations": 2, "moves_water": True}

@@ -651,6 +651,24 @@ def test_water_too_shallow_for_second_order_is_noted() -> None:
         assert not [text for text in _scene(sea).notes if "second order" in text]
 
 
+def test_waves_that_break_together_are_noted() -> None:
+    def notes(sea: dict[str, Any]) -> list[str]:
+        return [note for note in _scene(sea).notes if "break" in note]
+
+    three = [{"amplitude": 3.0, "period": period, "phase": period} for period in (7.0, 7.5, 8.0)]
+    what = "waves.sea: where crests meet the slope comes to 0.65, and waves break from 0.446 on: forces there are those"
+    assert notes({"regular": three}) == [f"{what} of no water"]
+    assert notes({"regular": three[:1]}) == []
+    assert notes({"regular": [wave | {"amplitude": 2.0} for wave in three[:2]]}) == []
+    ripples = {"type": "points", "points": [[0.9, 0.5], [1.0, 1.0], [4.0, 1.0]]}
+    for variables in (False, True):
+        sea = {"spectrum": ripples, "band": [0.9, 5.0], "variables": variables, "amplitudes": "gaussian"}
+        (note,) = notes(sea)
+        assert note.startswith("waves.sea: the significant slope is ")
+        assert note.endswith("A lower sea, or a band that ends before its shortest waves")
+    assert notes({"spectrum": {"type": "jonswap", "height": 7, "period": 10}}) == []
+
+
 def test_waves_keep_the_gravity_of_the_defaults() -> None:
     known = {"g": {"value": GRAVITY, "tunable": True}}
     note = "waves have the gravity of the default parameters, whatever it is in a run"

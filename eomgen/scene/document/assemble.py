@@ -33,6 +33,7 @@ from eomgen.scene.document import schema as written
 from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute, check_places
 from eomgen.scene.document.beam_nodes import BeamNodes
 from eomgen.scene.document.beam_stations import stations_of
+from eomgen.scene.document.doubtful_hulls import doubtful_hulls
 from eomgen.scene.document.doubtful_springs import negative_laws, springs_within_bodies
 from eomgen.scene.document.out_of_scale import out_of_scale
 from eomgen.scene.document.plain_angles import angles_of_several_turns
@@ -43,6 +44,7 @@ from eomgen.scene.document.validation import read_document
 from eomgen.scene.events.reading import read_event
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import Site
+from eomgen.scene.forces.hulls import Hull
 from eomgen.scene.forces.register import ALL_BOUNDS, ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS, Names, Offered
 from eomgen.scene.joint_types import JOINTS
@@ -122,6 +124,13 @@ def assemble(
             assembler.values,
         ),
         *checks.efforts_on_drives(document),
+        *doubtful_hulls(
+            [element for element in result["elements"] if isinstance(element, Hull)],
+            result["joints"],
+            result["base"],
+            assembler.values,
+            starts_there=not equilibrium_start,
+        ),
         *assembler.values.notes,
     ]
     return scene.Scene(

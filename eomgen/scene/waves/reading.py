@@ -17,7 +17,7 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.waves import schema as written
-from eomgen.scene.waves.breaking import UnbrokenSea, breaking_height
+from eomgen.scene.waves.breaking import UnbrokenSea, breaking_height, too_steep_together
 from eomgen.sea_states.bound_waves import beyond_second_order, bound_waves, members_of_bound_waves
 from eomgen.sea_states.components import Components
 from eomgen.sea_states.spectra import (
@@ -88,6 +88,9 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
         else:
             components, factor = _irregular(key, entry, depth, gravity, values)
     free = len(components)
+    if components and len(report.found) == before:
+        told = too_steep_together(components, depth, alone=entry.regular is not None, unit=entry.variables)
+        values.note(f"{key}: {text}" for text in told)
     if entry.order == 2 and len(report.found) == before:
         components = [*components, *_bound(key, components, depth, gravity, values)]
     if len(report.found) > before or not components:

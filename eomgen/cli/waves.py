@@ -1,0 +1,90 @@
+"""What ``eomgen info`` shows of the waves and the hulls of a scene."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from eomgen.cli.printing import console
+from eomgen.cli.tables import print_table
+
+if TYPE_CHECKING:
+    from eomgen.scene.scene import Scene
+
+
+def described_waves(scene: Scene) -> list[dict[str, Any]]:
+    """Return seas: their free waves, what their amplitudes come to, and the parameters that vary them."""
+    found = []
+    for sea in scene.waves:
+        free = sea.components[: sea.free]
+        # amplitudes of 1 that are multiplied by two standard normal variables have twice the variance of a sinusoid
+        share = 1.0 if sea.variables else 0.5
+        periods = [2.0 * math.pi / wave.frequency for wave in free]
+        lengths = [2.0 * math.pi / math.hypot(wave.kx, wave.ky) for wave in free]
+        found.append(
+            {
+                "name": sea.name,
+                "waves": len(free),
+                "bound_waves": len(sea.components) - len(free),
+                "height": 4.0 * math.sqrt(share * sum(wave.amplitude**2 for wave in free)),
+                "periods": [min(periods), max(periods)],
+                "lengths": [min(lengths), max(lengths)],
+                "depth": sea.depth if math.isfinite(sea.depth) else None,
+                "level": sea.level,
+                "ramp": sea.ramp,
+                "variables": list(sea.variables),
+            }
+        )
+    return found
+
+
+def described_hulls(scene: Scene) -> list[dict[str, Any]]:
+    """Return hulls: what they are part of, and in which water."""
+    return [
+        {
+            "name": item.name,
+            "body": item.body,
+            "waves": None if item.waves is None else item.waves.name,
+            "stations": item.stations,
+            "moves_water": item.moves_water,
+        }
+        for item in scene.hulls
+    ]
+
+
+def print_waves(waves: list[dict[str, Any]], hulls: list[dict[str, Any]]) -> None:
+    """Print a table of seas, and one of hulls."""
+    if waves:
+        console().print()
+        rows = [
+            (
+                sea["name"],
+                f"{sea['waves']}" + (f" and {sea['bound_waves']} bound" if sea["bound_waves"] else ""),
+                f"{sea['height']:.6g} m",
+                _span(sea["periods"], "s"),
+                _span(sea["lengths"], "m"),
+                "no bottom" if sea["depth"] is None else f"{sea['depth']:.6g} m",
+                f"{sea['variables'][0]} to {sea['variables'][-1]}" if sea["variables"] else "none",
+            )
+            for sea in waves
+        ]
+        header = ("sea", "waves", "4 deviations", "periods", "lengths", "depth", "variables")
+        print_table("Waves", header, rows, numeric=(2,))
+    if hulls:
+        console().print()
+        parts = [
+            (
+                hull["name"],
+                hull["body"],
+                hull["waves"] or "water at rest",
+                hull["stations"],
+                "yes" if hull["moves_water"] else "no",
+            )
+            for hull in hulls
+        ]
+        print_table("Hulls", ("hull", "part of", "in", "stations", "added mass"), parts, numeric=(3,))
+
+
+def _span(ends: list[float], unit: str) -> str:
+    low, high = ends
+    return f"{low:.4g} {unit}" if low == high else f"{low:.4g} to {high:.4g} {unit}"

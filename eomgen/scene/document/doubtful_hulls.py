@@ -1,0 +1,97 @@
+"""Notes on hulls that are allowed, and hardly ever meant: dry ones, densities of other units, added mass in the air."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.formula.nodes import Formula, Number
+from eomgen.scene.bodies.model import Base
+from eomgen.scene.forces.hulls import Hull
+from eomgen.scene.geometry.rotations import about_axis, of_quaternion
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.reading.values import Values
+from eomgen.system.description import BASE
+from eomgen.text import key_of
+
+#: Of a liquid, kg/m^3, below which a number is one of other units.
+_LIGHTEST = 400.0
+#: By how much areas of a section and of the circle may differ before one of them is doubted.
+_APART = 4.0
+
+
+def doubtful_hulls(
+    hulls: Sequence[Hull], joints: Sequence[Joint], base: Base | None, values: Values, *, starts_there: bool
+) -> list[str]:
+    """Return a note on each thing about hulls that hardly anyone means.
+
+    Parameters
+    ----------
+    starts_there : whether runs begin at the initial positions of the joints, not at an equilibrium
+    """
+    places = _places(joints, values) if base is None and starts_there else {}
+    return [f"{key_of('hulls', hull.name)}: {text}" for hull in hulls for text in _doubts(hull, places, values)]
+
+
+def _doubts(hull: Hull, places: dict[str, tuple[Array, Array]], values: Values) -> Iterator[str]:
+    density, diameter = values.value(hull.density), values.value(hull.diameter)
+    if 0.0 < density < _LIGHTEST:
+        what = f"the density {density:.6g} kg/m^3 is that of no water"
+        yield f"{what}; {1e3 * density:.6g} if it is in t/m^3" if density < 2.0 else what
+    area = values.value(hull.area) if hull.area is not None else math.nan
+    round_ = 0.25 * math.pi * diameter**2
+    if area > 0.0 and diameter > 0.0 and not 1.0 / _APART <= area / round_ <= _APART:
+        what = f"its area, of buoyancy, is {area:.6g} m^2, and a circle of its diameter, which drag goes by, has"
+        yield f"{what} {round_:.6g} m^2"
+    start, end = (np.array([values.value(part) for part in place]) for place in (hull.start, hull.end))
+    counted = [name for name in ("wet", "axial_added_mass", "axial_drag") if getattr(hull, name) not in _NONE]
+    if counted and start[2] > end[2]:
+        what = f"start is above end in the axes of {hull.body}, and {counted[0]} is of the lower part of a column"
+        yield f"{what}, which start is to be at"
+    if hull.body not in places:
+        return
+    turned, origin = places[hull.body]
+    low, high = sorted(float((turned @ end_ + origin)[2]) for end_ in (start, end))
+    level = values.value(hull.level) if hull.waves is None else hull.waves.level
+    if low - 0.5 * diameter >= level:
+        yield f"it begins {low - level:.4g} m above the water at rest, where no water acts on it"
+    elif hull.wet is None and hull.moves_water and high - low > diameter and high - level > 0.05 * (high - low):
+        part = (level - low) / (high - low) * float(np.linalg.norm(end - start))
+        what = f"all of its {np.linalg.norm(end - start):.4g} m move water, and {high - level:.4g} m of it begin above"
+        yield f"{what} the water at rest; wet = {part:.4g} counts those below"
+
+
+_NONE: tuple[Formula | None, ...] = (None, Number(0.0))
+
+
+def _places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[Array, Array]]:
+    """Return orientation and position of bodies where runs begin, of those whose joints say it by themselves."""
+    found: dict[str, tuple[Array, Array]] = {BASE: (np.eye(3), np.zeros(3))}
+    for joint in joints:
+        moved = _moved(joint)
+        if joint.parent not in found or moved is None or joint.mimic is not None or joint.drive:
+            continue
+        turned, origin = found[joint.parent]
+        offset = np.array([values.value(part) for part in joint.position])
+        axes = turned @ np.array(joint.orientation)
+        place = origin + turned @ offset + axes @ moved[1]
+        if np.all(np.isfinite(place)):
+            found[joint.child] = axes @ moved[0], place
+    return {name: place for name, place in found.items() if name != BASE}
+
+
+def _moved(joint: Joint) -> tuple[Array, Array] | None:
+    """Return by what a joint turns and moves its child at its initial position; None where that is not looked at."""
+    q, axis = joint.initial_position, np.array(joint.axis)
+    if not any(q):
+        return np.eye(3), np.zeros(3)
+    if joint.type == "free":
+        return of_quaternion(*q[:4]), np.array(q[4:])
+    if joint.type == "prismatic":
+        return np.eye(3), q[0] * axis
+    if joint.type == "revolute":
+        return about_axis(axis, q[0]), np.zeros(3)
+    return None
