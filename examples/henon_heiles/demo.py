@@ -24,7 +24,15 @@ from eomgen.files import write_table
 Array = NDArray[np.float64]
 SYSTEM = Path(__file__).parent / "system" / "henon_heiles.toml"
 #: Of the runs of 1e6 steps: methods, their step, and their colours.
-LONG = {"leapfrog": "#0072B2", "yoshida4": "#D55E00", "suzuki4": "#009E73", "omf4": "#CC79A7", "yoshida6": "#E69F00"}
+LONG = {
+    "leapfrog": "#0072B2",
+    "yoshida4": "#D55E00",
+    "suzuki4": "#009E73",
+    "omf4": "#CC79A7",
+    "yoshida6": "#E69F00",
+    "blanes_moan6": "#7F7F7F",
+    "kahan_li8": "#000000",
+}
 STEP, STEPS = 0.1, 1_000_000
 #: Where motions of the section start: y and p_y at x = 0.
 STARTS = ((0.12, 0.12), (0.3, 0.0), (-0.15, 0.0), (0.0, 0.35), (0.55, 0.0), (0.0, 0.02), (0.2, 0.2), (-0.25, 0.1))
@@ -74,6 +82,12 @@ def work(model: Any) -> dict[str, list[tuple[float, float]]]:
     return found
 
 
+def order_seen(model: Any, method: str) -> float:
+    """Return the order by which energy errors over 1000 units of time fall from twice the step to the step."""
+    errors = [model.simulate(1000.0, h, method=method, error_estimate=False).energy_error for h in (2 * STEP, STEP)]
+    return math.log2(errors[0] / errors[1])
+
+
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--out", type=Path, default=Path("out/henon_heiles"))
@@ -98,13 +112,14 @@ def main() -> None:
         total = run.energy["total"]
         error = np.maximum.accumulate(np.abs(total / total[0] - 1))
         left.loglog(run.t[1:], error[1:], color=colour, label=method)
-        table.append([run.energy_error, run.stats["gradients"], run.stats["wall_time"]])
-        print(f"{method:14s} largest |dE/E| over {STEPS} steps of {STEP}: {run.energy_error:.2e},"
+        order = order_seen(model, method)
+        table.append([order, run.energy_error, run.stats["gradients"], run.stats["wall_time"]])
+        print(f"{method:14s} order {order:.2f}, largest |dE/E| over {STEPS} steps of {STEP}: {run.energy_error:.2e},"
               f" {run.stats['gradients']} gradients, {run.stats['wall_time']:.2f} s")  # fmt: skip
     left.set_title(f"1e6 steps of {STEP}: largest energy error so far", loc="left")
     left.set_xlabel("t")
     left.set_ylabel("|dE/E|")
-    left.set_ylim(1e-9, 1.0)
+    left.set_ylim(1e-14, 100.0)
     left.legend(frameon=False, fontsize="small", ncols=2, loc="upper left")
     for method, points in work(model).items():
         gradients, errors = np.array(points).T
@@ -114,7 +129,7 @@ def main() -> None:
     right.legend(frameon=False, fontsize="small")
     for axes in panels.flat:
         axes.grid(alpha=0.3, linewidth=0.5)
-    write_table(folder / "energy_errors.csv", ["energy_error", "gradients", "seconds"], np.array(table, float))
+    write_table(folder / "energy_errors.csv", ["order", "energy_error", "gradients", "seconds"], np.array(table, float))
     picture = folder / "henon_heiles.png"
     figure.savefig(picture, dpi=120)
     print(picture)

@@ -27,6 +27,32 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 DAYS = 9_900_000.0
 
 
+#: Methods of the table of orders, with their steps in days; errors over 1e6 steps of the first.
+ORDERS = {
+    "leapfrog": (100.0, 50.0),
+    "minimum_norm2": (100.0, 50.0),
+    "yoshida4": (100.0, 50.0),
+    "suzuki4": (100.0, 50.0),
+    "omf4": (100.0, 50.0),
+    "yoshida6": (100.0, 50.0),
+    "blanes_moan6": (100.0, 50.0),
+    "kahan_li8": (200.0, 100.0),
+}
+
+
+def orders(model: Any) -> None:
+    """Print the orders of energy errors over 1e6 days, and the largest error over 1e6 steps."""
+    options: Any = {"compensated": True, "error_estimate": False}
+    for method, steps in ORDERS.items():
+        errors = [
+            model.simulate(1e6, h, method=method, record_every=round(1000 / h), **options).energy_error for h in steps
+        ]
+        long = model.simulate(1e6 * steps[0], steps[0], method=method, record_every=100, **options)
+        print(f"{method:13s} order {np.log2(errors[0] / errors[1]):.2f} from {steps[0]:g} to {steps[1]:g} d,"
+              f" largest |dE/E| over 1e6 steps of {steps[0]:g} d {long.energy_error:.2e},"
+              f" {long.stats['wall_time']:.2f} s")  # fmt: skip
+
+
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--out", type=Path, default=Path("out/outer_solar_system"))
@@ -58,6 +84,7 @@ def main() -> None:
     right.legend(frameon=False, fontsize="small", ncols=2, loc="upper left")
     for axes in (left, right):
         axes.grid(alpha=0.3, linewidth=0.5)
+    orders(model)
     picture = folder / "outer_solar_system.png"
     figure.savefig(picture, dpi=120)
     print(picture)

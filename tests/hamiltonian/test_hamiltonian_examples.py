@@ -152,6 +152,22 @@ def test_the_page_has_the_figures_of_the_table() -> None:
         assert found.error_constant == pytest.approx(float(error), rel=6e-3)
 
 
+@pytest.mark.parametrize(
+    ("method", "steps", "order"),
+    [("leapfrog", (100.0, 50.0), 2), ("omf4", (100.0, 50.0), 4), ("blanes_moan6", (100.0, 50.0), 6),
+     ("kahan_li8", (200.0, 100.0), 8)],
+)  # fmt: skip
+def test_orders_of_energy_errors_of_the_planets(method: str, steps: tuple[float, float], order: int) -> None:
+    options: Any = {"compensated": True, "error_estimate": False}
+    errors = [
+        model("outer_solar_system")
+        .simulate(1e6, h, method=method, record_every=round(1000 / h), **options)
+        .energy_error
+        for h in steps
+    ]
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.2)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_scripts_draw_their_pictures(name: str, tmp_path: Path) -> None:

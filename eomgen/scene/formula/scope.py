@@ -145,7 +145,7 @@ class Names:
     inputs: tuple[str, ...] = ()
     motions: Mapping[str, Formula] = field(default_factory=dict)
     random: Mapping[str, Formula] = field(default_factory=dict)
-    states: tuple[str, ...] = ()
+    states: Collection[str] = ()
     controllers: tuple[str, ...] = ()
     joints: Mapping[str, str] = field(default_factory=dict)
     beams: Mapping[str, int] = field(default_factory=dict)

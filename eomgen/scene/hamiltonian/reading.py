@@ -101,7 +101,7 @@ class _Reader(Entries):
         values = {item.name: item.value for item in parameters}
         states = tuple(state for item in coordinates for state in (item.name, item.momentum))
         self.check_names([*values, *states])
-        names = Names(parameters=dict.fromkeys(values, True), states=states)
+        names = Names(parameters=dict.fromkeys(values, True), states=dict.fromkeys(states))
         momenta = {item.momentum for item in coordinates}
         terms = self.terms(names, momenta)
         outputs = self.outputs(names)
