@@ -234,7 +234,10 @@ def energy(
     given.
     """
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
-    values = model.evaluator.call("energy", **given, multipliers=multipliers, parameters=parameters)[0]
+    return _energies(model.evaluator.call("energy", **given, multipliers=multipliers, parameters=parameters)[0])
+
+
+def _energies(values: Array) -> dict[str, Array]:
     result = {name: values[..., index] for index, name in enumerate(ENERGIES)}
     with np.errstate(invalid="ignore"):  # of infinite energies
         return ByName("energy", {**result, "total": result["kinetic"] + result["potential"]})
@@ -263,13 +266,32 @@ def outputs(
     given: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "z": z, "parameters": parameters, "base": base}
     if multipliers is None and "lam" in model.evaluator.functions.inputs("outputs"):
         multipliers = model.evaluator.accelerations(**given)[1]
-    values = model.evaluator.call("outputs", **given, a=a, multipliers=multipliers)[0]
+    return _outputs(model, model.evaluator.call("outputs", **given, a=a, multipliers=multipliers)[0])
+
+
+def _outputs(model: Evaluated, values: Array) -> dict[str, Array]:
     result, start = ByName[Array]("output", {}), 0
     for item in model.evaluator.library.layout["outputs"]:
         size = int(item["size"])
         result[str(item["name"])] = values[..., start] if size == 1 else values[..., start : start + size]
         start += size
     return result
+
+
+def of_motion(model: Evaluated, name: str, values: Mapping[str, Array]) -> dict[str, Array]:
+    """Return what ``outputs`` or ``energy`` do, of states that a run of the model has had: looked over no more.
+
+    Parameters
+    ----------
+    name : ``outputs`` or ``energy``
+    values : mapping
+        Blocks ``q``, ``v``, ``a``, ``lam``, ``z``, ``t``, ``p``, and ``u`` and ``base`` where there are any, each
+        (n, size), t (n,), p also (np,).
+    """
+    if name == "outputs" and not model.evaluator.library.layout["outputs"]:
+        return ByName("output", {})
+    found = model.evaluator.functions(name, values)[0]
+    return _outputs(model, found) if name == "outputs" else _energies(found)
 
 
 def internal_rates(

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.equations import of_motion
 from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.stepping.inputs import InputSignals
 
 #: Rows in one call.
-_BATCH = 8192
+_BATCH = 65536
 
 
 class States(NamedTuple):
@@ -49,10 +50,10 @@ def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals |
     p : (np,) or (n, np) parameters
     signals : what drives the inputs; None: the scene's formulas
     """
-    u = None
+    u, drivers = None, {"t": t, "p": p}  # parameters of a run, which were looked over as it began
     if model.nu:
-        u = model.input_values(t, parameters=p) if signals is None else signals.rows(t)
-    return Prescribed(u, model.base(t, parameters=p) if model.evaluator.moving_base else None)
+        u = model.evaluator.formula_inputs(drivers) if signals is None else signals.rows(t)
+    return Prescribed(u, model.evaluator.functions("base", drivers)[0] if model.evaluator.moving_base else None)
 
 
 def evaluated(name: str, model: CompiledModel, states: States, given: Prescribed, p: Array) -> dict[str, Array]:
@@ -66,15 +67,17 @@ def evaluated(name: str, model: CompiledModel, states: States, given: Prescribed
     """
     if name not in model.functions:
         return {}
-    function = model.outputs if name == "outputs" else model.energy
     found: list[Mapping[str, Array]] = []
-    for start in range(0, len(states.t), _BATCH):
+    t, q, v, a, multipliers, z = states
+    blocks = {"t": t, "q": q, "v": v, "a": a, "lam": multipliers, "z": z, "u": given.u, "base": given.base, "p": p}
+    for start in range(0, len(t), _BATCH):
         part = slice(start, start + _BATCH)
-        t, q, v, a, multipliers, z = (array[part] for array in states)
-        u, base = (None if array is None else array[part] for array in given)
-        held = multipliers if model.multipliers else None
-        rest: dict[str, Any] = {"z": z, "multipliers": held, "parameters": p if p.ndim == 1 else p[part]}
-        found.append(function(q, v, a, t, u, base=base, **rest))
+        there = {
+            name: block if name == "p" and p.ndim == 1 else block[part]
+            for name, block in blocks.items()
+            if block is not None
+        }
+        found.append(of_motion(model, name, there))
     if len(found) == 1:
         return dict(found[0])
     return {key: np.concatenate([one[key] for one in found]) for key in found[0]} if found else {}
