@@ -6,6 +6,7 @@ __all__ = [
     "constraints",
     "coordinates",
     "corrected_start",
+    "equations",
     "functions",
     "initial_state",
     "lanes",
