@@ -391,7 +391,7 @@ def _with_lanes(context: Context) -> list[Outcome]:
 
 def _on_dask(context: Context) -> list[Outcome]:
     """Return wall seconds of a sample as ``benchmarks.ensembles`` measures them: the same bits, or it ends."""
-    how = ["--quick"] if context.quick else ["--memory", "--samples", "4000", "--rounds", "3"]
+    how = ["--quick"] if context.quick else ["--memory", "--samples", "16000", "--rounds", "3"]
     python = environments.interpreter(OWN, context.here)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "found.json"

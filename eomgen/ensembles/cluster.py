@@ -45,6 +45,8 @@ _SELDOM = 2.0
 #: The allocator reads its own as a process starts: what ``env`` of ``LocalCluster`` says comes too late.
 _SPAWNED_WITH = "distributed.nanny.pre-spawn-environ"
 _ALLOCATION = {"MALLOC_TRIM_THRESHOLD_": 2**27, "MALLOC_MMAP_THRESHOLD_": 2**25, "MALLOC_ARENA_MAX": 1}
+#: Nobody looks at what workers sample of their own stacks every hundredth of a second.
+_QUIET = {"distributed.worker.profile.enabled": False}
 _INSTALL = "pip install 'eomgen[dask]'"
 
 
@@ -133,7 +135,8 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
 def processes(count: int) -> Any:
     """Return a cluster of so many processes of this machine, each with one thread. Needs ``distributed``."""
     distributed, settings = importlib.import_module("distributed"), importlib.import_module("dask").config
-    with settings.set({_SPAWNED_WITH: {**settings.get(_SPAWNED_WITH, {}), **_ALLOCATION}}):
+    changed = {_SPAWNED_WITH: {**settings.get(_SPAWNED_WITH, {}), **_ALLOCATION}, **_QUIET}
+    with settings.set(changed):
         return distributed.LocalCluster(
             n_workers=count,
             threads_per_worker=1,
