@@ -1,10 +1,10 @@
 """Integrators on the posterior of a density field: gradients for each accepted trajectory, and burn-in.
 
 python examples/density_field/demo.py --out out/density_field
-python examples/density_field/demo.py --cells 16,32,64,128 --trajectories 30 --no-sample
-python examples/density_field/demo.py --cells 16,32,64 --mean 1 --mass prior --no-burn-in --no-sample
-python examples/density_field/demo.py --cells 256 --no-burn-in --no-sample --trajectories 4 --methods leapfrog,suzuki4
-    --steps leapfrog=0.033,suzuki4=0.375
+python examples/density_field/demo.py --out out/density_field --cells 16,32,64,128,256 --transforms fftw
+python examples/density_field/demo.py --out out/heavy --mean 1 --mass prior --no-burn-in --no-sample
+
+The second makes the picture of the folder. What the folder has of a run that was stopped is not made again.
 """
 
 from __future__ import annotations
@@ -39,15 +39,23 @@ ERRORS = {"leapfrog": 0.2, "suzuki4": 0.0065, "minimum_norm2": 0.0022, "omf4": 4
 COLOURS = {"leapfrog": "#0072B2", "suzuki4": "#D55E00", "minimum_norm2": "#009E73", "omf4": "#CC79A7"}
 #: rms energy errors at which chains move farthest for their gradients, by order.
 BEST_RMS = {2: 0.905, 4: 0.515}
+#: Cells along an axis of meshes that have all trajectories and a search for the step; larger ones have fewer, with the
+#: step by the law of the errors above.
+SEARCHED = 64
+#: Chains by which burn-in is a mean.
+CHAINS = 8
 
 
-def problem_of(cells: int, mean: float) -> FieldProblem:
+def problem_of(cells: int, mean: float, transforms: str = "scipy") -> FieldProblem:
     """Return the problem of the file on another mesh of the same cells, and with another mean of counts."""
     system = load_fields(SYSTEM)
     parameters = tuple(
         dataclasses.replace(item, value=mean if item.name == "mean" else item.value) for item in system.parameters
     )
-    changed = dataclasses.replace(system, cells=(cells,) * 3, lengths=(cells * CELL,) * 3, parameters=parameters)
+    sampling = dataclasses.replace(system.sampling, transforms=transforms, first="drift")
+    changed = dataclasses.replace(
+        system, cells=(cells,) * 3, lengths=(cells * CELL,) * 3, parameters=parameters, sampling=sampling
+    )
     return field_problem(changed, 1)
 
 
@@ -59,13 +67,13 @@ def drawn(problem: FieldProblem, method: str, mass: str, step: float, count: int
     return sampler, sampler.draw(count)
 
 
-def cost(problem: FieldProblem, method: str, mass: str, trajectories: int, fixed: float = 0.0) -> dict[str, float]:
-    """Return gradients for each accepted trajectory of 1.5: with a step, or with the best of three about the one that a
-    pilot run finds."""
+def cost(problem: FieldProblem, method: str, mass: str, trajectories: int) -> dict[str, float]:
+    """Return gradients for each accepted trajectory of 1.5, with the best of three steps about the one that a pilot run
+    finds; on large meshes with the step that the law of errors gives, and fewer trajectories."""
     began, order = time.perf_counter(), composition_named(method).order
     step = (BEST_RMS[order] / (ERRORS[method] * math.sqrt(problem.mesh.size))) ** (1.0 / order)
-    if fixed:
-        return measured(problem, method, mass, trajectories, fixed, began)
+    if (large := problem.mesh.cells[0] / SEARCHED) > 1.0:
+        return measured(problem, method, mass, max(3, round(trajectories / large**1.5)), step, began)
     sampler, samples = drawn(problem, method, mass, step, max(4, trajectories // 3), 1)
     rms = max(math.sqrt(float(np.mean(np.clip(samples.energy_errors, -20.0, 20.0) ** 2))), 1e-3)
     part = min(max((BEST_RMS[order] / rms) ** (1.0 / order), 0.5), 2.0)
@@ -92,32 +100,36 @@ def measured(
     }
 
 
-def burn_in(problem: FieldProblem, method: str, first: Any, step: float, level: float, most: int) -> float:
-    """Return the median over chains of the gradients from a field of 0 until the potential is at the level of
-    samples."""
-    found = []
-    for seed in range(1, 6):
+def burn_in(
+    problem: FieldProblem, method: str, first: Any, step: float, level: float, most: float
+) -> tuple[float, float]:
+    """Return the mean over chains of the gradients from a field of 0 until the potential is at the level of samples,
+    and its standard error; infinite where the mean is above ``most``."""
+    found: list[int] = []
+    for seed in range(1, CHAINS + 1):
         sampler = Sampler(
             problem.posterior, method=method, step=step, start="zero", first=first, seed=seed, guard=math.inf
         )
         gradients = 0
-        while gradients < most:
+        while sum(found) + gradients < most * CHAINS:
             sample = sampler.draw(1)
             gradients += int(sample.gradients[0, 0])
             if sample.potential[0, 0] >= level:
                 break
+        else:
+            return math.inf, math.inf
         found.append(gradients)
-    return statistics.median(found)
+    return statistics.mean(found), statistics.stdev(found) / math.sqrt(CHAINS)
 
 
-def fastest_burn_in(problem: FieldProblem, method: str, first: str, level: float) -> tuple[float, float]:
-    """Return the fewest gradients over steps, and the step."""
+def fastest_burn_in(problem: FieldProblem, method: str, first: str, level: float) -> tuple[float, float, float]:
+    """Return the fewest gradients over steps, their standard error, and the step."""
     order = composition_named(method).order
     best = (BEST_RMS[order] / (ERRORS[method] * math.sqrt(problem.mesh.size))) ** (1.0 / order)
-    found = (1000.0, 0.0)
-    for part in (1.6, 1.3, 1.0, 0.75, 0.55, 0.4, 0.3, 0.2, 0.15, 0.1, 0.075, 0.055):
+    found = (5000.0, math.nan, 0.0)
+    for part in (0.03, 0.04, 0.055, 0.075, 0.1, 0.15, 0.2, 0.3, 0.4, 0.55, 0.75, 1.0, 1.3, 1.6):
         step = min(part * best, 0.9 * composition_named(method).stability_limit / 1.2)
-        found = min(found, (burn_in(problem, method, first, step, level, round(2 * found[0])), step))
+        found = min(found, (*burn_in(problem, method, first, step, level, 1.5 * found[0]), step))
     return found
 
 
@@ -127,7 +139,7 @@ def level_of(problem: FieldProblem) -> float:
     return float(samples.potential.mean() - 3.0 * samples.potential.std())
 
 
-def draw(table: Costs, burnt: dict[str, tuple[float, float]], given: Any, found: FieldSamples | None) -> plt.Figure:
+def draw(table: Costs, burnt: dict[str, list[float]], given: Any, found: FieldSamples | None) -> plt.Figure:
     """Draw samples of the field where there are some, and below them what integrators cost."""
     figure = plt.figure(figsize=(11, 7.2 if found else 4.0), layout="constrained")
     rows = figure.subfigures(2 if found else 1, 1, squeeze=False)[:, 0]
@@ -159,7 +171,7 @@ def draw(table: Costs, burnt: dict[str, tuple[float, float]], given: Any, found:
         right.text(burnt[name][0] * 1.05, place, f"{burnt[name][0]:.0f}", va="center", fontsize="small")
     right.set_xscale("log")
     right.margins(x=0.15)
-    right.set_xlabel("gradients, median of five chains")
+    right.set_xlabel(f"gradients, mean of {CHAINS} chains")
     right.set_title(f"burn-in from a field of 0, {given.burn_in_cells}³ cells", loc="left", fontsize="medium")
     right.set_visible(bool(names))
     for axes in (left, right):
@@ -204,38 +216,46 @@ def main() -> None:
     arguments.add_argument("--burn-in", action=argparse.BooleanOptionalAction, default=True, help="compare it, too")
     arguments.add_argument("--burn-in-cells", type=int, default=32, help="along each axis, of its mesh")
     arguments.add_argument("--sample", action=argparse.BooleanOptionalAction, default=True, help="the file as it is")
-    arguments.add_argument("--draw", action="store_true", help="draw what the folder has from a run before")
-    arguments.add_argument("--steps", default="", metavar="METHOD=STEP,...", help="in place of the best that is found")
+    arguments.add_argument("--transforms", default="scipy", choices=["scipy", "fftw"])
     given = arguments.parse_args()
-    fixed = {name: float(step) for name, step in (pair.split("=") for pair in given.steps.split(",") if pair)}
     given.out.mkdir(parents=True, exist_ok=True)
     path = given.out / "integrators.json"
-    table: Costs = {}
-    burnt: dict[str, tuple[float, float]] = {}
-    if given.draw:
-        stored = json.loads(path.read_text())
-        table, burnt = {int(cells): row for cells, row in stored["costs"].items()}, stored["burn_in"]
-    for cells in [] if given.draw else map(int, given.cells.split(",")):
-        problem = problem_of(cells, given.mean)
+    asked = {"mean": given.mean, "mass": given.mass, "trajectories": given.trajectories}
+    stored = json.loads(path.read_text()) if path.is_file() else {}
+    if stored.get("asked", asked) != asked:
+        raise SystemExit(f"{path} is of a run with {stored['asked']}: another --out")
+    table: Costs = {int(cells): row for cells, row in stored.get("costs", {}).items()}
+    burnt: dict[str, list[float]] = stored.get("burn_in", {})
+
+    def keep() -> None:
+        path.write_text(json.dumps({"asked": asked, "costs": table, "burn_in": burnt}, indent=2) + "\n")
+
+    for cells in map(int, given.cells.split(",")):
+        problem = problem_of(cells, given.mean, given.transforms)
         print(f"{cells}^3 cells: {problem.memory / 2**30:.3g} GiB at most", flush=True)
-        table[cells] = {}
+        row = table.setdefault(cells, {})
         for method in given.methods.split(","):
-            found = table[cells][method] = cost(problem, method, given.mass, given.trajectories, fixed.get(method, 0.0))
+            if method not in row:
+                row[method] = cost(problem, method, given.mass, given.trajectories)
+                keep()
+            found = row[method]
             print(
                 f"  {method:14s} step {found['step']:.4f}, {found['gradients']:.1f} gradients, acceptance"
                 f" {found['acceptance']:.3f}: {found['cost']:.1f} +- {found['spread']:.1f} for each accepted"
                 f" trajectory; largest frequency {found['largest_frequency']:.2f}, {found['seconds']:.0f} s",
                 flush=True,
             )
-            path.write_text(json.dumps({"costs": table, "burn_in": burnt}, indent=2) + "\n")
-    if given.burn_in and not given.draw:
-        problem = problem_of(given.burn_in_cells, given.mean)
+    if given.burn_in:
+        problem = problem_of(given.burn_in_cells, given.mean, given.transforms)
         level = level_of(problem)
         for method, first in (("leapfrog", "kick"), ("leapfrog", "drift"), ("suzuki4", "kick"), ("suzuki4", "drift"),
                               ("minimum_norm2", "drift"), ("omf4", "drift")):  # fmt: skip
-            burnt[f"{method}, {first} first"] = fewest = fastest_burn_in(problem, method, first, level)
-            print(f"burn-in, {method}, {first} first: {fewest[0]:.0f} gradients, step {fewest[1]:.4f}", flush=True)
-            path.write_text(json.dumps({"costs": table, "burn_in": burnt}, indent=2) + "\n")
+            name = f"{method}, {first} first"
+            if name not in burnt:
+                burnt[name] = list(fastest_burn_in(problem, method, first, level))
+                keep()
+            fewest = burnt[name]
+            print(f"burn-in, {name}: {fewest[0]:.0f} +- {fewest[1]:.0f} gradients, step {fewest[2]:.4f}", flush=True)
     found_field = None
     if given.sample:
         goes_on = (given.out / "checkpoint.npz").is_file()
