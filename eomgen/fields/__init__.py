@@ -18,6 +18,7 @@ from eomgen.fields.operators import (
 from eomgen.fields.posterior import FieldPosterior, Mode
 from eomgen.fields.record import Outcome, Record, Samples
 from eomgen.fields.sampling import Sampler, follow
+from eomgen.fields.transforms import check_transforms
 
 __all__ = [
     "OPERATORS",
@@ -33,6 +34,7 @@ __all__ = [
     "amplitude",
     "autocorrelation_error",
     "autocorrelation_time",
+    "check_transforms",
     "difference",
     "follow",
     "gaussian",

@@ -21,7 +21,7 @@ from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.fields.cells import CellEnergy, CellRoutines, cell_tape, source
 from eomgen.fields.mesh import Complex, Mesh, Reals
 from eomgen.fields.operators import LinearOperator
-from eomgen.fields.transforms import PRECISIONS, Transforms
+from eomgen.fields.transforms import Transforms, check_transforms
 from eomgen.fields.transforms import transforms as make_transforms
 from eomgen.text import counted, listed, nearest
 
@@ -90,9 +90,7 @@ class FieldPosterior:
         transforms: str = "scipy",
         precision: str = "double",
     ) -> None:
-        if precision not in PRECISIONS:
-            what = f"there is no precision {precision!r}"
-            raise UsageError(Problem("precision", what, nearest(precision, PRECISIONS) or listed(PRECISIONS)))
+        check_transforms(transforms, precision)
         self.mesh = mesh
         self.energy_of_cell = energy if isinstance(energy, CellEnergy) else CellEnergy(energy)
         self.operators = dict(fields)

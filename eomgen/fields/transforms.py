@@ -110,22 +110,23 @@ class _FFTW:
         np.multiply(self.buffer, self.scale, out=to)
 
 
-def transforms(mesh: Mesh, library: str, fields: int, *, single: bool = False) -> Transforms:
-    """Return the transforms of so many fields.
-
-    Raises
-    ------
-    UsageError
-        There is no such library, or it is not installed.
-    """
+def check_transforms(library: str, precision: str) -> None:
+    """Raise UsageError for a library that there is not or that is not installed, and for an unknown precision."""
     if library not in LIBRARIES:
         what = f"there is no library {library!r} for transforms"
         raise UsageError(Problem("transforms", what, nearest(library, LIBRARIES) or listed(LIBRARIES)))
-    if library == "scipy":
-        return _SciPy(mesh, single)
-    try:
-        return _FFTW(mesh, single, fields)
-    except ImportError:
-        what = "FFTW comes with the package pyfftw, which is not installed"
-        hint = "pip install 'eomgen[fast_fourier]', or scipy"
-        raise UsageError(Problem("transforms", what, hint)) from None
+    if precision not in PRECISIONS:
+        what = f"there is no precision {precision!r}"
+        raise UsageError(Problem("precision", what, nearest(precision, PRECISIONS) or listed(PRECISIONS)))
+    if library == "fftw":
+        try:
+            importlib.import_module("pyfftw")
+        except ImportError:
+            what = "FFTW comes with the package pyfftw, which is not installed"
+            hint = "pip install 'eomgen[fast_fourier]', or scipy"
+            raise UsageError(Problem("transforms", what, hint)) from None
+
+
+def transforms(mesh: Mesh, library: str, fields: int, *, single: bool = False) -> Transforms:
+    """Return the transforms of so many fields, by a library that has been checked."""
+    return _SciPy(mesh, single) if library == "scipy" else _FFTW(mesh, single, fields)

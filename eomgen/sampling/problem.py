@@ -21,6 +21,7 @@ from eomgen.fields import (
     LinearOperator,
     Mesh,
     amplitude,
+    check_transforms,
     difference,
     lognormal_amplitude,
     mask,
@@ -88,7 +89,10 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
         A mesh that does not fit the memory, negative power, data that cannot be.
     DescriptionError, FileError
         A file of data or of a power spectrum that cannot be taken.
+    UsageError
+        Transforms or a precision that there are not.
     """
+    check_transforms(system.sampling.transforms, system.sampling.precision)
     memory = memory_of(system, chains)
     mesh = Mesh(system.cells, system.lengths)
     made = _Making(system, mesh)

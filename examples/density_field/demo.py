@@ -44,6 +44,8 @@ BEST_RMS = {2: 0.905, 4: 0.515}
 SEARCHED = 64
 #: Chains by which burn-in is a mean.
 CHAINS = 8
+#: Time of a trajectory.
+DURATION = 1.5
 
 
 def problem_of(cells: int, mean: float, transforms: str = "scipy") -> FieldProblem:
@@ -101,36 +103,43 @@ def measured(
 
 
 def burn_in(
-    problem: FieldProblem, method: str, first: Any, step: float, level: float, most: float
-) -> tuple[float, float]:
-    """Return the mean over chains of the gradients from a field of 0 until the potential is at the level of samples,
-    and its standard error; infinite where the mean is above ``most``."""
+    problem: FieldProblem, method: str, first: Any, step: float, level: float, most: float, vary: bool = False
+) -> list[int]:
+    """Return the gradients of each chain from a field of 0 until the potential is at the level of samples; none where
+    their mean is above ``most``. ``vary``: times of trajectories vary by a fifth, as steps do."""
     found: list[int] = []
     for seed in range(1, CHAINS + 1):
         sampler = Sampler(
-            problem.posterior, method=method, step=step, start="zero", first=first, seed=seed, guard=math.inf
-        )
+            problem.posterior, method=method, step=step, start="zero", first=first, seed=seed, guard=math.inf,
+            jitter=0.0 if vary else 0.2,
+        )  # fmt: skip
+        random = np.random.default_rng(seed)
         gradients = 0
         while sum(found) + gradients < most * CHAINS:
+            if vary:
+                part = random.uniform(0.8, 1.2)
+                sampler.chains[0].step, sampler.duration = part * step, part * DURATION
             sample = sampler.draw(1)
             gradients += int(sample.gradients[0, 0])
             if sample.potential[0, 0] >= level:
                 break
         else:
-            return math.inf, math.inf
+            return []
         found.append(gradients)
-    return statistics.mean(found), statistics.stdev(found) / math.sqrt(CHAINS)
+    return found
 
 
-def fastest_burn_in(problem: FieldProblem, method: str, first: str, level: float) -> tuple[float, float, float]:
-    """Return the fewest gradients over steps, their standard error, and the step."""
+def fastest_burn_in(problem: FieldProblem, method: str, first: str, level: float, vary: bool = False) -> list[float]:
+    """Return the fewest gradients over steps: their mean over chains and its standard error, the step, the median."""
     order = composition_named(method).order
     best = (BEST_RMS[order] / (ERRORS[method] * math.sqrt(problem.mesh.size))) ** (1.0 / order)
-    found = (5000.0, math.nan, 0.0)
+    least = [5000.0, math.nan, 0.0, math.nan]
     for part in (0.03, 0.04, 0.055, 0.075, 0.1, 0.15, 0.2, 0.3, 0.4, 0.55, 0.75, 1.0, 1.3, 1.6):
         step = min(part * best, 0.9 * composition_named(method).stability_limit / 1.2)
-        found = min(found, (*burn_in(problem, method, first, step, level, 1.5 * found[0]), step))
-    return found
+        if found := burn_in(problem, method, first, step, level, 1.5 * least[0], vary):
+            error = statistics.stdev(found) / math.sqrt(CHAINS)
+            least = min(least, [statistics.mean(found), error, step, statistics.median(found)])
+    return least
 
 
 def level_of(problem: FieldProblem) -> float:
@@ -216,11 +225,12 @@ def main() -> None:
     arguments.add_argument("--burn-in", action=argparse.BooleanOptionalAction, default=True, help="compare it, too")
     arguments.add_argument("--burn-in-cells", type=int, default=32, help="along each axis, of its mesh")
     arguments.add_argument("--sample", action=argparse.BooleanOptionalAction, default=True, help="the file as it is")
+    arguments.add_argument("--vary-times", action="store_true", help="of trajectories in burn-in, by a fifth")
     arguments.add_argument("--transforms", default="scipy", choices=["scipy", "fftw"])
     given = arguments.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     path = given.out / "integrators.json"
-    asked = {"mean": given.mean, "mass": given.mass, "trajectories": given.trajectories}
+    asked = {"mean": given.mean, "mass": given.mass, "trajectories": given.trajectories, "vary": given.vary_times}
     stored = json.loads(path.read_text()) if path.is_file() else {}
     if stored.get("asked", asked) != asked:
         raise SystemExit(f"{path} is of a run with {stored['asked']}: another --out")
@@ -252,10 +262,14 @@ def main() -> None:
                               ("minimum_norm2", "drift"), ("omf4", "drift")):  # fmt: skip
             name = f"{method}, {first} first"
             if name not in burnt:
-                burnt[name] = list(fastest_burn_in(problem, method, first, level))
+                burnt[name] = fastest_burn_in(problem, method, first, level, given.vary_times)
                 keep()
             fewest = burnt[name]
-            print(f"burn-in, {name}: {fewest[0]:.0f} +- {fewest[1]:.0f} gradients, step {fewest[2]:.4f}", flush=True)
+            print(
+                f"burn-in, {name}: {fewest[0]:.0f} +- {fewest[1]:.0f} gradients, median {fewest[3]:.0f}, step"
+                f" {fewest[2]:.4f}",
+                flush=True,
+            )
     found_field = None
     if given.sample:
         goes_on = (given.out / "checkpoint.npz").is_file()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -25,15 +24,9 @@ from eomgen.fields import (
 )
 from eomgen.fields.sampling import First
 from eomgen.integrators.compositions import composition_named
-from tests.fields.density import alone, counted
+from tests.fields.density import alone, counted, optimised
 
-
-@pytest.fixture(scope="module", autouse=True)
-def optimised() -> Iterator[None]:
-    """Compile as users do: gradients take a sixth of the time then, and the C of a cell is short."""
-    with pytest.MonkeyPatch.context() as changed:
-        changed.delenv("EOMGEN_PROFILE", raising=False)
-        yield
+__all__ = ["optimised"]
 
 
 def check_identities(samples: Samples) -> None:

@@ -11,7 +11,9 @@ import pytest
 
 from eomgen.fields import FieldPosterior, follow
 from eomgen.integrators.compositions import Composition, composition_named, compositions
-from tests.fields.density import alone, counted, density
+from tests.fields.density import alone, counted, density, optimised
+
+__all__ = ["optimised"]
 
 FIRSTS: tuple[Literal["drift", "kick"], ...] = ("drift", "kick")
 

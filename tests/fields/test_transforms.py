@@ -13,7 +13,9 @@ from eomgen.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.fields import FieldPosterior, Mesh, Sampler, amplitude, difference, follow, mask, white
 from eomgen.integrators.compositions import composition_named
-from tests.fields.density import counted
+from tests.fields.density import counted, optimised
+
+__all__ = ["optimised"]
 
 pytest.importorskip("pyfftw")
 KINDS = [("scipy", "single"), ("fftw", "double"), ("fftw", "single")]

@@ -74,6 +74,20 @@ def test_a_run_that_is_interrupted_goes_on_to_the_same_bits(at: int, tmp_path: P
     equal(whole, end)
 
 
+def test_a_run_by_fftw_in_single_precision_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+    pytest.importorskip("pyfftw")
+    data = changed(sampling={"chains": 2, "warm_up": 6, "samples": 10, "watched": 20, "bins": 3, "transforms": "fftw"})
+    whole = sample(data, precision="single")
+    part = sample(data, precision="single", folder=tmp_path, progress=press_at(17))
+    assert part.interrupted
+    with pytest.raises(EomgenError, match="it is of a run with transforms = 'fftw', and here it is 'scipy'"):
+        sample(data, precision="single", transforms="scipy", folder=tmp_path, resume=True)
+    equal(whole, sample(data, precision="single", folder=tmp_path, resume=True))
+    by_scipy = sample(changed())
+    assert whole.samples.potential == pytest.approx(by_scipy.samples.potential, rel=1e-4)
+    assert not np.array_equal(whole.samples.potential, by_scipy.samples.potential)
+
+
 def test_a_run_may_be_made_longer(tmp_path: Path) -> None:
     whole = sample(changed(), samples=14)
     first = sample(changed(), folder=tmp_path, samples=5)
@@ -121,6 +135,8 @@ def test_chains_start_where_a_file_says(tmp_path: Path) -> None:
         ({"method": "leapfrg"}, "leapfrog"),
         ({"start": "modus"}, "Sampler: start: 'modus' is none"),
         ({"mass": "heavy"}, "mass: there is no mass 'heavy'"),
+        ({"transforms": "fft"}, "transforms: there is no library 'fft' for transforms; try: fftw"),
+        ({"precision": "half"}, "precision: there is no precision 'half'; try: one of double, single"),
     ],
 )
 def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
@@ -129,14 +145,23 @@ def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
     assert text in str(caught.value)
 
 
-@pytest.mark.parametrize("start", [pytest.param("mode", marks=pytest.mark.slow), "prior"])
-def test_a_run_takes_no_more_memory_than_it_says(start: str) -> None:
+@pytest.mark.parametrize(
+    ("start", "transforms", "precision"),
+    [
+        pytest.param("mode", "scipy", "double", marks=pytest.mark.slow),
+        ("prior", "scipy", "double"),
+        pytest.param("mode", "fftw", "single", marks=pytest.mark.slow),
+    ],
+)
+def test_a_run_takes_no_more_memory_than_it_says(start: str, transforms: str, precision: str) -> None:
+    if transforms == "fftw":
+        pytest.importorskip("pyfftw")
     data = changed(mesh={"cells": [32, 32, 32], "length": 160.0})
     sample(changed())  # what is imported and compiled does not count
     tracemalloc.start()
     try:
         before = tracemalloc.get_traced_memory()[0]
-        made = sample(data, warm_up=2, samples=4, start=start)
+        made = sample(data, warm_up=2, samples=4, start=start, transforms=transforms, precision=precision)
         peak = tracemalloc.get_traced_memory()[1] - before
     finally:
         tracemalloc.stop()
