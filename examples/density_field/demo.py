@@ -75,7 +75,7 @@ def cost(problem: FieldProblem, method: str, mass: str, trajectories: int) -> di
     began, order = time.perf_counter(), composition_named(method).order
     step = (BEST_RMS[order] / (ERRORS[method] * math.sqrt(problem.mesh.size))) ** (1.0 / order)
     if (large := problem.mesh.cells[0] / SEARCHED) > 1.0:
-        return measured(problem, method, mass, max(3, round(trajectories / large**1.5)), step, began)
+        return measured(problem, method, mass, max(3, round(trajectories / large)), step, began)
     sampler, samples = drawn(problem, method, mass, step, max(4, trajectories // 3), 1)
     rms = max(math.sqrt(float(np.mean(np.clip(samples.energy_errors, -20.0, 20.0) ** 2))), 1e-3)
     part = min(max((BEST_RMS[order] / rms) ** (1.0 / order), 0.5), 2.0)
