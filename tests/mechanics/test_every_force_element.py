@@ -25,7 +25,7 @@ from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import derivative, random_states
-from tests.scene.every_value import SCENE
+from tests.scene.every_value import LEVEL, SCENE, TILTED
 
 EVERY = pytest.mark.parametrize("row", ELEMENTS, ids=lambda row: row.section)
 ENTRIES: dict[str, Any] = {"efforts": {"motor": {"joint": "hinge", "effort": "2 - 0.3 * v.hinge"}}, **SCENE}
@@ -38,6 +38,8 @@ def scene_with(row: Row, formula: str = "t") -> Scene:
     bodies = {name: SCENE["bodies"][name] for name in BODIES}
     joints = {name: SCENE["joints"][name] for name in (*BODIES.values(), "root")}
     bare = {key: SCENE[key] for key in ("format", "name", "gravity", "points")}
+    if row.section not in LEVEL:
+        bare["gravity"] = list(TILTED)
     outputs = {"seen": {"formula": formula}}
     return from_data(
         {

@@ -41,6 +41,10 @@ _LAYERED_MASS = [
 _PART = {"length": 0.5, "elements": 1}
 _BEAM = {"modes": 2, "stiffness_damping": 1e-3, "inertia_factor": 1.0}
 
+#: Gravity of scenes in which no water has to be level.
+TILTED = (0.1, 0.2, -9.81)
+#: Sections whose entries need level water.
+LEVEL = ("hulls",)
 SCENE: dict[str, Any] = {
     "format": 1,
     "name": "every_value",
