@@ -16,11 +16,14 @@ from eomgen.calls import checked_call, checked_calls
 from eomgen.errors import Problem, UsageError
 from eomgen.random_processes import WAVES, standard_normals
 from eomgen.sea_states.components import STANDARD_GRAVITY, Components
+from eomgen.sea_states.numbers import check_number, check_whole
 
 #: Frequencies at which a spectrum is divided, in parts of that of its peak.
 BAND = (0.5, 3.0)
 #: Wave lengths of the peak after which a sea of one direction repeats itself.
 REPEATED_AFTER = 32.0
+#: Waves that a spectrum is made of at most.
+MOST_WAVES = 1_000_000
 #: Exponent of a spreading from which on directions are less than a tenth of a degree apart.
 MOST_EXPONENT = 1e6
 #: Gauss-Legendre's nodes in each of the pieces into which parts of a band are cut.
@@ -126,6 +129,8 @@ class SpectrumTable:
             raise UsageError(Problem(where, what, "as many densities as frequencies, two at least"))
         if not np.all(np.diff(self.frequencies) > 0.0) or not self.frequencies[0] > 0.0:
             raise UsageError(Problem(f"{where}: frequencies", "they have to increase from above 0"))
+        if not np.all(np.isfinite(self.densities)) or not np.all(np.isfinite(self.frequencies)):
+            raise UsageError(Problem(where, "a frequency or a density is no finite number"))
         if not np.all(self.densities >= 0.0) or not np.any(self.densities > 0.0):
             what = f"the least is {self.densities.min():.6g} m^2 s/rad, the greatest {self.densities.max():.6g}"
             raise UsageError(Problem(f"{where}: densities", what, "none below 0, one above 0"))
@@ -155,9 +160,11 @@ class Spreading:
         if self.exponent > MOST_EXPONENT:
             what = f"{self.exponent:.6g} is above {MOST_EXPONENT:.6g}"
             raise UsageError(Problem("Spreading: exponent", what, "no spreading at all for one direction"))
+        check_number("Spreading: heading", self.heading, "rad")
         if self.directions < 2:
             what = f"{self.directions} is less than two"
             raise UsageError(Problem("Spreading: directions", what, "no spreading at all for one direction"))
+        check_whole("Spreading: directions", self.directions, 2, MOST_WAVES)
 
     def density(self, angle: Array) -> Array:
         """Return the density over directions in 1/rad; its integral over a turn is 1."""
@@ -196,6 +203,7 @@ class DiscreteSpectrum:
         ``fixed`` amplitudes sqrt(2 E) with phases alone at random."""
         if amplitudes not in ("gaussian", "fixed"):
             raise UsageError(Problem("realisation: amplitudes", f"there is no {amplitudes!r}", "gaussian, or fixed"))
+        check_whole("realisation: seed", seed, 0, 2**63)
         n = len(self.energy)
         normal = standard_normals(seed, 2 * n, WAVES).reshape(n, 2)
         radius, phase = np.hypot(*normal.T), np.arctan2(normal[:, 1], normal[:, 0])
@@ -237,12 +245,18 @@ def discretized(
     if not depth > 0.0:
         what = f"{depth:.6g} m is not above 0"
         raise UsageError(Problem("discretized: depth", what, "math.inf for water without a bottom"))
+    _check_scales("discretized", gravity, heading, height)
+    if length is not None:
+        check_number("discretized: length", length, "m", "500", above_zero=True)
     low, high = (wave_number(spectrum.peak * part, depth, gravity) for part in band)
     step = wave_number(spectrum.peak, depth, gravity) / REPEATED_AFTER if length is None else 2.0 * math.pi / length
     first, last = math.floor(low / step * (1.0 + 1e-12)) + 1, math.ceil(high / step * (1.0 - 1e-12)) - 1
     if last < first:
         what = f"no wave number 2 pi j/length is from {low:.6g} to {high:.6g} rad/m"
         raise UsageError(Problem("discretized: length", what, f"a length above {2.0 * math.pi / (high - low):.6g} m"))
+    if last - first >= MOST_WAVES:
+        what = f"{last - first + 1:.4g} wave numbers 2 pi j/length are within the band, more than {MOST_WAVES}"
+        raise UsageError(Problem("discretized: length", what, "a shorter length"))
     k = step * np.arange(first, last + 1)
     w, group = frequency_and_group_velocity(np.asarray(k), depth, gravity)
     energy = spectrum.density(w) * group * step
@@ -253,6 +267,13 @@ def discretized(
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
     vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
     return DiscreteSpectrum(vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), (float(w[0]), float(w[-1])))
+
+
+def _check_scales(where: str, gravity: float, heading: float, height: float | None) -> None:
+    check_number(f"{where}: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
+    check_number(f"{where}: heading", heading, "rad")
+    if height is not None:
+        check_number(f"{where}: height", height, "m", "the significant height", above_zero=True)
 
 
 def frequency_and_group_velocity(k: Array, depth: float, gravity: float = STANDARD_GRAVITY) -> tuple[Array, Array]:
@@ -268,6 +289,11 @@ def frequency_and_group_velocity(k: Array, depth: float, gravity: float = STANDA
 @checked_call()
 def wave_number(frequency: float, depth: float = math.inf, gravity: float = STANDARD_GRAVITY) -> float:
     """Return the wave number in rad/m of an angular frequency, by Newton's method."""
+    check_number("wave_number: frequency", frequency, "rad/s", above_zero=True)
+    check_number("wave_number: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
+    if not depth > 0.0:
+        what = f"{depth:.6g} m is not above 0"
+        raise UsageError(Problem("wave_number: depth", what, "math.inf for water without a bottom"))
     deep = frequency**2 / gravity
     if math.isinf(depth):
         return deep
@@ -309,6 +335,8 @@ def divided(
     if not depth > 0.0:
         what = f"{depth:.6g} m is not above 0"
         raise UsageError(Problem("divided: depth", what, "math.inf for water without a bottom"))
+    _check_scales("divided", gravity, heading, height)
+    check_whole("divided: components", components, 1, MOST_WAVES)
     edges = spectrum.peak * np.geomspace(band[0], band[1], components + 1)
     # Gauss-Legendre's rule over each part, in pieces, since a spectrum may bend at its peak; a table does at its points
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)

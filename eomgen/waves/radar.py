@@ -20,12 +20,15 @@ from eomgen.arrays import Array
 from eomgen.calls import checked_call, checked_calls
 from eomgen.errors import Problem, UsageError
 from eomgen.sea_states.components import STANDARD_GRAVITY
+from eomgen.sea_states.numbers import check_number, check_whole
 from eomgen.sea_states.spectra import DiscreteSpectrum
 from eomgen.waves.profiles import Profile
 from eomgen.waves.sea import Sea
 
 #: Labels that are evaluated at a time.
 _AT_ONCE = 100_000
+#: Labels of an image at most, cells of a line, and terms of a spectrum of images.
+_MOST_LABELS, _MOST_CELLS, _MOST_TERMS = 3e7, 10_000_000, 1e9
 
 
 @checked_calls()
@@ -93,11 +96,17 @@ class Radar:
             Along each direction.
         """
         x, y = _edges("columns", columns), _edges("rows", rows)
+        check_number("Radar.image: time", time, "s")
+        check_whole("Radar.image: labels_per_cell", labels_per_cell, 1, 1000, "3")
         apart = np.array([x[1] - x[0], y[1] - y[0]]) / labels_per_cell
         w, k = sea.frequency, np.hypot(*sea.vectors.T)
         moved = np.sqrt(0.5 * np.sum(sea.amplitude**2 / np.tanh(np.minimum(k * sea.depth, 700.0)) ** 2))
         seen = np.sqrt(0.5 * np.sum((sea.amplitude * w) ** 2 / np.tanh(np.minimum(k * sea.depth, 700.0)) ** 2))
         reach = 4.0 * np.array([moved + self.range_to_velocity * seen, moved])
+        count = np.prod((np.array([np.ptp(x), np.ptp(y)]) + 2.0 * reach) / apart)
+        if count > _MOST_LABELS:
+            what = f"{count:.3g} labels are needed, more than {_MOST_LABELS:.0e}: facets move by up to {reach[0]:.4g} m"
+            raise UsageError(Problem("Radar.image", what, "larger cells, fewer labels_per_cell, or a smaller R/V"))
         a, b = (
             np.arange(edges[0] - far + 0.5 * step, edges[-1] + far, step)
             for edges, far, step in zip((x, y), reach, apart, strict=True)
@@ -119,6 +128,9 @@ class Radar:
         profile : of the sea, along its direction
         direction : 1 where the waves run with the platform, -1 where they run against it
         """
+        check_number("Radar.line: length", length, "m", "that after which the sea repeats itself", above_zero=True)
+        check_whole("Radar.line: cells", cells, 1, _MOST_CELLS, "400")
+        _check_direction("Radar.line", direction)
         moved = direction * profile.x + self.range_to_velocity * math.cos(self.incidence) * profile.w
         weights = np.abs(profile.xa) * length / len(profile.labels)
         found, _ = np.histogram(np.mod(moved, length), cells, (0.0, length), weights=weights)
@@ -173,15 +185,21 @@ class Radar:
             Waves that run across the flight, or that do not repeat themselves after that length.
         """
         k, change = self._along_the_flight(spectrum, gravity, "intensity_spectrum")
+        check_number("Radar.intensity_spectrum: length", length, "m", above_zero=True)
+        check_whole("Radar.intensity_spectrum: count", count, 1, _MOST_CELLS, "100")
         multiple = k * length / (2.0 * math.pi)
         if np.any(np.abs(multiple - np.rint(multiple)) > 1e-6):
             what = f"the waves do not repeat themselves after {length:.6g} m"
-            raise UsageError(Problem("Radar.intensity_spectrum: length", what, "2 pi over the smallest wave number"))
+            hint = "the length that discretized(spectrum, length=...) had; 2 pi over the distance of two wave numbers"
+            raise UsageError(Problem("Radar.intensity_spectrum: length", what, hint))
         wanted = 2.0 * math.pi / length * np.arange(1, count + 1)
         moved = math.sqrt(float(np.sum(spectrum.energy * change**2)))
         # lags that resolve the wave number asked for, the sea, and the decay of exp(-k^2 V/2)
         finest = max(4.0 * wanted[-1], 4.0 * float(k.max()) * (1.0 + float(wanted[-1]) * moved))
         points = 2 ** math.ceil(math.log2(max(16.0, finest * length / math.pi)))
+        if points * count > _MOST_TERMS:
+            what = f"{count} wave numbers need {points} lags each"
+            raise UsageError(Problem("Radar.intensity_spectrum: count", what, "fewer, or a shorter length"))
         lag = length / points * np.arange(points)
         V, S, G = np.zeros(points), np.zeros(points), np.zeros(points)
         for k_j, m_j, energy in zip(k, change, spectrum.energy, strict=True):
@@ -196,6 +214,8 @@ class Radar:
         self, wave_number: float, direction: Literal[1, -1] = 1, gravity: float = STANDARD_GRAVITY
     ) -> float:
         """Return the amplitude from which on the image of one deep wave along the flight has caustics, in m."""
+        check_number("Radar.critical_amplitude: wave_number", wave_number, "rad/m", "0.04", above_zero=True)
+        _check_direction("Radar.critical_amplitude", direction)
         change = self._change(np.array([math.sqrt(gravity * wave_number)]), np.array([float(direction)]))
         return 1.0 / (wave_number * float(np.abs(change[0])))
 
@@ -219,6 +239,9 @@ class Radar:
         slope_density : of slopes towards the radar, at tan(incidence): ``SeaStatistics.slope_density``
         reflectivity : |R|^2 of water at normal incidence
         """
+        for name, value in (("slope_density", slope_density), ("reflectivity", reflectivity)):
+            if not value >= 0.0:
+                raise UsageError(Problem(f"Radar.backscatter: {name}", f"{value:.6g} is below 0"))
         return math.pi * reflectivity * slope_density / math.cos(self.incidence) ** 4
 
 
@@ -236,6 +259,7 @@ class SpecularPoints:
 def specular_points(profile: Profile, slope: float) -> SpecularPoints:
     """Return the points of a profile that have a slope: where dz - slope dx changes its sign between labels, found on
     the cubic through values and derivatives at both."""
+    check_number("specular_points: slope", slope)
     value, rate = profile.za - slope * profile.xa, profile.zaa - slope * profile.xaa
     step = profile.labels[1] - profile.labels[0]
     here: NDArray[np.int64] = np.flatnonzero((value[:-1] > 0.0) != (value[1:] > 0.0))
@@ -265,4 +289,16 @@ def _edges(name: str, edges: ArrayLike) -> Array:
     found = np.asarray(edges, dtype=float)
     if found.ndim != 1 or len(found) < 2 or not np.all(np.diff(found) > 0.0):
         raise UsageError(Problem(f"Radar.image: {name}", "edges have to increase, two at least"))
+    widths = np.diff(found)
+    if not np.all(np.isfinite(found)) or np.ptp(widths) > 1e-6 * widths.mean():
+        what = f"cells are {widths.min():.6g} to {widths.max():.6g} m wide"
+        raise UsageError(
+            Problem(f"Radar.image: {name}", what, "edges that are equally spaced, np.linspace(0, 800, 81)")
+        )
     return found
+
+
+def _check_direction(where: str, direction: int) -> None:
+    if direction not in (1, -1):
+        what = f"{direction!r} is none"
+        raise UsageError(Problem(f"{where}: direction", what, "1 with the flight, -1 against it"))

@@ -14,6 +14,7 @@ from eomgen.arrays import Array
 from eomgen.calls import checked_calls
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.sea_states.components import STANDARD_GRAVITY, Components
+from eomgen.sea_states.numbers import check_number
 from eomgen.waves.limits import check_points, check_sea, warn_of_shallow_water
 from eomgen.waves.motion import BoundWaves, Complex, Motion, Surface
 from eomgen.waves.pairs import COLUMNS, OWN, Case, Dispersion, gravity_waves
@@ -172,6 +173,7 @@ class Sea:
         return np.array([row["lift"] @ square, raised, row["Dx"] @ square, row["Dy"] @ square])
 
     def _waves(self, time: float) -> Waves:
+        check_number("Sea: time", time, "s")
         return Waves(self.amplitude, np.remainder(self.phase - self.frequency * time, 2.0 * math.pi), time)
 
     # -- labels -----------------------------------------------------------------------------------------------------
@@ -216,6 +218,7 @@ class Sea:
         if self.spread:
             what = "the waves have several directions"
             raise UsageError(Problem("Sea.profile", what, "surface(labels, time), or waves of one direction"))
+        check_number("Sea: time", time, "s")
         columns, own, table, level = self._surface_tables
         unit, number = multiples(np.hypot(*self.vectors.T))
         least = 2 * int(number.max()) * (self.order if table is not None and "Xp" in self._entries else 1)
@@ -376,6 +379,7 @@ class Sea:
         """
         wanted = np.asarray(points, dtype=float)
         check_points("Sea: points", wanted)
+        check_number("Sea: time", time, "s")
         labels = wanted - (self.current + self._drift) * time
         scale = 2.0 * math.pi / np.hypot(*self.vectors.T).max()
         off = self.motion(labels, time).position[:, :2] - wanted
@@ -420,7 +424,11 @@ class Sea:
         return self._above(x, y, time, "acceleration")
 
     def _above(self, x: ArrayLike, y: ArrayLike, time: float, what: str) -> Array:
-        x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        try:
+            x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        except ValueError:
+            what = f"shapes {np.shape(x)} and {np.shape(y)} do not go together"
+            raise UsageError(Problem("Sea: x and y", what, "as many y as x, or one for all")) from None
         found = getattr(self.at(np.column_stack((x.ravel(), y.ravel())), time), what)
         return np.asarray(found).reshape(*x.shape, 3)
 

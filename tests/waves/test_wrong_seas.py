@@ -10,7 +10,19 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
-from eomgen.waves import Components, Sea
+from eomgen.waves import (
+    Components,
+    Jonswap,
+    Profile,
+    Radar,
+    Sea,
+    SpectrumTable,
+    Spreading,
+    discretized,
+    divided,
+    specular_points,
+    wave_number,
+)
 
 VECTORS, ONE = np.array([[0.05, 0.0], [0.06, 0.0]]), np.ones(2)
 
@@ -66,6 +78,87 @@ def test_calls_that_cannot_be_taken(call: Callable[[Sea], Any], text: str) -> No
     with pytest.raises(UsageError) as refused:
         call(Sea(Components(VECTORS, ONE, ONE), 20.0))
     assert text in str(refused.value)
+
+
+SWELL = discretized(Jonswap(2.0, 10.0), length=600.0)
+RADAR = Radar(30.0, 0.4)
+EDGES = np.linspace(0.0, 100.0, 11)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: _sea().motion([[0.0, 0.0]], math.nan), "Sea: time: nan s is no finite number"),
+        (lambda: _sea().motion([[0.0, 0.0]], "now"), "Sea: time: a number is needed, not str"),
+        (lambda: _sea().elevation(np.zeros(3), 0.0, math.inf), "Sea: time: inf s is no finite number"),
+        (
+            lambda: _sea().elevation(np.zeros(3), np.zeros(2), 0.0),
+            "Sea: x and y: shapes (3,) and (2,) do not go together",
+        ),
+        (lambda: _swell().profile(512, math.nan), "Sea: time: nan s is no finite number"),
+        (lambda: RADAR.image(_sea(), math.nan, EDGES, EDGES), "Radar.image: time: nan s is no finite number"),
+        (lambda: RADAR.image(_sea(), 0.0, EDGES, EDGES, 0), "Radar.image: labels_per_cell: 0 is not from 1 to 1000"),
+        (
+            lambda: RADAR.image(_sea(), 0.0, EDGES**2, EDGES),
+            "Radar.image: columns: cells are 100 to 1900 m wide; try: edges that are equally spaced",
+        ),
+        (
+            lambda: Radar(1e9, 0.4).image(_sea(), 0.0, EDGES, EDGES),
+            "labels are needed, more than 3e+07: facets move by up to 3.286e+09 m; try: larger cells",
+        ),
+        (lambda: RADAR.line(_profile(), -3.0, 10), "Radar.line: length: -3 m is not above 0; try: that after which"),
+        (lambda: RADAR.line(_profile(), 600.0, 0), "Radar.line: cells: 0 is not from 1 to 10000000; try: 400"),
+        (lambda: RADAR.line(_profile(), 600.0, 10, 2), "Radar.line: direction: 2 is none; try: 1 with the flight"),
+        (lambda: RADAR.critical_amplitude(-1.0), "Radar.critical_amplitude: wave_number: -1 rad/m is not above 0"),
+        (lambda: RADAR.critical_amplitude(0.04, 0), "Radar.critical_amplitude: direction: 0 is none"),
+        (lambda: RADAR.backscatter(-1.0), "Radar.backscatter: slope_density: -1 is below 0"),
+        (lambda: RADAR.intensity_spectrum(SWELL, 0.0, 10), "intensity_spectrum: length: 0 m is not above 0"),
+        (lambda: RADAR.intensity_spectrum(SWELL, 600.0, 0), "intensity_spectrum: count: 0 is not from 1 to"),
+        (lambda: RADAR.intensity_spectrum(SWELL, 600.0, 10**6), "1000000 wave numbers need"),
+        (lambda: specular_points(_profile(), math.nan), "specular_points: slope: nan is no finite number"),
+        (lambda: wave_number(0.0), "wave_number: frequency: 0 rad/s is not above 0"),
+        (lambda: wave_number(1.0, -3.0), "wave_number: depth: -3 m is not above 0; try: math.inf for water without"),
+        (lambda: divided(Jonswap(2.0, 10.0), 0), "divided: components: 0 is not from 1 to 1000000"),
+        (
+            lambda: divided(Jonswap(2.0, 10.0), 5, height=-2.0),
+            "divided: height: -2 m is not above 0; try: the significant",
+        ),
+        (
+            lambda: discretized(Jonswap(2.0, 10.0), gravity=0.0),
+            "discretized: gravity: 0 m/s^2 is not above 0; try: 9.81",
+        ),
+        (lambda: discretized(Jonswap(2.0, 10.0), length=-2.0), "discretized: length: -2 m is not above 0; try: 500"),
+        (
+            lambda: discretized(Jonswap(2.0, 10.0), length=1e12),
+            "5.604e+10 wave numbers 2 pi j/length are within the band, more than 1000000; try: a shorter length",
+        ),
+        (
+            lambda: discretized(Jonswap(2.0, 10.0), heading=math.nan),
+            "discretized: heading: nan rad is no finite number",
+        ),
+        (lambda: SWELL.realisation(-1), "realisation: seed: -1 is no whole number from 0 on"),
+        (lambda: SWELL.realisation(1.5), "realisation: seed: 1.5 is no whole number from 0 on"),  # type: ignore[arg-type]
+        (lambda: SpectrumTable([0.1, 0.2], [1.0, math.inf]), "a frequency or a density is no finite number"),
+        (lambda: Spreading(10.0, directions=2.5), "Spreading: directions: 2.5 is not from 2 to"),  # type: ignore[arg-type]
+        (lambda: Spreading(10.0, math.nan), "Spreading: heading: nan rad is no finite number"),
+    ],
+)
+def test_numbers_that_cannot_be_are_named(call: Callable[[], Any], text: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        call()
+    assert text in str(refused.value)
+
+
+def _sea() -> Sea:
+    return Sea(Components(VECTORS, ONE, ONE), 20.0)
+
+
+def _swell() -> Sea:
+    return Sea(SWELL.realisation(0), order=1)
+
+
+def _profile() -> Profile:
+    return _swell().profile(512, 0.0)
 
 
 def test_pairs_that_do_not_fit_memory_are_refused_before_they_are_made() -> None:
