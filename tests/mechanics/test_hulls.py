@@ -286,6 +286,17 @@ def test_what_hardly_anyone_means_is_noted(changes: dict[str, Any], joint: dict[
     assert _noted(changes, joint=joint) == [text]
 
 
+def test_hulls_too_wide_for_their_waves_are_noted() -> None:
+    for period, noted in ((3.0, []), (2.5, ["9.758"])):
+        scene = from_data(_data(waves={"regular": [{"amplitude": 0.1, "period": period}]}))
+        lengths = [
+            f"its diameter of 2 m is more than a fifth of the length of the largest wave, {length} m"
+            for length in noted
+        ]
+        assert [any(text in note for note in scene.notes) for text in lengths] == [True] * len(noted)
+        assert len([note for note in scene.notes if "Morison" in note]) == len(noted)
+
+
 def test_hulls_as_they_are_meant_have_no_notes() -> None:
     assert _noted({}) == []
     assert _noted({"area": 4.0}) == []  # a square section

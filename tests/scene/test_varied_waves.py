@@ -216,6 +216,10 @@ def test_heights_of_runs_keep_the_waves_from_breaking() -> None:
     ("changes", "text"),
     [
         (
+            {"variables": True, "components": 300},
+            r"variables\): 600 waves have 1200 variables, more than 1000; try: fewer components or directions",
+        ),
+        (
             {"variables": True, "amplitudes": "fixed"},
             r"variables\): amplitudes are fixed, and variables make amplitudes",
         ),

@@ -602,6 +602,41 @@ def test_what_is_wrong_with_regular_waves_is_said_once(sea: dict[str, Any], mess
     assert len(caught.value.problems) == 1
 
 
+@pytest.mark.parametrize(
+    ("sections", "text"),
+    [
+        (
+            {"waves": {"sea": {"spectrum": {"type": "jonswap", "Hs": 3, "period": 9}}}},
+            "'Hs' is unknown here; try: height",
+        ),
+        (
+            {"waves": {"sea": {"spectrum": {"type": "jonswap", "height": 3, "Tp": 9}}}},
+            "'Tp' is unknown here; try: period",
+        ),
+        (
+            {"waves": {"sea": {"regular": [{"height": 3, "period": 9, "amplitude": 1}]}}},
+            "the key 'height' is unknown here; try: amplitude = 1.5, half of the height",
+        ),
+        (
+            {"waves": {"sea": {"regular": [{"frequency": 0.1, "period": 9, "amplitude": 1}]}}},
+            "the key 'frequency' is unknown here; try: period = 10, s",
+        ),
+        ({"hulls": {"h": {"body": "float", "Cd": 1}}}, "'Cd' is unknown here; try: drag"),
+        ({"hulls": {"h": {"body": "float", "Cm": 2}}}, "'Cm' is unknown here; try: added_mass, which is c_m - 1"),
+        ({"base": {"follow": "sea"}}, "a table is needed here, not 'sea'; try: follow = { waves = \"sea\" }"),
+        ({"base": {"follow": {}}}, '(base.follow.waves): the key waves is missing; try: waves = "sea"'),
+        (
+            {"outputs": {"eta": {"formula": "elevation(1, 2)"}}},
+            "unknown function 'elevation' (column 1); try: elevation.sea(x, y)",
+        ),
+    ],
+)
+def test_words_of_others_are_answered_with_those_of_scenes(sections: dict[str, Any], text: str) -> None:
+    with pytest.raises(DescriptionError) as refused:
+        from_data(_data(**sections))
+    assert text in str(refused.value)
+
+
 def test_waves_need_gravity() -> None:
     with pytest.raises(
         DescriptionError, match=r"waves need gravity, and the scene has none; try: gravity = \[0, 0, -9"

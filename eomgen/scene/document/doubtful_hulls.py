@@ -19,6 +19,8 @@ from eomgen.text import key_of
 
 #: Of a liquid, kg/m^3, below which a number is one of other units.
 _LIGHTEST = 400.0
+#: Diameter by wave length from which on waves are diffracted.
+_DIFFRACTING = 0.2
 #: By how much areas of a section and of the circle may differ before one of them is doubted.
 _APART = 4.0
 
@@ -41,6 +43,12 @@ def _doubts(hull: Hull, places: dict[str, tuple[Array, Array]], values: Values) 
     if 0.0 < density < _LIGHTEST:
         what = f"the density {density:.6g} kg/m^3 is that of no water"
         yield f"{what}; {1e3 * density:.6g} if it is in t/m^3" if density < 2.0 else what
+    if hull.waves is not None and len(hull.waves.components) > 0:
+        kx, ky, _, amplitude, *_ = max(hull.waves.components[: hull.waves.free], key=lambda wave: wave.amplitude)
+        length = 2.0 * math.pi / max(math.hypot(kx, ky), 1e-300)
+        if amplitude > 0.0 and diameter > _DIFFRACTING * length:
+            what = f"its diameter of {diameter:.4g} m is more than a fifth of the length of the largest wave"
+            yield f"{what}, {length:.4g} m, which it would turn and reflect: Morison's equation is of thinner hulls"
     area = values.value(hull.area) if hull.area is not None else math.nan
     round_ = 0.25 * math.pi * diameter**2
     if area > 0.0 and diameter > 0.0 and not 1.0 / _APART <= area / round_ <= _APART:

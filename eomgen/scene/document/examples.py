@@ -48,6 +48,7 @@ _REQUIRED: Mapping[tuple[str, str], str] = {
     ("friction", "velocity"): "0.01",
     ("friction", "coulomb"): "0.3",
     ("wave", "period"): "0.5",
+    ("follow", "waves"): '"sea"',
 }
 _AXES = ("[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]")
 _FILES = (".csv", ".txt", ".dat", ".tsv")
@@ -70,6 +71,8 @@ def example(location: tuple[str | int, ...], given: object) -> str:
         return "orientation, which is a matrix, in place of rotation"
     if last == "mimic" and isinstance(given, str):
         return f"mimic = {{ joint = {quoted(given)}, multiplier = 1 }}"
+    if last == "follow" and isinstance(given, str):
+        return f"follow = {{ waves = {quoted(given)} }}"
     if location == ("parameters",):
         return "[parameters] and a line for each: NAME = 1.0"
     of_parameters = section == "parameters" and len(location) > 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, get_args, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel
 
@@ -89,8 +89,9 @@ def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
             model = model.model_fields[str(part)].annotation
             own_name = get_origin(model) is dict
             while not isinstance(model, type) or not issubclass(model, BaseModel):
+                arguments = get_args(model)[:1] if get_origin(model) is Annotated else get_args(model)
                 candidates = [
-                    candidate for candidate in get_args(model) if candidate is not type(None) and candidate is not str
+                    candidate for candidate in arguments if candidate is not type(None) and candidate is not str
                 ]
                 if not candidates:
                     return []

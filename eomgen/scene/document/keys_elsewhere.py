@@ -37,6 +37,16 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("umin", "u_min", "min"), ("minimum", "lower")),
     **dict.fromkeys(("mu_s", "stiction"), ("static",)),
     **dict.fromkeys(("derivative", "ode", "equation", "dot"), ("rate", "formula")),
+    # waves and hulls
+    **dict.fromkeys(("hs", "h_s", "hm0", "significant_height"), ("height",)),
+    **dict.fromkeys(("tp", "t_p", "peak_period"), ("period",)),
+    **dict.fromkeys(("gamma",), ("peakedness",)),
+    **dict.fromkeys(("wind_speed", "u19", "u10"), ("wind",)),
+    **dict.fromkeys(("direction", "mean_direction"), ("heading",)),
+    **dict.fromkeys(("water_depth",), ("depth",)),
+    **dict.fromkeys(("cd", "c_d"), ("drag",)),
+    **dict.fromkeys(("ca", "c_a"), ("added_mass",)),
+    **dict.fromkeys(("draft", "draught"), ("wet",)),
     # sections
     **dict.fromkeys(("loops", "loop", "closures", "equality"), ("constraints",)),
     **dict.fromkeys(("links", "link", "masses"), ("bodies",)),
@@ -60,5 +70,9 @@ def key_meant(name: str, keys: Collection[str], given: object) -> str:
     if name in ("x", "y", "z") and "position" in keys and isinstance(given, str | int | float):
         entries = ", ".join(quoted(given) if axis == name else "0" for axis in "xyz")
         return f"position = [{entries}]"
+    if name == "height" and "amplitude" in keys and isinstance(given, int | float):
+        return f"amplitude = {0.5 * given:.6g}, half of the height"
+    if name.lower() in ("cm", "c_m") and "added_mass" in keys:
+        return "added_mass, which is c_m - 1"
     meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
     return next((key for key in meant if key in keys), "")

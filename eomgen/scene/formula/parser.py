@@ -193,6 +193,8 @@ class _Reader:
             return self.application(node, name, "", depth)
         if name not in FUNCTIONS:
             hint = IN_RADIANS if name in DEGREES else of_function(name, self.names.curves, sorted(FUNCTIONS))
+            if name in OF_WAVES and self.names.waves:
+                hint = f"{name}.{next(iter(self.names.waves))}({', '.join('xyz'[: OF_WAVES[name][0]])})"
             raise self.error(node, f"unknown function {shown(name)}", hint)
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")

@@ -44,6 +44,8 @@ _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 _EXAMPLES = {"height": "3", "period": "9", "wind": "15", "points": "[[0.4, 0], [0.7, 2], [1.5, 0]]"}
 #: Free waves whose pairs are taken at most.
 MOST_WITH_PAIRS = 100
+#: Free waves with variables at most: each has two parameters.
+MOST_WITH_VARIABLES = 500
 #: Periods of waves in s: far beyond them numbers run out.
 _PERIODS = (1e-6, 1e9)
 #: Keys that are of spectra alone.
@@ -196,6 +198,11 @@ def _irregular(
     if entry.variables and entry.amplitudes == "fixed":
         what = "amplitudes are fixed, and variables make amplitudes and phases"
         report.add(f"{key}.variables", what, 'amplitudes = "gaussian"')
+        return [], None
+    count = entry.components * (1 if entry.spreading is None else entry.spreading.directions)
+    if entry.variables and count > MOST_WITH_VARIABLES:
+        what = f"{count} waves have {2 * count} variables, more than {2 * MOST_WITH_VARIABLES}"
+        report.add(f"{key}.variables", what, "fewer components or directions")
         return [], None
     try:
         parts = divided(
