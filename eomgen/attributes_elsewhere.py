@@ -16,6 +16,22 @@ _STATES = 'q, v and z; solution["q.joint"] is one column'
 _PARAMETERS = "simulate(..., parameters={...}); between steps start(...).set_parameter(name, value)"
 
 ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
+    "HamiltonianModel": {
+        **dict.fromkeys(("run", "solve", "sim", "integrate", "propagate"), _RUN),
+        **dict.fromkeys(("H", "hamiltonian"), "energy(q, p)"),
+        **dict.fromkeys(("grad", "dH", "rates", "rhs", "forces"), "gradient(q, p), which gives dH/dq and dH/dp"),
+        **dict.fromkeys(("hessian", "hess", "hvp"), "hessian_product(q, p, dq, dp)"),
+        **dict.fromkeys(("sample", "hmc"), "eomgen.sampling.sample(...), of a file with a [mesh]"),
+    },
+    "HamiltonianSolution": {
+        **dict.fromkeys(("time", "times"), "t"),
+        **dict.fromkeys(("x", "y", "state", "data"), "q and p, or columns(), by name"),
+        **dict.fromkeys(("H", "E", "hamiltonian"), 'energy["total"]'),
+        **dict.fromkeys(("plot", "draw"), "eomgen simulate FILE --out DIR, which draws; columns() gives what to draw"),
+        **dict.fromkeys(("to_csv", "to_file", "write"), _CSV),
+        **dict.fromkeys(("errors", "error"), "error_estimate, of the motion, or energy_error"),
+        **dict.fromkeys(("nfev", "steps"), 'stats["gradients"] or stats["steps"]'),
+    },
     "Model": {
         **dict.fromkeys(("step", "advance"), "start(step=...), whose step(u) takes one step"),
         **dict.fromkeys(("run", "solve", "sim", "integrate_motion", "propagate"), _RUN),

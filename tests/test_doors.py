@@ -73,6 +73,7 @@ DOORS: dict[str, set[str]] = {
     "codegen": {"errors", "extensions", "integrators", "resources", "symbolic", "system", "text", "version"},
     "hamiltonian": {
         "arrays",
+        "calls",
         "codegen",
         "errors",
         "figures",

@@ -129,6 +129,8 @@ def method_for(document: Hamiltonian, name: str, first: str = "drift") -> Method
     UsageError
         An unknown name, or a composition that needs drifts and kicks where there are none.
     """
+    if not isinstance(name, str):
+        raise UsageError(Problem("method", f"a method is called by its name, not {name!r}", '"omf4"'))
     name = name or (STANDARD if document.separable else STANDARD_IMPLICIT)
     key = name.lower().replace("-", "_")
     if key == MIDPOINT:

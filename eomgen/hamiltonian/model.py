@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
+from eomgen.calls import ByName, checked_calls, unknown_attribute
 from eomgen.errors import Problem, UsageError
 from eomgen.hamiltonian.methods import KINDS, Method, method_for
 from eomgen.hamiltonian.solution import HamiltonianSolution
@@ -59,6 +60,10 @@ def built_library(document: Hamiltonian, content: bytes, builder: Builder) -> Li
         return builder.build(content, library_files(document, program), CDEF, interface_layout(program))
 
 
+@checked_calls(
+    'eomgen.build("system.toml"), which makes one', dt="step", h="step", integrator="method", rtol="tolerance",
+    tol="tolerance", atol="tolerance", params="parameters", x0="initial", t="t_end", duration="t_end",
+)  # fmt: skip
 class HamiltonianModel:
     """A compiled system of q' = dH/dp, p' = -dH/dq.
 
@@ -87,6 +92,11 @@ class HamiltonianModel:
     def __repr__(self) -> str:
         kind = "separable" if self.separable else "not separable"
         return f"HamiltonianModel({self.name}: {self.n} coordinates, {kind})"
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
 
     @property
     def n(self) -> int:
@@ -195,16 +205,18 @@ class HamiltonianModel:
             An unknown method, parameter or coordinate, or a time that is no whole number of steps.
         """
         run = self.document.simulation
-        t_end = run.duration if t_end is None else float(t_end)
-        step = run.step if step is None else float(step)
+        t_end = run.duration if t_end is None else _finite("t_end", t_end)
+        step = run.step if step is None else _finite("step", step)
         every = run.record_every if record_every is None else record_every
         chosen = method_for(self.document, run.method if method is None else method, first)
         steps = _whole_steps(t_end, step)
         if tolerance is not None and not chosen.chooses_steps:
             what = f"{chosen.name} takes equal steps, and a tolerance is of rk45"
             raise UsageError(Problem("tolerance", what, f'method="rk45", or a step below {abs(step):.6g}'))
-        allowed = run.tolerance if tolerance is None else float(tolerance)
+        allowed = run.tolerance if tolerance is None else _finite("tolerance", tolerance)
         check_tolerance(allowed)
+        if isinstance(every, np.integer):
+            every = int(every)
         if isinstance(every, bool) or not isinstance(every, int) or every < 1:
             raise UsageError(Problem("record_every", f"{every!r} is no whole number from 1", "record_every=10"))
         values = self._values(parameters)
@@ -240,17 +252,17 @@ class HamiltonianModel:
             name: parts[:, k] for k, name in enumerate(DEPENDENCES) if name != "coupled" or not self.separable
         }
         energy["total"] = parts.sum(axis=1)
-        outputs: dict[str, Array] = {}
+        outputs: ByName[Array] = ByName("output", {})
         if self.document.outputs:
             y = self._call("observed", [q, p], values)[0]
-            outputs = {item.name: y[:, k] for k, item in enumerate(self.document.outputs)}
+            outputs = ByName("output", {item.name: y[:, k] for k, item in enumerate(self.document.outputs)})
         message = _ending(status, t, step, steps)
         doubtful = self._too_large(chosen, step, state[0], values)
         return HamiltonianSolution(
             t,
             q,
             p,
-            energy,
+            ByName("part of H", energy),
             outputs,
             {**dict(zip(_COUNTED, counted, strict=True)), "wall_time": seconds},
             status == 0,
@@ -361,6 +373,7 @@ class HamiltonianModel:
         if isinstance(parameters, np.ndarray):
             return parameters
         values = dict(self.parameters)
+        _check_mapping("parameters", parameters, 'parameters={"m": 2.0}')
         for name, value in (parameters or {}).items():
             if name not in values:
                 hint = nearest(str(name), values) or "no parameters, as there is none"
@@ -375,11 +388,12 @@ class HamiltonianModel:
             [item.position for item in document.coordinates] + [item.momentum_value for item in document.coordinates]
         )
         names = [*self.q_names, *self.p_names]
+        _check_mapping("initial", initial, f'initial={{"{self.q_names[0]}": 0.1}}, or "q" and "p" with arrays')
         for key, value in (initial or {}).items():
             if key in names:
                 state[names.index(key)] = _finite(f"initial.{key}", value)
             elif key in ("q", "p"):
-                array = np.asarray(value, float)
+                array = _array(f"initial.{key}", value)
                 if array.shape != (self.n,) or not np.isfinite(array).all():
                     what = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed"
                     raise UsageError(Problem("initial", what, f"one number for each of {', '.join(names[:3])}, ..."))
@@ -399,7 +413,7 @@ class HamiltonianModel:
     ) -> list[Array]:
         """Return the outputs of a function at one state, or at several. Raises UsageError for wrong shapes."""
         layout = next(item for item in self.library.layout["functions"] if item["name"] == function)
-        arrays = [np.ascontiguousarray(block, dtype=float) for block in blocks]
+        arrays = [np.ascontiguousarray(_array(f"{self.name}.{function}", block)) for block in blocks]
         for array in arrays:
             if array.ndim not in (1, 2) or array.shape[-1] != self.n:
                 what = f"an array of a state has shape {array.shape}"
@@ -435,6 +449,19 @@ def _whole_steps(t_end: float, step: float) -> int:
         hint = f"an end of {max(steps, 1) * step:.9g}, or a step of {t_end / max(steps, 1):.9g}"
         raise UsageError(Problem("t_end", f"{t_end:.9g} is no whole number of steps of {step:.9g}", hint))
     return steps
+
+
+def _check_mapping(key: str, given: object, hint: str) -> None:
+    if given is not None and not isinstance(given, Mapping):
+        raise UsageError(Problem(key, f"numbers by name are needed, not {shown(given)}", hint))
+
+
+def _array(key: str, value: object) -> Array:
+    """Return an array of numbers. Raises UsageError."""
+    try:
+        return np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise UsageError(Problem(key, f"{shown(value)} is no array of numbers", "[0.1, 0.2]")) from None
 
 
 def _finite(key: str, value: object) -> float:

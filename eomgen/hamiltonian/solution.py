@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_calls, not_unpacked, unknown_attribute
 from eomgen.errors import Problem, UsageError
 from eomgen.files import write_arrays, write_table
 from eomgen.hamiltonian.step_errors import StepErrors
 
 
+@checked_calls("model.simulate(...), which makes one", filename="path", file="path")
 @dataclass(frozen=True)
 class HamiltonianSolution:
     """A motion, and what is said of it.
@@ -55,6 +57,14 @@ class HamiltonianSolution:
 
     def __repr__(self) -> str:
         return f"HamiltonianSolution({self.metadata['name']}: {self.message}, {len(self.t)} rows)"
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
+
+        def __iter__(self) -> object:
+            raise not_unpacked(self, "run = model.simulate(...), and run.t, run.q, run.p")
 
     @property
     def energy_error(self) -> float:

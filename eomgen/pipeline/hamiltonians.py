@@ -114,10 +114,12 @@ def given_options(options: Mapping[str, Any]) -> list[str]:
 
 def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -> HamiltonianModel:
     """Return the compiled model of a system, from the cache where nothing has changed; ``method`` of its runs."""
+    from eomgen.hamiltonian.methods import method_for  # noqa: PLC0415
     from eomgen.hamiltonian.model import HamiltonianModel, built_library  # noqa: PLC0415
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415
 
     if method is not None:
+        method_for(document, method)
         document = replace(document, simulation=replace(document.simulation, method=method))
     content = library_content(document, HAMILTONIANS, Selection(None, ""), "rk4")
     return HamiltonianModel(document, built_library(document, content, Builder(profile=profile)))

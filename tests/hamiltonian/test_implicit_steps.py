@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import math
 import signal
 import time
 from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,6 +17,8 @@ from scipy.special import ellipj, roots_legendre
 
 import eomgen
 from eomgen.arrays import Array
+from eomgen.cli import main
+from eomgen.hamiltonian import model as hamiltonian_model
 from eomgen.hamiltonian.collocation import gauss_collocation
 from tests.models.cache import shared_cache
 
@@ -216,3 +221,27 @@ def test_a_run_is_interrupted_within_a_row_and_keeps_the_state_there() -> None:
     shorter: Any = oscillator.simulate(run.t[-1], 1e-3, method="leapfrog", record_every=steps, error_estimate=False)
     np.testing.assert_allclose(run.q[-1], shorter.q[-1], atol=1e-12)
     np.testing.assert_allclose(run.p[-1], shorter.p[-1], atol=1e-12)
+
+
+def test_the_command_line_keeps_what_was_done_and_ends_with_130(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "oscillator.toml"
+    file.write_text(
+        'format = 1\nkind = "hamiltonian"\nname = "oscillator"\nhamiltonian = "p_x**2/2 + x**2/2"\n'
+        "[coordinates]\nx = { initial = [1.0, 0.0] }\n"
+    )
+    looks = iter(range(10))
+
+    def clock() -> float:
+        if next(looks) == 5:  # between two calls of C, in the first row
+            raise KeyboardInterrupt
+        return time.monotonic()
+
+    monkeypatch.setattr(hamiltonian_model, "time", SimpleNamespace(perf_counter=clock))
+    options = ["--t-end", "1e5", "--step", "1e-3", "--record-every", "100000000", "--no-plots", "--json"]
+    assert main(["simulate", str(file), "--out", str(tmp_path / "out"), *options]) == 130
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["rows"] == 2 and summary["message"].startswith("interrupted at t = 0.")
+    assert summary["final"]["t"] == summary["stats"]["steps"] * 1e-3 > 0
+    assert summary["final"]["x"] == pytest.approx(math.cos(summary["final"]["t"]), abs=1e-9)
