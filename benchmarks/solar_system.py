@@ -50,6 +50,8 @@ WISDOM_HOLMAN = (
     ("saba", {"safe_mode": 0, "type": "10_6_4"}),
     ("saba", {"safe_mode": 0, "type": "H_10_6_4"}),
 )
+#: The Python of an environment that has REBOUND.
+REBOUND_PYTHON = ".bench/rebound/bin/python"
 #: Largest changes of IAS15's last coefficient that are accepted.
 EPSILONS = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9)
 #: Errors that are asked for, by what they are of.
@@ -204,8 +206,8 @@ def first(contestants: Sequence[Contestant], kind: str, error: float) -> Contest
     )
 
 
-def measured(days: float, rounds: int, python: str) -> list[dict[str, Any]]:
-    """Return a row for each error that is asked for."""
+def measured(days: float, rounds: int, python: str = REBOUND_PYTHON) -> list[dict[str, Any]]:
+    """Return a row for each error that is asked for; REBOUND's sides where an environment has it."""
     model: Any = eomgen.build(SYSTEM)
     reference = _heyoka(model, "long double", 1e-18)
     reference.propagate_until(np.longdouble(days))
@@ -245,7 +247,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="a tenth of the days, one round")
     parser.add_argument("--days", type=float, default=DAYS)
     parser.add_argument("--core", type=int, default=None)
-    parser.add_argument("--rebound", default=".bench/rebound/bin/python", help="of an environment that has it")
+    parser.add_argument("--rebound", default=REBOUND_PYTHON, help="of an environment that has it")
     parser.add_argument("--json", type=Path, default=None)
     given = parser.parse_args(arguments)
     pin_to_core(given.core)

@@ -25,7 +25,7 @@ _OF_GAUSS = tuple(f"gauss{order}" for order in range(4, HIGHEST_ORDER + 1, 2))
 _MOST_VECTORS, _MOST_NUMBERS, _FEWEST_VECTORS = 160, 2_000_000, 30
 _SOURCE = "Hairer, Lubich and Wanner 2006, section II.1"
 #: Methods where the file and the caller name none: of separable systems, and of others.
-STANDARD, STANDARD_IMPLICIT = "omf4", MIDPOINT
+STANDARD, STANDARD_IMPLICIT = "omf4", "gauss6"
 
 
 @dataclass(frozen=True)

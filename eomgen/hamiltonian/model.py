@@ -181,7 +181,7 @@ class HamiltonianModel:
             ``suzuki<order>`` and ``creutz_gocksch<order>_<i>``. ``implicit_midpoint`` and, for even orders from 4
             to 12, ``gauss<order>`` for any H, as ``rk4`` and ``rk45``, which are not symplectic; of recursions of
             leapfrogs implicit midpoint steps take the place where H is not separable. The file's by default, else
-            ``omf4``, or ``implicit_midpoint`` where H is not separable.
+            ``omf4``, or ``gauss6`` where H is not separable.
         first : str
             Whether steps of compositions begin with a ``drift`` or a ``kick``.
         initial : mapping

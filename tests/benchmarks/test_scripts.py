@@ -16,6 +16,7 @@ from benchmarks import (
     equal_elements,
     frame_peers,
     generation_time,
+    implicit_steps,
     lane_steppers,
     lanes,
     large_scenes,
@@ -154,13 +155,22 @@ def missed(end: np.ndarray | None) -> float:
 
 
 @pytest.mark.slow
-def test_heyoka_has_the_planets_of_the_example() -> None:
+def test_heyoka_and_rebound_have_the_planets_of_the_example() -> None:
     pytest.importorskip("heyoka")
     rows = solar_system.measured(20_000.0, 1)
     assert {row["error of"] for row in rows} == {"energy", "places, au"}
     for row in rows:
-        for side in ("eomgen", "heyoka"):
+        others = ("REBOUND", "Wisdom-Holman") if Path(solar_system.REBOUND_PYTHON).exists() else ()
+        for side in ("eomgen", "heyoka", *others):
             assert row[f"{side} error"] <= row["asked"] and row[f"{side} s"] > 0, row
+
+
+@pytest.mark.slow
+def test_implicit_steps_reach_what_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(implicit_steps, "ERRORS", (1e-2,))
+    rows = implicit_steps.measured()
+    assert [row["method"] for row in rows] == list(implicit_steps.METHODS)
+    assert all(row["reached"] <= 1e-2 and row["s"] > 0 for row in rows)
 
 
 def test_heyoka_has_the_equations_of_the_frame() -> None:
