@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,6 +28,7 @@ from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.text import NAME_RULE, is_legal, shown
+from eomgen.threads import share
 from eomgen.toolchain.builder import Builder
 
 _CDEF = """\
@@ -46,6 +47,10 @@ void eomgen_field_add_single(long n, int turns, double size, const double *a, co
     double *y);
 void eomgen_field_residual_single(long n, float *const *fields, const double *const *data);
 """
+
+
+#: Numbers from which on threads share an array, and of which their parts are multiples: whole vector registers.
+_SHARED, _MULTIPLE = 2**19, 1024
 
 
 @dataclass(frozen=True)
@@ -198,10 +203,14 @@ def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequ
 
 
 class CellRoutines:
-    """The compiled C of a cell's energy, on arrays whose places in memory are kept."""
+    """The compiled C of a cell's energy, on arrays whose numbers are next to each other.
 
-    def __init__(self, text: str, idle: bool, single: bool = False) -> None:
+    Several threads share what is done number by number; sums are made by one, so that they do not depend on how many.
+    """
+
+    def __init__(self, text: str, idle: bool, single: bool = False, threads: int = 1) -> None:
         self.ffi, self.lib = _compiled(text, idle, single and not idle)
+        self.threads = threads
 
     def pointers(self, arrays: Sequence[Reals]) -> Any:
         """Return C's array of the addresses of arrays; at least one, which may be NULL."""
@@ -221,21 +230,48 @@ class CellRoutines:
     def filter(self, symbol: Array | Complex | None, x: Complex, y: Spectrum) -> None:
         """Make y = a x, y in double or single precision."""
         made = self.lib.eomgen_field_filter_single if y.dtype == np.complex64 else self.lib.eomgen_field_filter
-        made(x.size, *self._symbol(symbol), self.address(x), self.address(y))
 
-    def residual(self, fields: Sequence[Reals], data: Any) -> None:
+        def part(a: Any, x: Any, y: Any) -> None:
+            made(x.size, *self._symbol(a), self.address(x), self.address(y))
+
+        self._shared(part, symbol, x, y)
+
+    def residual(self, fields: Sequence[Reals], data: Sequence[Array]) -> None:
         """Put the derivatives of the energy of each cell in place of the fields, in double or single precision."""
         single = fields[0].dtype == np.float32
         made = self.lib.eomgen_field_residual_single if single else self.lib.eomgen_field_residual
-        made(fields[0].size, self.pointers(fields), data)
+
+        def part(*arrays: Any) -> None:
+            own, others = arrays[: len(fields)], arrays[len(fields) :]
+            made(own[0].size, self.pointers(own), self.pointers(others))
+
+        self._shared(part, *fields, *data)
 
     def add(
         self, size: float, symbol: Array | Complex | None, x: Spectrum, y: Complex, beside: Complex | None = None
     ) -> None:
         """Add size (beside + conj(a) x) to y; ``beside`` None for 0, x in double or single precision."""
-        turns, address = self._symbol(symbol)
         made = self.lib.eomgen_field_add_single if x.dtype == np.complex64 else self.lib.eomgen_field_add
-        made(x.size, turns, size, address, self.address(x), self.address(beside), self.address(y))
+
+        def part(a: Any, x: Any, beside: Any, y: Any) -> None:
+            turns, address = self._symbol(a)
+            made(x.size, turns, size, address, self.address(x), self.address(beside), self.address(y))
+
+        self._shared(part, symbol, x, beside, y)
+
+    def _shared(self, part: Callable[..., None], *arrays: Reals | Spectrum | None) -> None:
+        """Call a function with arrays of one size, or with the same parts of each in several threads."""
+        size = next(array.size for array in arrays if array is not None)
+        if self.threads == 1 or size < _SHARED:
+            part(*arrays)
+            return
+        flat = [None if array is None else array.reshape(-1) for array in arrays]
+
+        def some(begin: int, end: int) -> None:
+            part(*(None if array is None else array[begin:end] for array in flat))
+
+        length = _MULTIPLE * -(-size // (_MULTIPLE * self.threads))
+        share(some, [(begin, min(begin + length, size)) for begin in range(0, size, length)], self.threads)
 
     def norm(self, x: Complex, even: bool, weight: Array | None = None) -> float:
         """Return the sum over the whole spectrum of weight |x|^2."""

@@ -108,7 +108,7 @@ class FieldPosterior:
         #: The C text.
         single = precision == "single" and not made.idle
         self.source = source(self.energy_of_cell, made, list(self.operators), columns, single)
-        self._routines = CellRoutines(self.source, self.prior_alone, single)
+        self._routines = CellRoutines(self.source, self.prior_alone, single, mesh.threads)
         self._columns = [*self.data.values(), *(np.ascontiguousarray(values) for values in masked.values())]
         self._data = self._routines.pointers(self._columns)
         self._transforms = make_transforms(mesh, transforms, len(self.operators))
@@ -158,7 +158,7 @@ class FieldPosterior:
             return self._energy(spectrum, [])
         fields = self._to_cells(spectrum)
         energy = self._energy(spectrum, fields)
-        self._routines.residual(fields, self._data)
+        self._routines.residual(fields, self._columns)
         to[...] = 0.0
         self._from_cells(self._transforms, 1.0, fields, to, spectrum)
         return energy
@@ -177,7 +177,7 @@ class FieldPosterior:
             self._routines.add(size, None, spectrum, to)
             return
         fields = self._cells_of(by, spectrum)
-        self._routines.residual(fields, self._data)
+        self._routines.residual(fields, self._columns)
         self._from_cells(by, size, fields, to, spectrum)
 
     def gradient(self, spectrum: Complex) -> Complex:

@@ -13,6 +13,7 @@ from eomgen.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.fields import FieldPosterior, Mesh, Sampler, amplitude, difference, follow, mask, white
 from eomgen.integrators.compositions import composition_named
+from eomgen.threads import share
 from tests.fields.density import counted, optimised
 
 __all__ = ["optimised"]
@@ -99,6 +100,31 @@ def test_trajectories_go_back_and_samples_come_again(transforms: str, precision:
     assert np.array_equal(one.cells, again.cells) and np.array_equal(one.energy_errors, again.energy_errors)
     assert one.energy_errors == pytest.approx(other.energy_errors, abs=1e-4 if precision == "single" else 1e-10)
     assert one.power == pytest.approx(other.power, rel=1e-5 if precision == "single" else 1e-10, nan_ok=True)
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_threads_that_share_arrays_give_the_same_bits(precision: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts of whole registers, and a rest: 13 x 20 x 21 cells."""
+    alone = as_asked(three_fields((13, 20, 21)), "scipy", precision)
+    calls = []
+
+    def counting(call: Any, pieces: list[tuple[int, int]], threads: int) -> None:
+        calls.append(pieces)
+        share(call, pieces, threads)
+
+    monkeypatch.setattr("eomgen.fields.cells._SHARED", 1)
+    monkeypatch.setattr("eomgen.fields.cells.share", counting)
+    x = alone.mesh.white(stream())
+    found = []
+    for threads in (1, 3):
+        alone._routines.threads = threads
+        slope = x.copy()
+        alone.add_gradient(0.3, x, slope)
+        alone.drift(0.2, alone.mass(), x, slope)
+        found.append((slope, alone.energy(slope), alone.gradient(slope)))
+    assert all(np.array_equal(one, two) for one, two in zip(*found, strict=True))
+    assert calls[0] == [(0, 1024), (1024, 2048), (2048, 2860)] and len(calls) >= 10
+    assert {pieces[-1][1] for pieces in calls} == {13 * 20 * 11, 13 * 20 * 21}
 
 
 def error_of_single(cells: int) -> Array:
