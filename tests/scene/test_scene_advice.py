@@ -3,11 +3,13 @@ whole."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import eomgen
-from eomgen.scene.load import load_toml, load_urdf
+from eomgen.scene.load import from_data, load_toml, load_urdf
 from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator
 from tests.scene.test_scene_files import PENDULUM, problems, read, replaced
@@ -241,3 +243,26 @@ def test_bodies_of_absolute_coordinates_have_inertia() -> None:
         " or joint coordinates"
     )
     assert read(text='coordinates = "absolute"\n' + PENDULUM).coordinates == "absolute"
+
+
+@pytest.mark.parametrize(
+    ("kind", "initial", "noted"),
+    [
+        ("free", {"position": [0, 0, 60]}, False),
+        ("planar", {"position": [1, 60, 60]}, False),
+        ("planar", {"position": [60, 1, 1]}, True),
+        ("cylindrical", {"position": [60, 1]}, True),
+    ],
+)
+def test_only_angles_of_a_start_may_be_meant_in_degrees(kind: str, initial: dict[str, Any], noted: bool) -> None:
+    joint = {"type": kind, "parent": "base", "child": "body", "initial": initial}
+    axes = {"planar": {"axis": [0, 0, 1]}, "cylindrical": {"axis": [0, 0, 1]}}
+    scene = from_data(
+        {
+            "format": 1,
+            "name": "start",
+            "bodies": {"body": {"mass": 1, "inertia": [1, 1, 1]}},
+            "joints": {"moves": joint | axes.get(kind, {})},
+        }
+    )
+    assert any("starts at 60 rad" in note for note in scene.notes) == noted

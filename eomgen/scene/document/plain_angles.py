@@ -32,7 +32,8 @@ def _of_joints(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
             (f"the joint {name} has its lower limit at", limits.get("lower")),
             (f"the joint {name} has its upper limit at", limits.get("upper")),
         )
-        units = JOINTS[joint["type"]].units
+        # of free and spherical joints a start has no angles: a place in m, and rotations by axis and angle
+        units = tuple(JOINTS[joint["type"]].coordinates.values())
         for what, written in places:
             values = written if isinstance(written, list | tuple) else (written,) * len(units)
             for value, unit in zip(values, units, strict=False):
