@@ -145,11 +145,12 @@ class Map:
         Loops of sums alone over the same references are joined; what their kernels share is computed once.
         """
         alike = self.count == other.count and set(self.gathered) == set(other.gathered)
-        if not alike or any((*loop.gather, *loop.last, *loop.stacked) for loop in (self, other)):
+        if not alike or any((*loop.last, *loop.stacked) for loop in (self, other)):
             return None
         kernel = Tape()
         columns: dict[tuple[float, ...], Ref] = {}
         shared: dict[Ref, Ref] = {}
+        slots: dict[tuple[Ref, ...], Ref] = {}
         sums: list[Ref] = []
         for loop in (self, other):
             bindings: dict[InputSymbol, Ref] = {}
@@ -158,12 +159,15 @@ class Map:
                 bindings[InputSymbol("element", index)] = known
             for index, ref in enumerate(loop.shared):
                 bindings[InputSymbol("shared", index)] = shared.setdefault(ref, kernel.input("shared", len(shared)))
+            for index, slot in enumerate(loop.gather):
+                bindings[InputSymbol("gather", index)] = slots.setdefault(slot, kernel.input("gather", len(slots)))
             sums += splice(kernel, loop.kernel, loop.sums, bindings)
         apart = sum(loop.kernel.counts(loop.sums).statements for loop in (self, other))
         if kernel.counts(sums).statements == apart:
             return None
         labels = dict.fromkeys(label for loop in (self, other) for label in loop.label.split("; ") if label)
-        return Map(kernel, self.count, tuple(columns), tuple(shared), sums=tuple(sums), label="; ".join(labels))
+        both = "; ".join(labels)
+        return Map(kernel, self.count, tuple(columns), tuple(shared), tuple(slots), sums=tuple(sums), label=both)
 
     @staticmethod
     def together(loops: Mapping[int, Map]) -> list[tuple[Map, dict[int, int]]]:

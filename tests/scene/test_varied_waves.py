@@ -15,6 +15,7 @@ from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
+from eomgen.mechanics.derive import derive
 from eomgen.pipeline.controllers import toml_text
 from eomgen.random_processes import WAVES, standard_normals
 from eomgen.scene.formula.parser import read_formula
@@ -198,6 +199,17 @@ def test_generated_loops_do_not_grow_with_the_number_of_variables(tmp_path: Path
         text = (folder / "buoy.c").read_text()
         counts.append((text.count("EG_COS") + text.count("EG_SIN"), text.count("{\n")))
     assert counts[0] == counts[1]
+
+
+def test_quantities_at_one_place_share_their_sines() -> None:
+    """With variables, too: a sine and a cosine more for an elevation, nothing for what is in quadrature."""
+    formula = ["elevation.sea(q.free[4], 0)", *(f"water_velocity.sea(q.free[4], 0, q.free[6])[{k}]" for k in (0, 2))]
+    counts = []
+    for variables in (False, True):
+        data = _data(variables=variables, depth=None, spreading=None) | {"outputs": {"all": {"formula": formula}}}
+        counts.append(derive(from_data(data), ["outputs"]).counts["outputs"].functions)
+    # by wave: elevation with its cosine, then sine, cosine and exponential at the height that it leads to
+    assert counts[1] <= counts[0] + 5
 
 
 def test_heights_of_runs_keep_the_waves_from_breaking() -> None:

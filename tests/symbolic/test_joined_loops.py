@@ -39,6 +39,31 @@ def test_common_operations_are_counted_once_and_the_values_stay() -> None:
     np.testing.assert_array_equal(evaluate(tape, together, {"s": 0.7}), [*alone, *alone])
 
 
+def test_loops_that_gather_the_same_are_joined() -> None:
+    """Whatever the order of their slots; what is not gathered alike stays apart."""
+    tape = Tape()
+    x, y = ([tape.input(block, k) for k in range(3)] for block in "xy")
+
+    def gathering(first: list[Ref], second: list[Ref], op: Op, one: int = 0) -> Map:
+        kernel = Tape()
+        size = kernel.call(op, kernel.mul(kernel.input("element", 0), kernel.input("gather", one)))
+        value = kernel.mul(size, kernel.add(kernel.input("gather", 1 - one), kernel.constant(1.0)))
+        gather = (tuple(first), tuple(second))
+        return Map(kernel, 3, ((0.5, 1.5, 2.5),), gather=gather, sums=(value,), label=op.name.lower())
+
+    loops = [gathering(x, y, Op.COS), gathering(x, y, Op.SIN), gathering(y, x, Op.TAN, one=1)]
+    refs = [add_map(tape, loop).sums[0] for loop in loops]
+    [(joined, starts)] = Map.together(dict(enumerate(loops)))
+    assert starts == {0: 0, 1: 1, 2: 2}
+    assert joined.gather == (tuple(x), tuple(y))
+    assert tape.counts(refs).additions == 3 * (1 + 3), "y + 1 is that of all three"
+    given = {block: np.random.default_rng(1).uniform(-1.0, 1.0, 3) for block in "xy"}
+    alone = evaluate(tape, refs, given)
+    together = [*add_map(tape, joined).sums, *unroll(tape, joined).sums]
+    np.testing.assert_array_equal(evaluate(tape, together, given), [*alone, *alone])
+    assert loops[0].joined(gathering(x, x, Op.SIN)) is None
+
+
 def test_derivatives_of_joined_loops_are_joined() -> None:
     tape = Tape()
     s = tape.input("s")
