@@ -8,7 +8,7 @@ to be run alone, and judged as any run.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -118,6 +118,8 @@ class SideBySide:
     library: LaneLibrary
     columns: Sequence[str]
     places: Mapping[str, tuple[str, int]]
+    #: By the number of rows: times, and what is prescribed at them, of the samples before.
+    _common_before: dict[int, tuple[Array, Prescribed]] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def together(self) -> int:
@@ -299,11 +301,36 @@ class SideBySide:
         ends = (1, 1 + nq, 1 + nq + nv, 1 + nq + 2 * nv, rows.shape[1] - nz, rows.shape[1])
         return States(rows[:, 0], *(_columns_of(rows, ends[k], ends[k + 1]) for k in range(5)))
 
-    def _prescribed(self, states: States, p: Array, inputs: Array | None) -> Prescribed:
-        given = prescribed(self.model, states.t, p, None)
+    def _prescribed(self, states: States, present: Array, inputs: Array | None) -> Prescribed:
+        """Return inputs and the base at states of lanes, with parameters of ``_present`` and inputs (lanes * rows, nu)
+        that are held; once for all lanes where they have them in common."""
+        lanes, own, places = len(present), self.run.parameters, self._read_by_drivers
+        t = states.t.reshape(lanes, -1)
+        if (present[..., places] == own[places]).all() and (t == t[0]).all():
+            of_one = self._in_common(t[0])
+            given = Prescribed(*(None if part is None else np.tile(part, (lanes, 1)) for part in of_one))
+        else:
+            given = prescribed(self.model, states.t, _at_each(present, t.shape[1]), None)
         if inputs is None or given.u is None:
             return given
         return Prescribed(np.where(np.isnan(inputs), given.u, inputs), given.base)
+
+    @cached_property
+    def _read_by_drivers(self) -> list[int]:
+        """Places of the parameters that formulas of inputs and laws of the base mention."""
+        description = self.model.description
+        formulas = [item.formula for item in description.inputs if item.formula is not None]
+        formulas += [law.formula for law in description.laws]
+        read = {symbol.name for formula in formulas for symbol in symbols(formula)}
+        return [place for place, name in enumerate(self.model.parameters) if name in read]
+
+    def _in_common(self, t: Array) -> Prescribed:
+        """Return inputs and the base at times (rows,), at the parameters of the run that all have in common."""
+        known = self._common_before.get(len(t))
+        if known is None or not np.array_equal(known[0], t):
+            known = t.copy(), prescribed(self.model, t, self.run.parameters, None)
+            self._common_before[len(t)] = known
+        return known[1]
 
     def _columns(self, rows: Array, present: Array, inputs: Array | None) -> Array:
         """Return columns (lanes, columns, rows) of rows (lanes, rows, width), with parameters of ``_present`` and
@@ -317,7 +344,7 @@ class SideBySide:
         needed = {self.places[name][0] for name in self.columns}
         given = Prescribed(None, None)
         if any(group.partition(".")[0] in ("output", "energy", "input") for group in needed):
-            given = self._prescribed(states, p, u)
+            given = self._prescribed(states, present, u)
         for kind, prefix in (("outputs", "output."), ("energy", "energy.")):
             if any(group.startswith(prefix) for group in needed):
                 of_model = evaluated(kind, self.model, states, given, p)
@@ -379,8 +406,9 @@ class SideBySide:
             return np.zeros(lanes, dtype=bool)
         chosen = np.unique(np.linspace(0, count - 1, _LOOKED_AT).astype(int))
         states = self._states(rows[:, chosen].reshape(-1, width))
-        p = _at_each(present if present.ndim == 2 else present[:, chosen], len(chosen))
-        energy = evaluated("energy", self.model, states, prescribed(self.model, states.t, p, None), p)
+        looked = present if present.ndim == 2 else present[:, chosen]
+        p = _at_each(looked, len(chosen))
+        energy = evaluated("energy", self.model, states, self._prescribed(states, looked, None), p)
         total, potential, kinetic = (energy[name].reshape(lanes, -1) for name in ("total", "potential", "kinetic"))
         moving = np.ptp(potential, axis=1) + kinetic.max(axis=1)
         gain: NDArray[np.bool_] = (total - total[:, :1]).max(axis=1) > _GAIN * moving

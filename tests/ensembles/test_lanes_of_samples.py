@@ -246,9 +246,10 @@ def pushed(request: pytest.FixtureRequest) -> eomgen.Model:
         {"inputs": {"hold": np.linspace(0.0, 1.0, 51) ** 2}, "record_every": 4},
         {"vary": VARY | {"scale.push": "uniform(0.5, 2)", "hold": "uniform(-1, 1)"}, "t_end": 0.37},
         {"vary": VARY | {"hold": "uniform(-1, 1)"}},
+        {"vary": {"q.hinge": "uniform(-1, 1)", "hold": "uniform(-1, 1)"}},
         {"inputs": {"push": lambda t: np.exp(-t)}, "t_end": 0.504, "record_every": 3},
     ],
-    ids=["function", "table", "laws", "held", "shorter"],
+    ids=["function", "table", "laws", "held", "formulas in common", "shorter"],
 )
 def test_inputs_may_change_with_time(
     pushed: eomgen.Model, lanes: list[object], monkeypatch: pytest.MonkeyPatch, options: dict[str, Any]
@@ -259,6 +260,20 @@ def test_inputs_may_change_with_time(
     monkeypatch.setenv("EOMGEN_LANES", "off")
     same(beside, found(pushed, columns=columns, **options))
     assert beside.deviation("q.hinge")[-1] > 1e-3
+
+
+@pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
+def test_inputs_by_formulas_are_those_of_each_sample(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    pull = {"unit": "N m", "formula": "mass * cos(3 * t)"}
+    scene = {**SCENE, "inputs": {"pull": pull}, "efforts": {"motor": {"joint": "hinge", "effort": "pull"}}}
+    model = eomgen.build(scene, method=method, profile="reproducible")
+    columns = ["q.hinge", "input.pull", "energy.power"]
+    for vary in (VARY, {"q.hinge": VARY["q.hinge"]}):
+        monkeypatch.setenv("EOMGEN_LANES", "auto")
+        beside = found(model, vary=vary, columns=columns)
+        monkeypatch.setenv("EOMGEN_LANES", "off")
+        same(beside, found(model, vary=vary, columns=columns))
+        assert (beside.deviation("input.pull")[-1] > 1e-3) == ("mass" in vary) and "side by side" in beside.how
 
 
 def test_a_law_beyond_all_bounds_fails_alone(pushed: eomgen.Model) -> None:
@@ -282,12 +297,15 @@ def test_bases_and_drives_are_laws_of_each_sample(
     scene["joints"] = {"turn": turn, "hinge": {**SCENE["joints"]["hinge"], "parent": "arm"}}
     model = eomgen.build(scene, method=method, profile="reproducible")
     table = {"shake": [0.05, 0.02, 0.09, 0.07, 0.05], "mass": [1.0, 1.0, 1.0, 1.0, 1.2]}
-    given = {"vary": None, "table": table, "samples": 5}
-    beside = found(model, **given)
+    columns = ["q.hinge", "output.height[0]", "output.height[2]"]
+    given = {"vary": None, "table": table, "samples": 5, "columns": columns}
+    of_masses = {**given, "table": {"mass": table["mass"]}, "columns": ["output.height[0]", "energy.base_power"]}
+    beside, base_in_common = found(model, **given), found(model, **of_masses)
     assert lanes and not any(isinstance(item, str) for item in lanes)
     monkeypatch.setenv("EOMGEN_LANES", "off")
     alone = found(model, **given)
     same(beside, alone)
+    same(base_in_common, found(model, **of_masses))
     assert [item.number for item in alone.failed] == [2] and beside.failed == alone.failed
     assert "jump" in beside.failed[0].reason
     assert beside.deviation("output.height[2]")[-1] > 1e-4
