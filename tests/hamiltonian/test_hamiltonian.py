@@ -408,6 +408,35 @@ def test_python_takes_such_files_by_the_same_verbs(tmp_path: Path) -> None:
         load_hamiltonian(tmp_path / "system.json")
 
 
+def test_definitions_stand_for_their_formulas() -> None:
+    data = changed(
+        definitions={"A_x": "-coupling*y/2", "A_y": "coupling*x/2", "square": "(p_x - A_x)**2 + (p_y - A_y)**2"},
+        hamiltonian={"charge": "square/2", "well": "(x**2 + y**2)/2"},
+        outputs={"speed": "sqrt(square)"},
+    )
+    made: Any = eomgen.build(data, profile="quick")
+    x, y, p_x, p_y, B = 0.3, 0.7, -0.4, 0.9, 2.0
+    square = (p_x + B * y / 2) ** 2 + (p_y - B * x / 2) ** 2
+    assert made.energy([x, y], [p_x, p_y], {"coupling": B}) == pytest.approx((square + x**2 + y**2) / 2, rel=1e-14)
+    run = made.simulate(5.0, 0.1, parameters={"coupling": B})
+    kinetic = run.energy["coupled"]
+    np.testing.assert_allclose(run.outputs["speed"], np.sqrt(2 * kinetic), rtol=1e-12)
+    pairs: Any = {
+        "coordinates": {f"x{i}": {"initial": [float(i), 0.0]} for i in range(3)},
+        "repeat": {
+            "distances": {
+                "indices": {"i": 3, "j": 3},
+                "where": "i < j",
+                "definitions": {"d{i}_{j}": "x{i} - x{j}"},
+                "hamiltonian": {"pair_{i}_{j}": "d{i}_{j}**2 + 1/d{i}_{j}**2"},
+            },
+        },
+        "hamiltonian": {"kinetic": "p_x0**2 + p_x1**2 + p_x2**2"},
+    }
+    document = hamiltonian_from_data({"format": 1, "kind": "hamiltonian", "name": "pairs", **pairs})
+    assert document.separable and [term.dependence for term in document.terms].count("potential") == 6
+
+
 def changed(**changes: Any) -> dict[str, Any]:
     return {**HENON_HEILES, **changes}
 
@@ -434,6 +463,13 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(parameters={"coupling": 1.0, "t": 2.0}), "t is the time"),
         (changed(name="2x"), "is not legal"),
         (changed(format=2), "the format is"),
+        (changed(definitions={"a": "b", "b": "x"}), r"\(definitions.a\): unknown name 'b'"),
+        (changed(definitions={"x": "y"}), r"\(definitions.x\): the name x is given twice"),
+        (changed(definitions={"a": "sqrt("}), r"\(definitions.a\): "),
+        (
+            changed(definitions={f"d{k}": f"d{k - 1} + d{k - 1}*x" if k else "x + y" for k in range(17)}),
+            r"\(definitions.d16\): with its definitions this has 196607 names, and 100000 are taken at most",
+        ),
         (
             {key: item for key, item in HENON_HEILES.items() if key != "format"},
             r"\(format\): the format is missing; try: format = 1",

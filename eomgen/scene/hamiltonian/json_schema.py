@@ -94,6 +94,7 @@ def _sections(*, copies: bool) -> dict[str, Schema]:
     return {
         "parameters": _entries(_parameters(), "numbers that runs may change", copies=copies),
         "coordinates": _entries(coordinate, "coordinates with their momenta", copies=copies),
+        "definitions": _entries(_FORMULA, "names of formulas, each of what stands above it", copies=copies),
         "hamiltonian": terms if copies else {"anyOf": [_FORMULA, terms], "description": "H, or terms whose sum it is"},
         "outputs": _entries(output, "quantities of the state along a run", copies=copies),
     }

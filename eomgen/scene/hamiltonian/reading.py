@@ -12,7 +12,8 @@ from typing import Any
 
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
-from eomgen.formula.nodes import Formula, Operation
+from eomgen.formula.nodes import ZERO, Formula, Operation, Symbol
+from eomgen.scene.formula.namespaces import mapped
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.hamiltonian.document import (
@@ -37,7 +38,9 @@ from eomgen.text import NAME_RULE, is_legal, shown
 #: What there is for systems of fields, for messages.
 OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
 #: Sections whose entries may repeat.
-SECTIONS = ("parameters", "coordinates", "hamiltonian", "outputs")
+SECTIONS = ("parameters", "coordinates", "definitions", "hamiltonian", "outputs")
+#: Names of the state and of parameters in a formula at most, once definitions stand in it.
+_MOST_NAMES = 100_000
 _KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulation")
 _OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
 #: What a sum of terms is cut at.
@@ -90,6 +93,10 @@ def hamiltonian_from_data(
 
 
 class _Reader(Entries):
+    def __init__(self, data: Mapping[str, Any], report: Report) -> None:
+        super().__init__(data, report)
+        self.defined: dict[str, tuple[Formula, int]] = {}
+
     def read(self) -> Hamiltonian | None:
         """Return the system; None where a problem has been reported."""
         data, report = self.data, self.report
@@ -100,8 +107,11 @@ class _Reader(Entries):
             return None
         values = {item.name: item.value for item in parameters}
         states = tuple(state for item in coordinates for state in (item.name, item.momentum))
-        self.check_names([*values, *states])
-        names = Names(parameters=dict.fromkeys(values, True), states=dict.fromkeys(states))
+        self.check_names([*values, *states, *self.section("definitions")])
+        names = Names(
+            parameters=dict.fromkeys(values, True), states=dict.fromkeys((*states, *self.section("definitions")))
+        )
+        self.definitions(states, values)
         momenta = {item.momentum for item in coordinates}
         terms = self.terms(names, momenta)
         outputs = self.outputs(names)
@@ -123,6 +133,37 @@ class _Reader(Entries):
                 {key: item for key, item in data.items() if key != "simulation"}, sort_keys=True, default=str
             ).encode(),
         )
+
+    def formula(self, key: str, text: object, names: Names, scope: Scope) -> Formula | None:
+        """Return a formula in which definitions are what they stand for; None where it is none, which is reported."""
+        return self.expanded(key, super().formula(key, text, names, scope))[0]
+
+    def expanded(self, key: str, formula: Formula | None) -> tuple[Formula | None, int]:
+        """Return a formula with definitions replaced, and how many names are in it then."""
+        count = 0
+
+        def replaced(symbol: Symbol) -> Formula:
+            nonlocal count
+            found, names = self.defined.get(symbol.name, (symbol, 1)) if symbol.kind == "state" else (symbol, 1)
+            count += names
+            return found
+
+        made = mapped(formula, replaced) if formula is not None and "definitions" in self.data else formula
+        if count > _MOST_NAMES:
+            what = f"with its definitions this has {count} names, and {_MOST_NAMES} are taken at most"
+            self.report.add(key, what, "shorter definitions, or terms that repeat")
+            return None, 1
+        return made, count
+
+    def definitions(self, states: Iterable[str], values: Iterable[str]) -> None:
+        """Read definitions, each of what stands above it."""
+        known = dict.fromkeys(states)
+        for name, text in self.section("definitions").items():
+            key = f"definitions.{name}"
+            names = Names(parameters=dict.fromkeys(values, True), states=known)
+            found, count = self.expanded(key, super().formula(key, text, names, _OF_STATES))
+            self.defined[name] = (found or ZERO, max(count, 1))
+            known[name] = None
 
     def hint(self, error: FormulaError) -> str:
         if error.what.startswith("unknown name 'p'"):
@@ -164,7 +205,8 @@ class _Reader(Entries):
         """Report names that are not legal, and what two things are called."""
         seen: set[str] = set()
         for name in names:
-            section = "parameters" if name in self.section("parameters") else "coordinates"
+            of_others = [section for section in ("parameters", "definitions") if name in self.section(section)]
+            section = of_others[-1] if of_others else "coordinates"
             key = f"{section}.{name}" if name in self.section(section) else section
             if not is_legal(name):
                 self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
