@@ -467,6 +467,10 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(definitions={"x": "y"}), r"\(definitions.x\): the name x is given twice"),
         (changed(definitions={"a": "sqrt("}), r"\(definitions.a\): "),
         (
+            changed(definitions={f"d{k}": f"sin(d{k - 1})" if k else "x + y" for k in range(200)}),
+            r"\(definitions.d199\): with its definitions this has 201 levels, and 200 are taken at most",
+        ),
+        (
             changed(definitions={f"d{k}": f"d{k - 1} + d{k - 1}*x" if k else "x + y" for k in range(17)}),
             r"\(definitions.d16\): with its definitions this has 196607 names, and 100000 are taken at most",
         ),

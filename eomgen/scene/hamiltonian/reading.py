@@ -41,6 +41,8 @@ OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
 SECTIONS = ("parameters", "coordinates", "definitions", "hamiltonian", "outputs")
 #: Names of the state and of parameters in a formula at most, once definitions stand in it.
 _MOST_NAMES = 100_000
+#: Levels of brackets in a formula with its definitions at most: what walks formulas calls itself at each.
+_MOST_LEVELS = 200
 _KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulation")
 _OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
 #: What a sum of terms is cut at.
@@ -152,6 +154,10 @@ class _Reader(Entries):
         if count > _MOST_NAMES:
             what = f"with its definitions this has {count} names, and {_MOST_NAMES} are taken at most"
             self.report.add(key, what, "shorter definitions, or terms that repeat")
+            return None, 1
+        if made is not None and "definitions" in self.data and (levels := _levels(made)) > _MOST_LEVELS:
+            what = f"with its definitions this has {levels} levels, and {_MOST_LEVELS} are taken at most"
+            self.report.add(key, what, "definitions that build on fewer others")
             return None, 1
         return made, count
 
@@ -298,6 +304,10 @@ class _Reader(Entries):
             if not used & {item.name, item.momentum}:
                 what = f"neither {item.name} nor {item.momentum} is in H, so both stay as they are"
                 self.report.add(f"coordinates.{item.name}", what, "a term of H with them, or leave it out")
+
+
+def _levels(formula: Formula) -> int:
+    return 1 + max(map(_levels, formula.arguments), default=0) if isinstance(formula, Operation) else 1
 
 
 _START = "{ initial = [0.1, 0.0] }"
