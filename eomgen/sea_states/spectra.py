@@ -186,12 +186,21 @@ class Spreading:
 class DiscreteSpectrum:
     """Wave vectors (n, 2) in rad/m with the variance of elevation of each, (n,) in m^2.
 
-    ``band`` has the lowest and the highest frequency in rad/s: moments of slope and curvature grow with the latter.
+    ``band`` has the lowest and the highest frequency in rad/s: moments of slope and curvature grow with the latter;
+    ``depth`` is that of the water in m.
     """
 
     vectors: Array
     energy: Array
     band: tuple[float, float]
+    depth: float = math.inf
+
+    def check_deep(self, where: str, hint: str) -> None:
+        """Raise UsageError where the waves at the peak feel the bottom: in less water than half of their length."""
+        k = float(np.hypot(*self.vectors[np.argmax(self.energy)]))
+        if k * self.depth < math.pi:
+            what = f"closed forms are of deep water, and waves of {2.0 * math.pi / k:.4g} m feel the bottom at"
+            raise UsageError(Problem(where, f"{what} {self.depth:.6g} m", hint))
 
     @property
     def height(self) -> float:
@@ -266,7 +275,9 @@ def discretized(
         energy *= height**2 / (16.0 * energy.sum())
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
     vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
-    return DiscreteSpectrum(vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), (float(w[0]), float(w[-1])))
+    return DiscreteSpectrum(
+        vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), (float(w[0]), float(w[-1])), depth
+    )
 
 
 def _check_scales(where: str, gravity: float, heading: float, height: float | None) -> None:
@@ -359,4 +370,4 @@ def divided(
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
     vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
     found = np.outer(energy, shares).ravel()
-    return DiscreteSpectrum(vectors.reshape(-1, 2), found, (float(edges[0]), float(edges[-1])))
+    return DiscreteSpectrum(vectors.reshape(-1, 2), found, (float(edges[0]), float(edges[-1])), depth)

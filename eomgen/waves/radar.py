@@ -140,6 +140,7 @@ class Radar:
 
     def velocity_deviation(self, spectrum: DiscreteSpectrum, gravity: float = STANDARD_GRAVITY) -> float:
         """Return the standard deviation of velocities towards the radar in deep water, in m/s."""
+        spectrum.check_deep("Radar.velocity_deviation", "velocities of realisations, by Sea.motion")
         k = np.hypot(*spectrum.vectors.T)
         across = math.sin(self.incidence) * spectrum.vectors[:, 1] / k
         square = spectrum.energy * gravity * k * (across**2 + math.cos(self.incidence) ** 2)
@@ -156,7 +157,7 @@ class Radar:
         Raises
         ------
         UsageError
-            Waves that run across the flight.
+            Waves that run across the flight, or that feel the bottom.
         """
         k, change = self._along_the_flight(spectrum, gravity, "fold_probability")
         variance = float(np.sum(spectrum.energy * (k * change) ** 2))
@@ -225,6 +226,7 @@ class Radar:
         if np.any(np.abs(spectrum.vectors[:, 1]) > 1e-12 * k):
             what = "waves run across the flight; there is a closed form for those along x alone"
             raise UsageError(Problem(f"Radar.{name}", what, "bunching(sea, labels, time), or heading = 0"))
+        spectrum.check_deep(f"Radar.{name}", "bunching(sea, labels, time) of realisations")
         return k, self._change(np.sqrt(gravity * k), np.sign(spectrum.vectors[:, 0]))
 
     def _change(self, w: Array, direction: Array) -> Array:

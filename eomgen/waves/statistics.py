@@ -86,11 +86,12 @@ def statistics_of(spectrum: DiscreteSpectrum) -> SeaStatistics:
     Raises
     ------
     UsageError
-        Several directions.
+        Several directions, or water in which the waves feel the bottom.
     """
     k = np.hypot(*spectrum.vectors.T)
     along = spectrum.vectors @ spectrum.vectors[0] / k[0]
     if np.any(np.abs(along - k) > 1e-12 * k):
         what = "there are closed forms for waves of one direction alone, and these have several"
         raise UsageError(Problem("statistics_of", what, "a spectrum without spreading, or realisations"))
+    spectrum.check_deep("statistics_of", "realisations, and their means")
     return SeaStatistics(k, spectrum.energy)

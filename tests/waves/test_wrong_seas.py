@@ -21,6 +21,7 @@ from eomgen.waves import (
     discretized,
     divided,
     specular_points,
+    statistics_of,
     wave_number,
 )
 
@@ -115,6 +116,12 @@ EDGES = np.linspace(0.0, 100.0, 11)
         (lambda: RADAR.intensity_spectrum(SWELL, 0.0, 10), "intensity_spectrum: length: 0 m is not above 0"),
         (lambda: RADAR.intensity_spectrum(SWELL, 600.0, 0), "intensity_spectrum: count: 0 is not from 1 to"),
         (lambda: RADAR.intensity_spectrum(SWELL, 600.0, 10**6), "1000000 wave numbers need"),
+        (
+            lambda: RADAR.cutoff(discretized(Jonswap(2.0, 10.0), depth=15.0)),
+            "Radar.velocity_deviation: closed forms are of deep water, and waves of 109 m feel the bottom at 15 m",
+        ),
+        (lambda: RADAR.fold_probability(discretized(Jonswap(2.0, 10.0), depth=15.0)), "Radar.fold_probability: closed"),
+        (lambda: statistics_of(divided(Jonswap(2.0, 10.0), 9, depth=15.0)), "statistics_of: closed forms are of deep"),
         (lambda: specular_points(_profile(), math.nan), "specular_points: slope: nan is no finite number"),
         (lambda: wave_number(0.0), "wave_number: frequency: 0 rad/s is not above 0"),
         (lambda: wave_number(1.0, -3.0), "wave_number: depth: -3 m is not above 0; try: math.inf for water without"),
@@ -159,6 +166,11 @@ def _swell() -> Sea:
 
 def _profile() -> Profile:
     return _swell().profile(512, 0.0)
+
+
+def test_water_deeper_than_half_a_wave_has_the_closed_forms() -> None:
+    deep, shelf = (discretized(Jonswap(2.0, 10.0), height=2.0, depth=depth) for depth in (math.inf, 90.0))
+    assert RADAR.cutoff(shelf) == pytest.approx(RADAR.cutoff(deep), rel=0.01)
 
 
 def test_pairs_that_do_not_fit_memory_are_refused_before_they_are_made() -> None:
