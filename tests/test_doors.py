@@ -455,6 +455,7 @@ LATE: dict[str, dict[str, str]] = {
     },
     "results.solution": {"results.animation": "solutions are used without it"},
     "scene.document.units": {"units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.scaling": {"units.conversion": "Pint; studies of other sizes alone change units"},
     "scene.signals.curves": {"units.conversion": "Pint; most scenes have no units of their own"},
     "scene.signals.output_units": {"units.conversion": "Pint; most outputs have the unit of their kind"},
     "units.labels": {"units.conversion": "Pint; most scenes have no units of their own"},

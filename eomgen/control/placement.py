@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import place_poles
 
 from eomgen.arrays import Array
 from eomgen.control.plant import Complex, Plant, first_order
@@ -61,6 +60,8 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
             what = f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times"
             raise UsageError(f"{what}, and {plant.m} actuators place {plant.m} at most", "poles a little apart")
     check_controllable(plant)
+    from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
+
     k, c, b = plant.scaled
     A, B = first_order(k, c), np.vstack([np.zeros_like(b), b])
     try:

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import place_poles
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_call, checked_calls, not_unpacked, unknown_attribute
@@ -245,6 +244,8 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
             )
             raise UsageError(Problem("poles", what, "poles a little apart"))
     check(dynamics, B)
+    from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
+
     balanced, scales = balance(A, permute=False)
     sizes = np.diag(scales)
     rate = dynamics.rate

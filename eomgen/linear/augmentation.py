@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import pade
-from scipy.signal import tf2ss
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
@@ -121,7 +120,7 @@ def shaping_filter(
     if len(top) > len(bottom):
         what = f"the numerator has the degree {len(top) - 1} and the denominator {len(bottom) - 1}"
         raise UsageError(Problem("shaping_filter", what, "a denominator of that degree: a filter that can be built"))
-    A, B, C, D = tf2ss(top if len(top) else [0.0], bottom)
+    A, B, C, D = _states_of(top if len(top) else np.zeros(1), bottom)
     return _filter(A[: len(bottom) - 1, : len(bottom) - 1], B, C, D, input, output, unit, states or output)
 
 
@@ -148,7 +147,7 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
         raise UsageError(Problem("delay", what, f"a time above zero, and an order from 1 to {_LARGEST_ORDER}"))
     series = [(-1.0) ** k / math.factorial(k) for k in range(2 * order + 1)]
     numerator, denominator = (np.asarray(polynomial.coeffs, dtype=float) for polynomial in pade(series, order))
-    A, B, C, D = tf2ss(numerator, denominator)
+    A, B, C, D = _states_of(numerator, denominator)
     return _filter(A / late, B / late, C, D, input, output, unit, output)
 
 
@@ -163,6 +162,14 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     B[0], C[0, -1] = 1.0, 1.0
     line = _filter(A, B, C, np.zeros((1, 1)), input, output, unit, output)
     return replace(line, sample=seconds("sample", sample))
+
+
+def _states_of(numerator: Array, denominator: Array) -> tuple[Array, Array, Array, Array]:
+    """Return A, B, C, D of a transfer function."""
+    from scipy.signal import tf2ss  # noqa: PLC0415  # it takes a second to import
+
+    A, B, C, D = tf2ss(numerator, denominator)
+    return A, B, C, D
 
 
 def _filter(A: Array, B: Array, C: Array, D: Array, input: str, output: str, unit: str, states: str) -> StateSpace:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
 
 from eomgen.arrays import Array
 from eomgen.reliability.quadratic_form import QuadraticForm
@@ -17,10 +16,10 @@ def hermite_projection(response: Response, pairs: int, seed: int) -> QuadraticFo
 
     Averages are over ``pairs`` antithetic pairs of a scrambled Sobol sequence, so odd parts cancel.
     """
+    from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second to import
+
     n = response.size
-    whole = (
-        1 << (pairs - 1).bit_length()
-    )  # the first of a power of 2, of which alone SciPy takes its sequence for balanced
+    whole = 1 << (pairs - 1).bit_length()  # of a power of 2 alone SciPy takes its sequence for balanced
     points = qmc.MultivariateNormalQMC(np.zeros(n), rng=seed).random(whole)[:pairs]
     value, gradient, hessian = 0.0, np.zeros(n), np.zeros((n, n))
     for point in points:

@@ -21,7 +21,6 @@ from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Table, Units, fields_of
 from eomgen.scene.reading.report import Report
-from eomgen.units.conversion import measure
 from eomgen.units.parser import read_unit
 
 Data = Mapping[str, Any]
@@ -174,6 +173,8 @@ class _Scaled:
 
 
 def _powers(unit: str) -> dict[str, float]:
+    from eomgen.units.conversion import measure  # noqa: PLC0415  # pint comes with it
+
     found = measure(read_unit(unit))[1] if unit not in ("", "1", "rad") else {}
     return {name: power for name, power in found.items() if name in UNITS}
 

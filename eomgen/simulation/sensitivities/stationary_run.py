@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from scipy import signal
+from scipy import fft
 
 from eomgen.arrays import Array
 from eomgen.simulation.sensitivities.alpha_run import AlphaPart, AlphaRun
@@ -126,10 +126,13 @@ class StationaryRun:
         found = np.empty((len(self.t), of_record.shape[1], run.size))
         found[0] = of_record.T @ run.record
         found[1:] = np.swapaxes(states, 1, 2) @ run.state
+        count = len(by_parameters)
+        size = fft.next_fast_len(len(multipliers) + count - 1, real=True)
         for row in np.flatnonzero(np.any(by_parameters, axis=(0, 2))):
+            pushes = fft.rfft(by_parameters[:, row], size, axis=0)
             for column in range(of_record.shape[1]):
-                pushed = signal.fftconvolve(multipliers[:, row, column, np.newaxis], by_parameters[:, row], axes=0)
-                found[1:, column] -= pushed[: len(by_parameters)]
+                of_push = fft.rfft(multipliers[:, row, column, np.newaxis], size, axis=0)
+                found[1:, column] -= fft.irfft(of_push * pushes, size, axis=0)[:count]
         return found
 
     @cached_property

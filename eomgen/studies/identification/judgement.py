@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from eomgen.arrays import Array
 from eomgen.errors import EomgenError
@@ -210,12 +210,12 @@ class Judgement:
             )
         if self.given and freedom > 0:
             ratio = float(np.sqrt(squares / freedom))
-            if stats.chi2.sf(squares, freedom) < _DOUBT:
+            if special.chdtrc(freedom, squares) < _DOUBT:
                 notes.append(
                     f"residuals are {ratio:.3g} times the deviations given: the model misses something, or these are"
                     " too small; intervals are too narrow"
                 )
-            elif stats.chi2.cdf(squares, freedom) < _DOUBT:
+            elif special.chdtr(freedom, squares) < _DOUBT:
                 notes.append(f"residuals are {ratio:.3g} times the deviations given, which are too large")
         coloured = [
             one
@@ -251,5 +251,5 @@ def interval(confidence: float, freedom: int, *, given: bool) -> float:
     Student's where it is estimated."""
     level = 0.5 + 0.5 * confidence
     if given:
-        return float(stats.norm.ppf(level))
-    return float(stats.t.ppf(level, freedom)) if freedom > 0 else np.inf
+        return float(special.ndtri(level))
+    return float(special.stdtrit(freedom, level)) if freedom > 0 else np.inf

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
-from scipy import special, stats
+from scipy import special
 
 from eomgen.arrays import Array
 from eomgen.reliability import (
@@ -167,6 +167,10 @@ def of_samples(y: Array, thresholds: Array) -> tuple[Distribution, tuple[float, 
         low = np.where(under > 0, special.betaincinv(under, count - under + 1.0, 0.025), 0.0)
         high = np.where(under < count, special.betaincinv(under + 1.0, count - under, 0.975), 1.0)
     below = under / count
-    shape = (float(stats.skew(y)), float(stats.kurtosis(y))) if np.ptp(y) > 0.0 else (np.nan, np.nan)
-    moments = float(y.mean()), float(y.std()), *shape
+    mean, deviation = float(y.mean()), float(y.std())
+    shape = (np.nan, np.nan)
+    if np.ptp(y) > 0.0:
+        scaled = (y - mean) / deviation
+        shape = float(np.mean(scaled**3)), float(np.mean(scaled**4)) - 3.0
+    moments = mean, deviation, *shape
     return Distribution(below, 1.0 - below, low, high), moments
