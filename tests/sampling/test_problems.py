@@ -74,6 +74,21 @@ def test_counts_of_a_file_are_drawn_about_the_truth() -> None:
     assert other.digest != made.digest
 
 
+def test_memory_counts_what_settings_ask_for() -> None:
+    """Samples that are kept, chains with a gradient each where trajectories begin with kicks, a second precision."""
+    base = {"chains": 2, "warm_up": 6, "samples": 10, "watched": 20, "bins": 3}
+
+    def memory(**more: Any) -> int:
+        return problem(sampling={**base, **more}).memory
+
+    spectrum, field = 16 * 8 * 6 * 3, 8 * MESH.size
+    assert memory(samples=1010) - memory() == 8 * 2 * 1000 * (20 + 3 + 4)
+    assert memory(warm_up=106) - memory() == 8 * 2 * 100 * 4
+    assert memory(chains=3) - memory() == 2 * spectrum + 8 * (10 * 27 + 6 * 4)
+    assert memory() - memory(first="drift") == 3 * spectrum
+    assert memory(precision="single") - memory() == spectrum + field
+
+
 @pytest.mark.parametrize(
     ("entry", "spread"),
     [
