@@ -175,9 +175,12 @@ def draw(table: Costs, burnt: dict[str, list[float]], given: Any, found: FieldSa
     left.set_title(f"{given.mean:g} objects in a cell, mass {given.mass}", loc="left", fontsize="medium")
     names = list(burnt)[::-1]
     colours = [COLOURS.get(name.split(",")[0], "#777777") for name in names]
-    right.barh(names, [burnt[name][0] for name in names], color=colours, alpha=0.8)
+    right.barh(names, [burnt[name][0] for name in names], xerr=[burnt[name][1] for name in names], color=colours,
+               alpha=0.8, capsize=2, error_kw={"linewidth": 0.8})  # fmt: skip
     for place, name in enumerate(names):
-        right.text(burnt[name][0] * 1.05, place, f"{burnt[name][0]:.0f}", va="center", fontsize="small")
+        right.text(
+            (burnt[name][0] + burnt[name][1]) * 1.06, place, f"{burnt[name][0]:.0f}", va="center", fontsize="small"
+        )
     right.set_xscale("log")
     right.margins(x=0.15)
     right.set_xlabel(f"gradients, mean of {CHAINS} chains")
