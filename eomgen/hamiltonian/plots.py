@@ -11,8 +11,8 @@ from eomgen.arrays import Array
 from eomgen.figures import new_figure, saved
 from eomgen.hamiltonian.solution import HamiltonianSolution
 
-#: Curves in one panel, and points of one curve, at most.
-_CURVES, _POINTS = 12, 4000
+#: Curves in one panel, of which each has a colour of its own, and points of one curve, at most.
+_CURVES, _POINTS = 10, 4000
 
 
 def draw(solution: HamiltonianSolution, folder: Path) -> list[Path]:

@@ -107,7 +107,9 @@ def laws_of(scene: Scene) -> Iterator[Law]:
         for axis, formula in enumerate(scene.base.position):
             yield Law(where(key_of("base", "position", axis)), "position of the base", "m", formula)
         for axis, rotation in enumerate(scene.base.rotations):
-            yield Law(where(key_of("base", "rotation", axis, "angle")), "angle of the base", "rad", rotation.angle)
+            number = axis - scene.base.tilts  # of those that are written: what tilts with the water stands before them
+            key = key_of("base", "rotation", number, "angle") if number >= 0 else key_of("base", "follow")
+            yield Law(where(key), "angle of the base", "rad", rotation.angle)
 
 
 def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:

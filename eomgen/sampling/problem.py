@@ -102,6 +102,11 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     for operator in system.operators:
         with _at(system, f"operators.{operator.name}"):
             made.operators[operator.name] = made.operator(operator)
+    for name in system.fields:
+        with _at(system, f"operators.{name}"):
+            if made.operators[name].variance == 0.0:
+                what = f"the field {name} is 0 in all cells, and so are all of its samples"
+                raise ModelError(Problem("operator", what, "a power, a filter or a mask that is not 0 everywhere"))
     truth = None
     if system.truth is not None:
         truth = mesh.white(np.random.Generator(np.random.Philox(system.truth)))

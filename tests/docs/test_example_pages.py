@@ -51,6 +51,20 @@ def test_commands_parse_and_their_files_are_there(name: str) -> None:
         assert context.params["folder"].startswith("out/")
 
 
+def test_commands_of_the_examples_themselves_parse() -> None:
+    """Options that a command needs are there: ``--out``, for one."""
+    seen = 0
+    for path in sorted((ROOT / "examples").glob("*/README.md")):
+        for program, verb, *words in commands(path.read_text(encoding="utf-8")):
+            if program == "python":
+                continue
+            context = verb_named(verb).make_context(verb, list(words))
+            files = [value for key, value in context.params.items() if key in ("scene", "file", "document")]
+            assert files and all((ROOT / file).is_file() for file in files), (path, verb, words)
+            seen += 1
+    assert seen > 10
+
+
 @pytest.mark.parametrize("name", FOLDERS)
 def test_the_measured_part_is_that_of_the_study(name: str) -> None:
     text = text_of(name)

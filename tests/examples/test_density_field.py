@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 import runpy
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.sampling import sample
+from eomgen.sampling import memory_of, sample
 from eomgen.scene.hamiltonian.field_reading import load_fields
 from tests.fields.density import optimised
 from tests.models.cache import shared_cache
@@ -24,6 +25,12 @@ FOLDER = Path(__file__).parents[2] / "examples" / "density_field"
 @pytest.fixture(scope="module")
 def demo() -> dict[str, Any]:
     return runpy.run_path(str(FOLDER / "demo.py"))
+
+
+def test_the_page_says_the_memory_of_the_run() -> None:
+    system = load_fields(FOLDER / "system" / "density_field.toml")
+    said = re.search(r"on one core and at most (\d+) MiB", (FOLDER / "README.md").read_text(encoding="utf-8"))
+    assert said and int(said[1]) == math.ceil(memory_of(system) / 2**20)
 
 
 @pytest.mark.slow

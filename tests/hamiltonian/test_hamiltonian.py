@@ -464,7 +464,20 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(name="2x"), "is not legal"),
         (changed(format=2), "the format is"),
         (changed(definitions={"a": "b", "b": "x"}), r"\(definitions.a\): unknown name 'b'"),
-        (changed(definitions={"x": "y"}), r"\(definitions.x\): the name x is given twice"),
+        (changed(definitions={"x": "y"}), r"\(definitions.x\): the name x is given twice; try: another name$"),
+        (changed(definitions={"sin": "y"}), r"\(definitions.sin\): the name sin is a word of formulas; try: sin_value"),
+        (
+            changed(parameters={"coupling": 1.0, "pi": 3.0}),
+            r"\(parameters.pi\): the name pi is a word of formulas; try: pi_value",
+        ),
+        (
+            changed(
+                coordinates={"pi": {"initial": [0, 1]}, "y": {"initial": [0, 1]}},
+                hamiltonian="p_pi**2 + pi*y",
+                outputs={},
+            ),
+            r"\(coordinates.pi\): the name pi is a word of formulas",
+        ),
         (changed(definitions={"a": "sqrt("}), r"\(definitions.a\): "),
         (
             changed(definitions={f"d{k}": f"sin(d{k - 1})" if k else "x + y" for k in range(200)}),

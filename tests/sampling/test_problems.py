@@ -197,6 +197,12 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"operators__t": {"smoothing": -2.0}}, "operators.t.smoothing): the radius is -2; try: a radius from 0 on"),
         ({"operators__t": {"white": True, "of": "u"}}, "operators.t.of): there is no operator 'u' above this one"),
         ({"operators__k": {"white": True}}, "operators.k): formulas have k of their own"),
+        ({"parameters__pi": 3.0}, "parameters.pi): the name pi is a word of formulas; try: pi_value"),
+        ({"cell__where": {"pi": "3"}}, "cell.where.pi): the name pi is a word of formulas; try: pi_value"),
+        (
+            {"operators__s__where": {"pi": "3"}},
+            "operators.s.where.pi): the name pi is a word of formulas; try: pi_value",
+        ),
         ({"operators__mean": {"white": True}}, "operators.mean): the name mean is given twice, in [parameters] too"),
         ({"parameters__s_variance": 1.0}, "parameters.s_variance): this is the name of the variance of s"),
         ({"prior": {"white": False}}, "prior.white): the state is independent standard normal numbers"),
@@ -215,6 +221,7 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"sampling__sample": 3}, "sampling.sample): the key 'sample' is unknown here; try: samples"),
         # what only numbers tell
         ({"operators__s__power": "100 - 300*k"}, "operators.s): the power is -"),
+        ({"operators__s__power": "0"}, "operators.s): the field s is 0 in all cells, and so are all of its samples"),
         ({"operators__s__power": "1/k"}, "operators.s): the power is nan at k = 0; try: finite values from 0 on"),
         ({"operators__s__power": "1e308"}, "operators.s): the variance of the field s is inf; try: a smaller power"),
         (

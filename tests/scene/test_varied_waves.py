@@ -22,6 +22,7 @@ from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, Names
 from eomgen.scene.load import from_data
 from eomgen.studies import random_vibration
+from eomgen.studies.vibration.inputs import processes_of
 from eomgen.symbolic.calculus.partials import weighted_gradient
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -247,6 +248,14 @@ def test_variables_are_of_spectra_with_random_amplitudes(changes: dict[str, Any]
         from_data(_data(**changes))
 
 
+def test_a_period_that_varies_is_one_problem() -> None:
+    data = _data(spectrum={"type": "jonswap", "height": 3, "period": "Tp"})
+    data["parameters"]["Tp"] = {"value": 9, "tunable": True}
+    with pytest.raises(DescriptionError, match=r"period\): the tunable parameter 'Tp' cannot be used") as caught:
+        from_data(data)
+    assert len(caught.value.problems) == 1
+
+
 def test_names_of_variables_are_no_other_names() -> None:
     data = _data(variables=True)
     data["parameters"]["sea_z3"] = 1.0
@@ -274,6 +283,8 @@ def test_what_of_waves_does_not_vary_says_what_would() -> None:
     ):
         with pytest.raises(UsageError, match=text):
             model.simulate_many(vary={name: "integers(1, 9)"}, samples=2)
+    with pytest.raises(UsageError, match=r"no random process; try: variables = true in \[waves.sea\], where it has a"):
+        processes_of(model)
     varied = eomgen.build(from_data(data))
     with pytest.raises(UsageError, match=r"a seed is a whole number from 0 on"):
         varied.simulate_many(vary={"seed.sea": "uniform(0, 1)"}, samples=2)

@@ -487,6 +487,18 @@ def test_a_base_follows_waves_that_are_there() -> None:
     ]
 
 
+def test_jumps_of_a_base_that_follows_waves_are_said_where_they_stand() -> None:
+    """The rotations of the surface stand before those of the file, and in no list of it."""
+    kinked = {"axis": [0, 0, 1], "angle": "abs(t - 0.5)"}
+    turned = _pendulum_on({"follow": {"waves": "sea"}, "rotation": [kinked]})
+    with pytest.raises(DescriptionError, match=r"\(base.rotation\[0\].angle\): the rate of the angle of the b"):
+        eomgen.derive(from_data(turned))
+    moved = _pendulum_on({"follow": {"waves": "sea"}, "position": ["9 if t > 0.5 else 0", 0, 0]})
+    with pytest.raises(DescriptionError, match=r"\(base.follow\): the angle of the base jumps") as caught:
+        eomgen.derive(from_data(moved))
+    assert "base.rotation" not in str(caught.value)
+
+
 def test_generated_loops_do_not_grow_with_the_number_of_waves(tmp_path: Path) -> None:
     lengths = []
     for count in (8, 80):

@@ -11,10 +11,14 @@ from eomgen.scene.reading.rotations import Rotation
 
 @dataclass(frozen=True)
 class Base:
-    """Prescribed motion of the base: position in world axes and intrinsic rotations, formulas of t and parameters."""
+    """Prescribed motion of the base: position in world axes and intrinsic rotations, formulas of t and parameters.
+
+    ``tilts``: how many of the rotations, the first ones, are those of a surface that it follows.
+    """
 
     position: Vector = ZERO_VECTOR
     rotations: tuple[Rotation, ...] = ()
+    tilts: int = 0
 
 
 @dataclass(frozen=True)

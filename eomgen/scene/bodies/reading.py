@@ -27,13 +27,14 @@ def read_base(base: written.Base | None, values: Values) -> Base | None:
     rotations = values.rotations("base.rotation", base.rotation, TIME)
     for key, formulas in (("base.position", position), ("base.rotation", [rotation.angle for rotation in rotations])):
         check_twice_differentiable(key, formulas, values.report)
+    written_ones = len(rotations)
     if base.follow is not None:
         known, name = values.names.waves, base.follow.waves
         values.mentioned.add(("waves", name))
         if report.check_reference("base.follow.waves", name, known, "wave", values.report):
             position, tilt = _afloat(known[name], position)
             rotations = (*tilt, *rotations) if base.follow.tilt else rotations
-    return Base(position, rotations)
+    return Base(position, rotations, len(rotations) - written_ones)
 
 
 def _afloat(waves: WaveField, position: Vector) -> tuple[Vector, tuple[Rotation, Rotation]]:

@@ -14,6 +14,7 @@ from typing import Any
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula  # ZERO: in the place of what was refused, and is reported
+from eomgen.formula.words import RESERVED
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.hamiltonian.cells import cell_formula
 from eomgen.scene.hamiltonian.document import Parameter
@@ -41,6 +42,8 @@ from eomgen.text import NAME_RULE, is_legal, listed, nearest, shown
 
 #: What there is for Hamiltonian systems of coordinates, for messages.
 OF_COORDINATES = "eomgen simulate, or a [mesh] with cells and length"
+#: Words that formulas read as such, whatever is called so; the time is refused where it is named.
+_WORDS = RESERVED - {"t"}
 _KEYS = (
     "format", "kind", "name", "description", "mesh", "parameters", "operators", "prior", "truth", "data", "cell",
     "mass", "sampling",
@@ -200,6 +203,8 @@ class _FieldReader(Entries):
                 elif name in _own_names():
                     what = f"formulas have {name} of their own"
                     self.report.add(key, what, f"another name than {', '.join(_own_names())}")
+                elif name in _WORDS:
+                    self.report.add(key, f"the name {name} is a word of formulas", f"{name}_value")
                 elif name in seen:
                     self.report.add(key, f"the name {name} is given twice, in {seen[name]} too", "another name")
                 seen.setdefault(name, f"[{section}]")
@@ -306,6 +311,8 @@ class _FieldReader(Entries):
         for name, text in entry.items():
             if not is_legal(name) or name in (*_own_names(), *(item.name for item in self.known)):
                 self.report.add(f"{key}.{name}", f"the name {shown(name)} cannot be taken here", NAME_RULE)
+            elif name in _WORDS:
+                self.report.add(f"{key}.{name}", f"the name {name} is a word of formulas", f"{name}_value")
             found = self.formula(f"{key}.{name}", text, self.names(own, [one for one, _ in made]), _WAVES)
             if found is not None:
                 made.append((name, found))
@@ -421,6 +428,8 @@ class _FieldReader(Entries):
             label = name.removeprefix("where.")
             if name != "energy" and (not is_legal(label) or label in known):
                 self.report.add(key, f"the name {shown(label)} is taken, or not legal", NAME_RULE)
+            elif name != "energy" and label in _WORDS:
+                self.report.add(key, f"the name {label} is a word of formulas", f"{label}_value")
             if text:
                 try:
                     formula = cell_formula(self.report.where(key), text, known)

@@ -13,6 +13,7 @@ from typing import Any
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import ZERO, Formula, Operation, Symbol
+from eomgen.formula.words import RESERVED
 from eomgen.scene.formula.namespaces import mapped
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
@@ -218,10 +219,11 @@ class _Reader(Entries):
                 self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
             elif name == "t":
                 self.report.add(key, "t is the time, of which H does not depend", "another name")
+            elif name in RESERVED:  # formulas would read the word, and what is called so would change nothing
+                self.report.add(key, f"the name {name} is a word of formulas", f"{name}_value")
             elif name in seen:
-                self.report.add(
-                    key, f"the name {name} is given twice", 'momentum = "..." in a coordinate names its own'
-                )
+                hint = 'momentum = "..." in a coordinate names its own' if not of_others else "another name"
+                self.report.add(key, f"the name {name} is given twice", hint)
             seen.add(name)
 
     def terms(self, names: Names, momenta: set[str]) -> list[Term]:

@@ -264,7 +264,7 @@ def _spectrum(
         value = getattr(entry, word)
         if value is not None:
             number[word] = values.constant(f"{key}.{word}", value)
-            if not number[word] > 0.0:
+            if number[word] <= 0.0:  # what is not a number was reported
                 report.add(
                     f"{key}.{word}", f"the {word} {number[word]:.6g} is not positive", _EXAMPLES.get(word, "3.3")
                 )

@@ -61,6 +61,8 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
             variables += names
     if not variables:
         hint = '[random.force] type = "squared_exponential", correlation_time = "1 s", and force in a formula'
+        if seas := [waves.name for waves in model.description.waves]:
+            hint = f"variables = true in [waves.{seas[0]}], where it has a spectrum"
         raise UsageError(Problem(model.name, "the scene has no random process", hint))
     return tuple(found), variables
 
