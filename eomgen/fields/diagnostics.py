@@ -33,6 +33,12 @@ def split_r_hat(chains: ArrayLike) -> Array:
         return np.asarray(np.sqrt((half - 1) / half + between / within))
 
 
+def largest(values: Array) -> float:
+    """Return the largest of numbers, those that are none left out; NaN where all are, as of chains that stand still."""
+    numbers = values[~np.isnan(values)]
+    return float(numbers.max()) if numbers.size else float("nan")
+
+
 def autocorrelation_time(chains: ArrayLike) -> Array:
     """Return the integrated autocorrelation time 1 + 2 sum of the autocorrelation, in samples, with the smallest window
     of lags that is five times itself (Sokal), at least five; autocorrelations are averaged over chains before.

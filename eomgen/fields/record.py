@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.fields.diagnostics import autocorrelation_error, autocorrelation_time, split_r_hat
+from eomgen.fields.diagnostics import autocorrelation_error, autocorrelation_time, largest, split_r_hat
 from eomgen.fields.mesh import Complex, Mesh
 
 
@@ -56,7 +56,8 @@ class Samples:
     def mean_weight(self) -> tuple[float, float]:
         """Mean of exp(-dH), and its standard error: 1 at stationarity, whatever the step."""
         weights = np.exp(-np.maximum(self.energy_errors, -700.0)).ravel()
-        return float(weights.mean()), float(weights.std(ddof=1) / math.sqrt(weights.size))
+        with np.errstate(over="ignore"):  # of an energy without a lower bound
+            return float(weights.mean()), float(weights.std(ddof=1) / math.sqrt(weights.size))
 
     @property
     def expected_acceptance(self) -> float:
@@ -66,7 +67,7 @@ class Samples:
     @property
     def r_hat(self) -> float:
         """Largest split R-hat of the cells and bins of k that are watched."""
-        return float(np.nanmax(np.concatenate([split_r_hat(self.cells), split_r_hat(self.power)])))
+        return largest(np.concatenate([split_r_hat(self.cells), split_r_hat(self.power)]))
 
     @property
     def autocorrelation(self) -> tuple[float, float]:
@@ -75,7 +76,7 @@ class Samples:
         The worst is the largest of as many estimates as there are bins, so where bins are alike it comes out one or two
         of their ``autocorrelation_error`` above them.
         """
-        return float(np.mean(autocorrelation_time(self.cells))), float(np.nanmax(autocorrelation_time(self.power)))
+        return float(np.mean(autocorrelation_time(self.cells))), largest(autocorrelation_time(self.power))
 
     @property
     def autocorrelation_error(self) -> float:

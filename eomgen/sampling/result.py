@@ -119,7 +119,7 @@ class FieldSamples:
     @property
     def doubt(self) -> str:
         """What is said of chains that do not agree; nothing where they do, or are too short to tell."""
-        worst = float(np.nanmax(self.r_hats())) if self.count >= DOUBTED else 0.0
+        worst = _quantile(self.r_hats(), 1.0) if self.count >= DOUBTED else 0.0
         if not worst > DOUBTFUL:
             return ""
         hint = "more samples, a longer duration, or another mass"
@@ -198,7 +198,7 @@ class FieldSamples:
                 "acceptance": samples.acceptance,
                 "expected_acceptance": samples.expected_acceptance,
                 "mean_energy_error": samples.mean_energy_error,
-                "half_variance_of_energy_errors": float(errors.var()) / 2.0,
+                "half_variance_of_energy_errors": float(errors.var()) / 2.0 if np.isfinite(errors).all() else math.nan,
                 "mean_weight": samples.mean_weight[0] if errors.size > 1 else math.nan,
                 "mean_weight_error": samples.mean_weight[1] if errors.size > 1 else math.nan,
                 "gradients_per_trajectory": float(np.mean(samples.gradients)),
@@ -208,8 +208,8 @@ class FieldSamples:
             each = samples.gradients_per_sample
             r_hats = self.r_hats()
             found |= {
-                "r_hat_of_cells": float(np.nanmax(r_hats)),
-                "r_hat_of_cells_at_99_percent": float(np.nanquantile(r_hats, 0.99)),
+                "r_hat_of_cells": _quantile(r_hats, 1.0),
+                "r_hat_of_cells_at_99_percent": _quantile(r_hats, 0.99),
                 "r_hat_of_scales": max((scale.r_hat for scale in self.scales()), default=math.nan),
                 "autocorrelation_of_cells": cells,
                 "autocorrelation_of_worst_scale": worst,
@@ -262,3 +262,10 @@ class FieldSamples:
         write_table(files[2], columns, table)
         write_text(files[3], json_text(summary) + "\n")
         return files
+
+
+def _quantile(values: Array, share: float) -> float:
+    """Return a quantile of the values that are numbers; NaN where none is, as of chains that stand still."""
+    numbers = values[~np.isnan(values)]
+    with np.errstate(invalid="ignore"):  # between two that are infinite
+        return float(np.quantile(numbers, share)) if numbers.size else math.nan

@@ -463,7 +463,7 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(parameters={"coupling": 1.0, "t": 2.0}), "t is the time"),
         (changed(name="2x"), "is not legal"),
         (changed(format=2), "the format is"),
-        (changed(definitions={"a": "b", "b": "x"}), r"\(definitions.a\): unknown name 'b'"),
+        (changed(definitions={"a": "b", "b": "x"}), r"\(definitions.a\): unknown name 'b' .*; try: b above this"),
         (changed(definitions={"x": "y"}), r"\(definitions.x\): the name x is given twice; try: another name$"),
         (changed(definitions={"sin": "y"}), r"\(definitions.sin\): the name sin is a word of formulas; try: sin_value"),
         (

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import tracemalloc
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -300,6 +302,20 @@ def test_a_run_says_what_was_not_as_asked() -> None:
     assert 0 < count < 120
     assert f"; {count} of 120 trajectories ended where the energy is not finite, and were rejected; try" in lost.message
     assert sample(changed()).message.endswith("of warm-up")
+
+
+def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
+    """Where no trajectory ends at a finite energy: the message says it, and nothing of NumPy stands beside it."""
+    falling = changed(cell={"energy": "-s**4"}, data=None, truth=None)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        lost = sample(falling, start="prior", warm_up=10, samples=60, folder=tmp_path)
+        told = lost.to_dict()
+        lost.save(tmp_path)
+    assert "trajectories ended where the energy is not finite, and were rejected" in lost.message
+    assert told["acceptance"] == 0.0 and math.isnan(told["half_variance_of_energy_errors"])
+    assert math.isnan(told["r_hat_of_cells"]) and math.isnan(told["r_hat_of_cells_at_99_percent"])
+    assert not lost.message.endswith("nan in a cell")
 
 
 def test_chains_that_do_not_agree_are_said_to() -> None:
