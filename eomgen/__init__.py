@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from eomgen.version import __version__
 
 if TYPE_CHECKING:
-    from eomgen import control, spectra, waves
+    from eomgen import control, fields, sampling, spectra, waves
     from eomgen.errors import (
         DescriptionError,
         EomgenError,
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 #: Rooms that callers use as they are.
-_ROOMS = ("control", "spectra", "waves")
+_ROOMS = ("control", "fields", "sampling", "spectra", "waves")
 _HOMES = {
     **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline.pipeline"),
     "Model": "eomgen.model",
@@ -98,10 +98,12 @@ __all__ = [
     "control",
     "derive",
     "extremes",
+    "fields",
     "generate",
     "identify",
     "load",
     "random_vibration",
+    "sampling",
     "savings",
     "spectra",
     "tradeoff",

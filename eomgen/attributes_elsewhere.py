@@ -27,7 +27,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("time", "times"), "t"),
         **dict.fromkeys(("x", "y", "state", "data"), "q and p, or columns(), by name"),
         **dict.fromkeys(("H", "E", "hamiltonian"), 'energy["total"]'),
-        **dict.fromkeys(("plot", "draw"), "eomgen simulate FILE --out DIR, which draws; columns() gives what to draw"),
+        **dict.fromkeys(("plot", "draw"), "columns(), what to draw; eomgen simulate FILE --out DIR draws it"),
         **dict.fromkeys(("to_csv", "to_file", "write"), _CSV),
         **dict.fromkeys(("errors", "error"), "error_estimate, of the motion, or energy_error"),
         **dict.fromkeys(("nfev", "steps"), 'stats["gradients"] or stats["steps"]'),

@@ -159,6 +159,15 @@ def test_friction_that_is_asked_for_and_not_there_is_noted(tmp_path: Path) -> No
     assert note not in eomgen.load(tmp_path / "r.urdf").notes
 
 
+OSCILLATOR = {
+    "format": 1,
+    "kind": "hamiltonian",
+    "name": "oscillator",
+    "hamiltonian": "p_x**2 / 2 + x**2 / 2",
+    "coordinates": {"x": {"initial": [0.1, 0.0]}},
+}
+
+
 def of_each_kind() -> dict[str, Any]:
     """Return an object of each class whose attributes have other names elsewhere."""
     model = arm()
@@ -166,7 +175,9 @@ def of_each_kind() -> dict[str, Any]:
     space = linear.state_space()
     regulator = Regulator(space, np.zeros((len(space.inputs), len(space.states))))
     run, simulator, builder = model.simulate(0.01, 1e-3), model.start(step=1e-3), eomgen.SceneBuilder("arm")
-    things = (model, run, simulator, linear, linear.modes(), space, regulator, builder)
+    oscillator = eomgen.build(OSCILLATOR)
+    things = (model, run, simulator, linear, linear.modes(), space, regulator, builder, oscillator)
+    things = (*things, oscillator.simulate(0.01, 1e-3))
     return {"": eomgen, **{type(thing).__name__: thing for thing in things}}
 
 

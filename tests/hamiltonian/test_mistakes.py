@@ -38,7 +38,7 @@ __all__ = ["shared_cache"]
         (lambda m: m.energy("a", "b"), "henon_heiles.hamiltonian: 'a' is no array of numbers"),
         (lambda m: m.run(), r"a HamiltonianModel has no 'run'; try: simulate\(t_end"),
         (lambda m: m.grad, r"try: gradient\(q, p\), which gives dH/dq and dH/dp"),
-        (lambda m: m.simulate(1.0).plot(), "a HamiltonianSolution has no 'plot'; try: eomgen simulate"),
+        (lambda m: m.simulate(1.0).plot(), "a HamiltonianSolution has no 'plot'; try: columns"),
         (lambda m: m.simulate(1.0).outputs["momentum"], "there is no output 'momentum'; try: angular_momentum"),
         (lambda m: m.simulate(1.0).energy["H"], "there is no part of H 'H'"),
         (lambda m: [*m.simulate(1.0)], "is one object, and not several to be unpacked; try: run = model"),
