@@ -135,8 +135,14 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
 def processes(count: int) -> Any:
     """Return a cluster of so many processes of this machine, each with one thread. Needs ``distributed``."""
     distributed, settings = importlib.import_module("distributed"), importlib.import_module("dask").config
-    changed = {_SPAWNED_WITH: {**settings.get(_SPAWNED_WITH, {}), **_ALLOCATION}, **_QUIET}
-    with settings.set(changed):
+    standard: dict[str, Any] = settings.get(_SPAWNED_WITH, {})
+    for name, number in _ALLOCATION.items():
+        by_dask = str(standard.get(name, ""))
+        if (
+            os.environ.get(name, by_dask) == by_dask
+        ):  # clusters leave theirs in this process, which goes before settings
+            os.environ[name] = str(number)
+    with settings.set({_SPAWNED_WITH: {**standard, **_ALLOCATION}, **_QUIET}):
         return distributed.LocalCluster(
             n_workers=count,
             threads_per_worker=1,
