@@ -13,8 +13,6 @@ from tests.fields.density import counted
 
 @pytest.mark.parametrize("transforms", ["scipy", "fftw"])
 def test_a_gradient_makes_no_arrays_but_those_of_its_transforms(transforms: str) -> None:
-    if transforms == "fftw":
-        pytest.importorskip("pyfftw")
     made, truth = counted(16, 0.04)
     posterior = FieldPosterior(made.mesh, made.energy_of_cell, made.operators, made.data, transforms=transforms)
     slope = np.zeros(posterior.mesh.half, complex)

@@ -18,7 +18,6 @@ from tests.fields.density import counted, optimised
 
 __all__ = ["optimised"]
 
-pytest.importorskip("pyfftw")
 KINDS = [("scipy", "single"), ("fftw", "double"), ("fftw", "single")]
 
 

@@ -84,3 +84,7 @@ def test_the_command_prints_it(capsys: pytest.CaptureFixture[str]) -> None:
     for kind, schema in (("hamiltonian", COORDINATES), ("fields", FIELDS)):
         assert main(["schema", "--kind", kind]) == 0
         assert json.loads(capsys.readouterr().out) == schema
+
+
+def test_a_section_that_is_read_is_in_the_schema() -> None:
+    assert set(reading.SECTIONS) <= set(COORDINATES["properties"])

@@ -77,7 +77,6 @@ def test_a_run_that_is_interrupted_goes_on_to_the_same_bits(at: int, tmp_path: P
 
 
 def test_a_run_by_fftw_in_single_precision_goes_on_to_the_same_bits(tmp_path: Path) -> None:
-    pytest.importorskip("pyfftw")
     data = changed(sampling={"chains": 2, "warm_up": 6, "samples": 10, "watched": 20, "bins": 3, "transforms": "fftw"})
     whole = sample(data, precision="single")
     part = sample(data, precision="single", folder=tmp_path, progress=press_at(17))
@@ -156,8 +155,6 @@ def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
     ],
 )
 def test_a_run_takes_no_more_memory_than_it_says(start: str, transforms: str, precision: str) -> None:
-    if transforms == "fftw":
-        pytest.importorskip("pyfftw")
     data = changed(mesh={"cells": [32, 32, 32], "length": 160.0})
     sample(changed())  # what is imported and compiled does not count
     tracemalloc.start()

@@ -9,7 +9,6 @@ from typing import Any
 from eomgen.scene.hamiltonian.document import Run
 from eomgen.scene.hamiltonian.entries import KIND
 from eomgen.scene.hamiltonian.fields import DATA_KINDS, OPERATOR_KINDS, Chains
-from eomgen.scene.hamiltonian.reading import SECTIONS
 
 Schema = dict[str, Any]
 _LEGAL = "^[A-Za-z_][A-Za-z0-9_]{0,63}$"
@@ -102,7 +101,6 @@ def _sections(*, copies: bool) -> dict[str, Schema]:
 
 def _of_coordinates() -> Schema:
     sections = _sections(copies=False)
-    assert set(sections) == set(SECTIONS)
     ranges: Schema = {"type": "object", "description": "i = 3, from 0 on, or i = [1, 3]: the first and the last"}
     repeat = _table(
         {"indices": ranges, "where": _text("a condition of indices"), **_sections(copies=True)},
