@@ -330,7 +330,8 @@ ORDER: dict[str, tuple[str, ...]] = {
     ),
     "simulation": (
         "stepping",
-        "accuracy judgement",
+        "accuracy",
+        "judgement",
         "automatic_method checkpoint motions option_types row_times run_metadata simulator_state timing",
         "run_model",
         "outcome recorded_motion side_by_side",

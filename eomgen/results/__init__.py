@@ -5,6 +5,7 @@ __all__ = [
     "dense_output",
     "error_estimate",
     "events",
+    "finding",
     "largest_section_loads",
     "linear_files",
     "plots",

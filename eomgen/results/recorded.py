@@ -8,6 +8,7 @@ from typing import Any, Protocol
 from eomgen.arrays import Array
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
+from eomgen.results.finding import Finding
 
 
 class EvaluatedLater(Protocol):
@@ -19,6 +20,8 @@ class EvaluatedLater(Protocol):
     def energy(self) -> Mapping[str, Array]: ...
     @property
     def stats(self) -> Mapping[str, Any]: ...
+    @property
+    def findings(self) -> tuple[Finding, ...]: ...
     @property
     def message(self) -> str: ...
     @property

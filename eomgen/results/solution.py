@@ -22,6 +22,7 @@ from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.display import html
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import NO_EVENTS, Events
+from eomgen.results.finding import Finding
 from eomgen.results.other_formats import to_pandas, to_xarray, write_matlab, write_parquet
 from eomgen.results.plots import plot
 from eomgen.results.recorded import EvaluatedLater
@@ -46,7 +47,7 @@ _LATER = {
     "energy": "energy",
     "stats": "statistic",
     "metadata": "entry",
-    **dict.fromkeys(("message", "success", "error")),
+    **dict.fromkeys(("findings", "message", "success", "error")),
 }
 
 
@@ -85,8 +86,8 @@ class ModelOfRun(Protocol):
 class Solution:
     """States, outputs and energies at the recorded times.
 
-    Outputs, energies, the judgement of the run (``success``, ``message``) and the error estimate of a run of
-    ``simulate`` are evaluated when they are first asked for.
+    Outputs, energies, the judgement of the run (``findings``, ``success``, ``message``) and the error estimate of a run
+    of ``simulate`` are evaluated when they are first asked for.
 
     Attributes
     ----------
@@ -99,7 +100,8 @@ class Solution:
     energy : ``kinetic``, ``potential``, ``total`` (J), ``power``, ``base_power`` (W) -> (nt,); empty without the term
     stats : counts of the stepper, wall time in s, ``energy_error``: how far energies are out of balance, where it is
         known
-    success : False when the run ended before its time; ``message`` says why, where, and what to try
+    findings : results of the checks of the run, worded in ``message``; ``docs/python.md`` lists the checks
+    success : whether no finding is a failure; ``message`` gives reason, time and remedy
     metadata : scene, version, method, step, parameters, names and units of components
     model : the model with the run's inputs and parameters; None where it is not at hand, see ``Model.attach``
     error : estimated discretisation error of states, multipliers and outputs
@@ -117,6 +119,7 @@ class Solution:
     stats: Mapping[str, Any] = field(default_factory=dict)
     message: str = field(default_factory=str)  # factories, so that the class has no attribute in the way of _LATER
     success: bool = field(default_factory=lambda: True)
+    findings: tuple[Finding, ...] = field(default_factory=tuple)
     interrupted: bool = False
     metadata: Mapping[str, Any] = field(default_factory=dict)
     model: ModelOfRun | None = None

@@ -15,6 +15,7 @@ from eomgen.files import read_arrays, write_arrays, write_table
 from eomgen.results.columns import STATES
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import NO_EVENTS, events_from
+from eomgen.results.finding import Finding
 from eomgen.results.recorded import Recorded
 from eomgen.results.scenery import PosesAndScenery
 
@@ -40,6 +41,7 @@ def write_all(solution: Kept, seen: PosesAndScenery | None, loads: Mapping[str, 
     for group, named in zip(_GROUPS, groups, strict=True):
         arrays |= {f"{group}.{name}": array for name, array in named.items()}
     outcome = {name: getattr(solution, name) for name in _OUTCOME} | {"stats": dict(solution.stats)}
+    outcome["findings"] = [finding.described() for finding in solution.findings]
     scenery = {"scenery": seen.scenery} if seen else {}
     write_arrays(path, arrays, {**solution.metadata, **outcome, **scenery, "error": solution.error.described()})
 
@@ -73,6 +75,7 @@ def read_all(
     try:
         attributes = {name: metadata.pop(name) for name in _OUTCOME}
         states: dict[str, Any] = {name: plain[name] for name in ("t", *STATES)}
+        attributes["findings"] = tuple(map(Finding.from_data, metadata.pop("findings", ())))
         events = events_from(metadata["events"], groups["events"]) if "events" in metadata else NO_EVENTS
     except KeyError as error:
         raise FileError(Problem(str(path), f"{no_solution}: {error.args[0]} is missing")) from None

@@ -170,7 +170,7 @@ class CheckpointWriter:
             try:
                 self.write(stepper, done)
             except FileError as error:
-                self.problem = f"; no checkpoint was written after {max(self._last, 0)} steps: {error.problems[0]}"
+                self.problem = f"no checkpoint was written after {max(self._last, 0)} steps: {error.problems[0]}"
 
     def write(self, stepper: Stepper, done: int) -> None:
         """Write a checkpoint. Raises FileError."""

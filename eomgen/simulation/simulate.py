@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from functools import partial
 from typing import Any
@@ -24,10 +24,10 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
-from eomgen.simulation.judgement.warnings import overridden_starts
+from eomgen.simulation.judgement.finished_run import Beginning
 from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
-from eomgen.simulation.outcome import Beginning, Outcome
+from eomgen.simulation.outcome import Outcome
 from eomgen.simulation.stepping.chunks import Trajectory, run_chunks
 from eomgen.simulation.stepping.controllers import Controller, read_controllers
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, check_held, read_signals
@@ -106,7 +106,7 @@ def simulate(
         changed = bool(initial) or parameters is not None
         state, corrections, doubts = start_of(made(), initial, equilibrium_start=at_rest, changed=changed)
     run = made(list(corrections), begun)
-    overridden = overridden_starts(corrections) if initial else []
+    overridden = _overridden(corrections) if initial else []
     turned = angles_of_several_turns(model, initial) if initial else []
     beginning = Beginning(state, at_rest, [*doubts, *overridden], choice, turned)
     began = time.perf_counter()
@@ -150,6 +150,15 @@ def _stepped(
     if writer is not None:
         writer.write(stepper, 0)  # a path without write access is reported before the run, not after it
     return run_chunks(stepper, grid, min(run.every, grid.steps + 1), driven, progress, writer)
+
+
+def _overridden(corrections: Sequence[str]) -> list[str]:
+    """Return one sentence for each initial value that a drive overrides."""
+    return [
+        f"{text}: its drive prescribes it, and the initial value is not taken"
+        for text in corrections
+        if ": driven " in text
+    ]
 
 
 def _listed(settings: Mapping[str, float]) -> str:

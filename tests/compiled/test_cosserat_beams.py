@@ -116,7 +116,8 @@ def turned_by(angles: Any) -> str:
         evaluate=lambda _, q, **__: {"pose": pose[q[:, 0]]},
     )
     t = np.linspace(0.0, 1.0, len(half))
-    return turned_elements(cast("Any", model), t, np.arange(len(half))[:, np.newaxis], np.zeros(0))
+    found = turned_elements(cast("Any", model), t, np.arange(len(half))[:, np.newaxis], np.zeros(0))
+    return "" if found is None else str(found)
 
 
 def test_an_element_that_turns_by_more_than_half_a_turn_is_named() -> None:

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.simulation.judgement.energy_balance import Balance, energy_balance
-from eomgen.simulation.judgement.warnings import run_warnings
+from eomgen.simulation.judgement.energy_balance import REPORTED, energy_balance
 from tests.models.scenes import pendulum
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -47,10 +46,6 @@ def test_an_error_that_may_be_a_tenth_is_said() -> None:
 
 
 def test_halved_steps_are_told() -> None:
-    assert (
-        run_warnings({"halvings": 1}, Balance(None), 1e-2)
-        == "the step was halved 1 time; try: a step smaller than 0.01 s"
-    )
     model = eomgen.build(swing(), profile="quick")
     solution = model.simulate(10.0, 0.2, settings={"max_iterations": 4, "max_halvings": 8})
     assert solution.success and solution.stats["halvings"] > 0
@@ -78,9 +73,8 @@ def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:
     assert str(energy_balance(t[::400], three)).startswith("not known: 3 rows")
     assert energy_balance(t[::250], few, conservative=True).error > 0.1  # no work can be between the rows
     assert str(energy_balance(t, {})) == "not known: the model was built without the term energy"
-    assert "out of balance by 42.9 %" in run_warnings({}, off, 1e-2)
-    assert run_warnings({}, energy_balance(t, energies(0.002)), 1e-2) == ""
-    assert "out of balance by 1.28 %" in run_warnings({}, energy_balance(t, energies(0.003)), 1e-2)
+    shares = [energy_balance(t, energies(drift)).error for drift in (0.002, 0.003)]
+    assert shares[0] < REPORTED < shares[1] and shares[1] == pytest.approx(0.0128, rel=0.01)
     # of force 100 on a mass of 1, between two rows: the rows know nothing of its work
     pulse = (t > 0.5021) & (t < 0.5073)
     speed = 0.52 * (t >= 0.5073)

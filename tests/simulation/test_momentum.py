@@ -25,9 +25,8 @@ def tumbling(gravity: float = 0.0) -> eomgen.Model:
 def part(model: eomgen.Model, run: eomgen.Solution) -> float:
     """Return the drift of a run as a part of the momenta at work."""
     said = momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array())
-    found = re.search(r", which nothing changes, drifts by (\S+) % of the momenta at work$", said)
-    assert found is not None
-    return 0.01 * float(found[1])
+    assert said is not None
+    return said.share
 
 
 def test_drift_is_told_and_a_fine_run_keeps_all() -> None:
@@ -70,9 +69,8 @@ def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch:
     for step in (0.02, 0.01):
         run = model.simulate(1.0, step)
         said = momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array(), None, run.multipliers)
-        found = re.search(r"drifts by (\S+) %", said)
-        assert found is not None
-        drifts.append(float(found[1]))
+        assert said is not None
+        drifts.append(said.share)
     assert 3.0 < drifts[0] / drifts[1] < 5.0  # of order 2
 
 
@@ -83,7 +81,7 @@ def test_a_constraint_to_the_base_leaves_the_momentum_about_the_axis_through_it(
     model = two_bodies("pinned")
     run = model.simulate(2.0, 0.02)
     said = momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array(), None, run.multipliers)
-    assert said.startswith("the angular momentum about z, which nothing changes, drifts by ")
+    assert said is not None and said.name == "angular momentum about z"
 
 
 def test_what_forces_change_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -92,9 +90,8 @@ def test_what_forces_change_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) ->
     falling = tumbling(9.81)
     assert part(falling, falling.simulate(1.0, 0.01, method="rk4")) < 1e-6
     swinging = pendulum().simulate(0.1, 1e-3)
-    assert (
-        momentum_drift(pendulum(), (swinging.t, swinging.q, swinging.v, swinging.z), pendulum().parameter_array()) == ""
-    )
+    states = swinging.t, swinging.q, swinging.v, swinging.z
+    assert momentum_drift(pendulum(), states, pendulum().parameter_array()) is None
 
 
 def test_what_rounding_leaves_of_a_momentum_that_is_none_is_not_drift() -> None:

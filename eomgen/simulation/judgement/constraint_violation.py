@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -20,11 +21,18 @@ _MOST_ROWS = 1000
 
 
 class Violation(NamedTuple):
-    """A violation of a holonomic row: its share of the size of the machine, or rad, and a sentence with row, size and
-    time."""
+    """A violation of a holonomic row.
+
+    Attributes
+    ----------
+    share : part of the size of the machine, or rad
+    what : sentence with row, size and time
+    time : s; NaN between rows
+    """
 
     share: float
     what: str
+    time: float = math.nan
 
 
 def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, largest: float = 0.0) -> Violation | None:
@@ -57,7 +65,8 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
     share, by = float(shares[row, k]), float(violation[row, k])
     if share > REPORTED:
         unit = " m" if lengths[k] else ""
-        return Violation(share, f"the constraint {model.multipliers[k]} is off by {by:.3g}{unit} at t = {t[row]:.6g} s")
+        what = f"the constraint {model.multipliers[k]} is off by {by:.3g}{unit} at t = {t[row]:.6g} s"
+        return Violation(share, what, float(t[row]))
     between = largest / float(scale.max())
     if between > REPORTED and largest > rounding.max():
         return Violation(between, f"constraints are off by up to {largest:.3g} between the rows")

@@ -16,8 +16,6 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol
 from eomgen.integrators.methods import Method
 from eomgen.lie import product
-from eomgen.simulation.judgement.constraint_violation import FAILED, Violation
-from eomgen.simulation.judgement.energy_balance import Balance
 from eomgen.simulation.judgement.formulas_without_value import OTHER_FORMULA, operations_without_value
 from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.stepping.angle_range import HINT, REASON, large_angles, large_joint_angles
@@ -156,35 +154,6 @@ def instability(growth: Growth, method: Method) -> tuple[str, str]:
     """Return what grows by the method alone, and what to try."""
     step = f"a step of {growth.finer:.2g} s or less" if math.isfinite(growth.finer_after) else "a much smaller step"
     return f"the method is unstable at this step: {growth}", f"{step}, or {method.more_stable}"
-
-
-def failure(
-    growth: Growth | None,
-    balance: Balance,
-    energy: Mapping[str, Array],
-    method: Method,
-    violation: Violation | None = None,
-) -> str:
-    """Return why a run that came to its end is none that follows the equations, with what to try; empty when it may be
-    one.
-
-    Parameters
-    ----------
-    growth : what grows by the method alone
-    balance, energy : of the recorded rows
-    violation : the largest violation of a constraint
-    """
-    if growth is not None:
-        totals = energy.get("total", np.zeros(0))
-        energies = f", and the total energy from {totals[0]:.3g} to {totals[-1]:.3g} J" if len(totals) > 1 else ""
-        what, hint = instability(growth, method)
-        return f"{what}{energies}; try: {hint}"
-    if balance.infinite is not None:
-        what = f"the energy is beyond the finite numbers from t = {balance.infinite:.6g} s on"
-        return f"{what}; try: other initial velocities, forces or units"
-    if violation is not None and violation.share > FAILED:
-        return f"{violation.what}, more than {FAILED:g} of the size of the machine, or rad; try: a smaller step"
-    return ""
 
 
 def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, step: float) -> str:

@@ -79,9 +79,9 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
         details = f"; {what}"
     elif cause[0]:
         details, hint = details + cause[0], cause[1]
-        if away := unbounded_growth(run, states_of(trajectory.rows, model)) if hint == SMALLER_ANGLES else "":
-            what, _, hint = away.partition("; try: ")
-            details = f"{details}; {what}"
+        away = unbounded_growth(run, states_of(trajectory.rows, model)) if hint == SMALLER_ANGLES else None
+        if away is not None:
+            details, hint = f"{details}; {away.text}", away.hint
     elif already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
     elif not (found or singular) and (growth := own_growth(run, stepper.library, trajectory.rows)):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
+from eomgen.results.finding import Finding
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import States
 
@@ -56,8 +57,8 @@ class _Law:
         return deviation > _UNSEEN * float(np.std(every))
 
 
-def fast_laws(run: Run, nodes: Array, ends: Array, states: States, parameters: Array) -> str:
-    """Return which laws of time vary faster than steps resolve, and what to try; empty where none does.
+def fast_laws(run: Run, nodes: Array, ends: Array, states: States, parameters: Array) -> Finding | None:
+    """Return a finding on laws of time that vary faster than steps resolve; None if there are none.
 
     Parameters
     ----------
@@ -69,15 +70,16 @@ def fast_laws(run: Run, nodes: Array, ends: Array, states: States, parameters: A
     try:
         found = [law for law in (*_inputs(run, nodes, ends, states), *_forces(run, ends, states, parameters)) if law]
     except UsageError:  # a function of the caller that has no value between steps
-        return ""
+        return None
     laws = [law for law in found if law.unseen]
     if not laws:
-        return ""
+        return None
     law, step = max(laws, key=lambda one: one.off / one.range), run.settings["step"]
     more = f" (and {len(laws) - 1} more)" if len(laws) > 1 else ""
     size = f"up to {law.off:.3g} {law.unit} off the line through them, and varies by {law.range:.3g} {law.unit} in all"
     what = f"{law.what}{more} varies faster than the steps resolve: between them it is {size}"
-    return f"{what}; try: a step much smaller than {step:.3g} s, 20 or more to a period, or its means over the steps"
+    hint = f"a step much smaller than {step:.3g} s, 20 or more to a period, or its means over the steps"
+    return Finding(value=law.off / law.range, text=what, hint=hint)
 
 
 def _chosen(times: Array, step: float, last: float, ends: Array) -> NDArray[np.int_]:

@@ -8,7 +8,7 @@ which there is no wrench in any row is kept (Marsden and Ratiu, Introduction to 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -31,14 +31,30 @@ _MOST_ROWS = 50
 _NAMES = (*(f"angular momentum about {axis}" for axis in "xyz"), *(f"momentum along {axis}" for axis in "xyz"))
 
 
+class Drift(NamedTuple):
+    """A component of the momentum that drifts although no external force acts along it.
+
+    Attributes
+    ----------
+    name : in words
+    share : drift as a part of the momenta of the bodies
+    """
+
+    name: str
+    share: float
+
+    def __str__(self) -> str:
+        return f"the {self.name}, which nothing changes, drifts by {100.0 * self.share:.2g} % of the momenta at work"
+
+
 def momentum_drift(
     model: CompiledModel,
     states: tuple[Array, Array, Array, Array],
     p: Array,
     signals: InputSignals | None = None,
     multipliers: Array | None = None,
-) -> str:
-    """Return which momentum drifts though nothing changes it, and by how much; empty where none does, or is kept.
+) -> Drift | None:
+    """Return the largest drift of a momentum that no external force changes; None if every one is kept.
 
     Parameters
     ----------
@@ -50,7 +66,7 @@ def momentum_drift(
     roots, (t, q, v, z) = _floating(model), states
     needed = {"mass", "force"} | ({"constraint_jacobian"} if model.multipliers else set())
     if not roots or len(t) < 2 or not needed <= set(model.terms) or (model.multipliers and multipliers is None):
-        return ""
+        return None
     chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOST_ROWS)).astype(int))
     t, q, v, z = t[chosen], q[chosen], v[chosen], z[chosen]
     u = None if signals is None else signals.rows(t)
@@ -60,15 +76,15 @@ def momentum_drift(
         rows = next(iter(model.evaluate("constraint_jacobian", q, t=t, parameters=p).values()))
         forces = forces - np.einsum("nij,ni->nj", rows.reshape(len(t), -1, model.nv), multipliers[chosen])
     if not (np.all(np.isfinite(M)) and np.all(np.isfinite(forces))):
-        return ""
+        return None
     every = np.array([_of_root(root, q, v, M, forces) for root in roots])  # momentum, wrench, size of the momentum
     together = every.sum(axis=0)[np.newaxis] if len(roots) > 1 else every[:0]
     rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
     drift = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)]).max(axis=0)
     worst = int(np.argmax(drift))
     if not drift[worst] > REPORTED:
-        return ""
-    return f"the {_NAMES[worst]}, which nothing changes, drifts by {100.0 * drift[worst]:.2g} % of the momenta at work"
+        return None
+    return Drift(_NAMES[worst], float(drift[worst]))
 
 
 def _of_root(root: Factor, q: Array, v: Array, M: Array, forces: Array) -> Array:

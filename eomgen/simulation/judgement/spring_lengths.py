@@ -10,6 +10,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.coordinates import rotated
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
+from eomgen.results.finding import Finding
 from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ _ROWS, _FAR = 2048, 2.0
 _BACK = np.array([1.0, -1.0, -1.0, -1.0])
 
 
-def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
-    """Return which springs have had their ends pass one another, and when first; empty where none has.
+def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
+    """Return a finding on springs whose ends pass one another; None if there are none.
 
     Springs without a length at rest are left out: theirs is a linear law, which has no place where it turns round. So
     are runs of models without ``poses``.
@@ -36,7 +37,7 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
     """
     lines = [line for line in model.description.drawing.lines if line.elastic]
     if not lines or "poses" not in model.functions or len(t) < 2:
-        return ""
+        return None
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
 
     def number(formula: Formula) -> float:
@@ -47,7 +48,7 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
 
     lengths = {line.name: number(line.length) for line in lines}
     if not any(length > 0.0 for length in lengths.values()):
-        return ""
+        return None
     t, q = (array[:: -(-len(t) // _ROWS)] for array in (t, q))
     pose = model.evaluate("poses", q, t=t, parameters=p)["pose"]
     pose_of = {name: pose[:, k] for k, name in enumerate(model.bodies)}
@@ -57,7 +58,7 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
         point.name: (point.body, np.array([number(part) for part in point.position]))
         for point in model.description.drawing.points
     }
-    found = []
+    found: dict[str, float] = {}
     for line in lines:
         ends = [(pose_of[body], place) for body, place in (points[line.first], points[line.second])]
         first, second = (rotated(pose[:, :4], place) + pose[:, 4:] for pose, place in ends)
@@ -65,11 +66,13 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
         seen = [rotated(pose[:, :4] * _BACK, apart) for pose, _ in ends]
         met = np.flatnonzero(np.logical_and(*(_meetings(vectors, lengths[line.name]) for vectors in seen)))
         if len(met):
-            found.append(f"{line.name} at t = {t[met[0] + 1]:.6g} s")
+            found[line.name] = float(t[met[0] + 1])
     if not found:
-        return ""
-    what = f"the ends of the spring{'s' * (len(found) > 1)} {', '.join(found)} pass one another"
-    return f"{what}, where a force along the line between them turns round; try: limits that stop the motion before"
+        return None
+    named = ", ".join(f"{name} at t = {time:.6g} s" for name, time in found.items())
+    what = f"the ends of the spring{'s' * (len(found) > 1)} {named} pass one another"
+    text = f"{what}, where a force along the line between them turns round"
+    return Finding(time=min(found.values()), text=text, hint="limits that stop the motion before")
 
 
 def _meetings(vectors: Array, length: float) -> Array:

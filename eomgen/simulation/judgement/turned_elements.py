@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.results.finding import Finding
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -19,8 +20,8 @@ _ROWS = 2048
 _NEAR = 0.7
 
 
-def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
-    """Return which element has passed half a turn first, and when; empty where none has.
+def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
+    """Return a finding on the element that passes half a turn first; None if there is none.
 
     Runs of models without ``poses`` are left out.
 
@@ -31,15 +32,15 @@ def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
     """
     beams = model.description.exact_beams
     if not beams or "poses" not in model.functions or len(t) < 2:
-        return ""
+        return None
     for start in range(0, len(t) - 1, _ROWS):
         rows = slice(start, start + _ROWS + 1)  # the last one is the first of the next
         if found := _passed(model, t[rows], q[rows], p):
             return found
-    return ""
+    return None
 
 
-def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
+def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
     beams = model.description.exact_beams
     quaternion = model.evaluate("poses", q, t=t, parameters=p)["pose"][..., :4]
     quaternion_of = {name: quaternion[:, k] for k, name in enumerate(model.bodies)}
@@ -51,7 +52,6 @@ def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
             if passed.any():
                 when = t[1:][passed][0]
                 what = f"element {number} of the beam {nodes[0]} turns by more than half a turn at t = {when:.6g} s"
-                return (
-                    f"{what}, which strains cannot tell; try: elements = {2 * (len(nodes) - 1)}, which turn less each"
-                )
-    return ""
+                hint = f"elements = {2 * (len(nodes) - 1)}, which turn less each"
+                return Finding(time=float(when), text=f"{what}, which strains cannot tell", hint=hint)
+    return None

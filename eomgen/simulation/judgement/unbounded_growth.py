@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from eomgen.results.finding import Finding
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import States
 
@@ -20,11 +21,11 @@ _FAR = 1e3
 _ROWS = 8
 
 
-def unbounded_growth(run: Run, states: States) -> str:
-    """Return which velocity grows most by the equations of motion, with what to try; empty where none grows far."""
+def unbounded_growth(run: Run, states: States) -> Finding | None:
+    """Return a finding on the velocity that grows most by the equations of motion; None if none grows far."""
     quarters = np.array_split(np.arange(len(states.t)), 4)
     if not run.model.nv or len(quarters[-1]) < _ROWS:
-        return ""
+        return None
     sizes = np.array([np.abs(states.v[rows]).max(axis=0) for rows in quarters])
     lengths = [index for index, unit in enumerate(run.model.q_units) if unit == "m"]
     longest = float(np.abs(states.q[quarters[0]][:, lengths]).max(initial=0.0)) or 1.0
@@ -34,12 +35,13 @@ def unbounded_growth(run: Run, states: States) -> str:
         each, overall = (sizes[1:] / sizes[:-1]).min(axis=0), sizes[-1] / sizes[0]
     grown = np.flatnonzero((each >= _EACH) & (overall >= _OVERALL) & (travel > _FAR * scales) & np.isfinite(overall))
     if not len(grown):
-        return ""
+        return None
     one = grown[np.argmax(overall[grown])]
     name, unit = run.model.v_names[one], run.model.v_units[one]
     samples = ", or a shorter time between samples" if "samples" in run.model.library.layout["method"] else ""
-    return (
+    text = (
         f"the motion grows without end: {name} by a factor of {overall[one]:.2g}, from at most {sizes[0, one]:.3g}"
-        f" {unit} in the first quarter of the run to {sizes[-1, one]:.3g} {unit} in the last one; try: other signs or"
-        f" sizes of gains, damping and stiffnesses{samples}"
+        f" {unit} in the first quarter of the run to {sizes[-1, one]:.3g} {unit} in the last one"
     )
+    hint = f"other signs or sizes of gains, damping and stiffnesses{samples}"
+    return Finding(value=float(overall[one]), text=text, hint=hint)

@@ -29,4 +29,4 @@ def largest_stretch(model: CompiledModel, t: Array, q: Array) -> Violation | Non
     if off[row, k] <= REPORTED:
         return None
     what = f"the quaternion of {turning[k].name} has the length {lengths[row, k]:.6g} at t = {t[row]:.6g} s"
-    return Violation(float(off[row, k]), what)
+    return Violation(float(off[row, k]), what, float(t[row]))

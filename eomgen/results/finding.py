@@ -1,0 +1,66 @@
+"""Finding: the result of one check of a run, for programs and for its message."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal, Self
+
+Severity = Literal["note", "warning", "failure"]
+NOTE: Severity = "note"
+WARNING: Severity = "warning"
+FAILURE: Severity = "failure"
+_HINT = "; try: "
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Result of one check of a run.
+
+    Attributes
+    ----------
+    name : str
+        Name of the check, as ``discretisation_error``.
+    severity : str
+        ``note``: nothing is wrong. ``warning``: results are doubtful. ``failure``: the run is not a success.
+    value : float
+        Size; ``docs/python.md`` lists its meaning and unit for each check. NaN if the check has no size.
+    time : float
+        Time of the run at which it was found, s; NaN if it concerns the whole run.
+    text : str
+        One sentence, without the hint.
+    hint : str
+        Remedy to try; empty if there is none.
+    """
+
+    name: str = ""
+    severity: Severity = WARNING
+    value: float = math.nan
+    time: float = math.nan
+    text: str = ""
+    hint: str = ""
+
+    @classmethod
+    def of(cls, sentence: str, value: float = math.nan, time: float = math.nan) -> Self:
+        """Return a finding from a sentence that may end with its hint."""
+        text, _, hint = sentence.rpartition(_HINT) if _HINT in sentence else (sentence, "", "")
+        return cls(value=float(value), time=float(time), text=text, hint=hint)
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any]) -> Self:
+        """Return the finding whose ``described`` is given."""
+        numbers = {name: math.nan if data[name] is None else float(data[name]) for name in ("value", "time")}
+        return cls(**{**data, **numbers})
+
+    def __str__(self) -> str:
+        return f"{self.text}{_HINT}{self.hint}" if self.hint else self.text
+
+    def rated(self, name: str, severity: Severity) -> Self:
+        """Return the same finding with the name of its check and a severity."""
+        return replace(self, name=name, severity=severity)
+
+    def described(self) -> dict[str, Any]:
+        """Return the attributes in JSON types; numbers that are not finite are None."""
+        finite = {name: getattr(self, name) for name in ("value", "time")}
+        return asdict(self) | {name: number if math.isfinite(number) else None for name, number in finite.items()}

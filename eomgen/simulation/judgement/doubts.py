@@ -1,0 +1,177 @@
+"""Checks of accuracy: halved steps, discretisation error, kept quantities, rounding; and the cause of large errors.
+
+Findings of several of these checks form one sentence, with the hint of the last one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from eomgen.analysis.definiteness import linear_range_exceeded
+from eomgen.results.error_estimate import NOTICED, ErrorEstimate, Largest
+from eomgen.results.finding import FAILURE, Finding
+from eomgen.simulation.judgement.check import Check
+from eomgen.simulation.judgement.constraint_violation import FAILED as BROKEN
+from eomgen.simulation.judgement.energy_balance import FAILED, REPORTED
+from eomgen.simulation.judgement.failures import FAULTS
+from eomgen.simulation.judgement.finished_run import FinishedRun
+from eomgen.simulation.judgement.momentum import momentum_drift
+from eomgen.simulation.judgement.singular_positions import nearest_singular, way_through
+
+#: Part of the motion above which an error is always reported, and estimates from which on it may be that large, since
+#: estimates are good to a factor.
+LARGE_ERROR, DOUBTFUL_ERROR = 0.1, 0.1 / 1.5
+#: The same of velocities, as a part of the largest, of a beam's of its own: at one step they are some three times less
+#: accurate.
+WRONG_VELOCITY = 0.3
+#: The part that advice aims at, and up to which errors follow powers of the step.
+AIM, FOLLOWED = 0.01, 0.5
+#: The method whose multipliers have the least rounding.
+ROUNDING_LEAST = "generalized_alpha"
+#: Part of the multipliers that rounding may make.
+ROUNDED = 0.01
+
+
+def _halved_steps(run: FinishedRun) -> Iterator[Finding]:
+    if halvings := _halvings(run):
+        text = f"the step was halved {halvings} time{'s' * (halvings != 1)}"
+        yield Finding(value=float(halvings), text=text, hint=_remedy(run))
+
+
+def _halvings(run: FinishedRun) -> int:
+    """Return the number of halved steps; 0 if the error is known to be small."""
+    halvings = int(run.statistics.get("halvings", 0))
+    return halvings if halvings and not run.error.relative < AIM else 0
+
+
+def _discretisation_error(run: FinishedRun) -> Iterator[Finding]:
+    error = run.error
+    largest = noticed_error(error)
+    if largest is None:
+        return
+    since = ""
+    if error.relative > LARGE_ERROR and largest is not error.largest_velocity:
+        since = f", above {100.0 * LARGE_ERROR:.0f} % from t = {error.above(LARGE_ERROR):.6g} s on"
+    unordered = ", and no less at half the step" if error.unordered else ""
+    text = f"the estimated error is {largest}{since}{unordered}"
+    yield Finding(value=largest.share, time=largest.time, text=text, hint=_refinement(run) or _remedy(run))
+
+
+def noticed_error(error: ErrorEstimate) -> Largest | None:
+    """Return the estimated error to report; None if errors are small, and shrink with the step."""
+    if error.largest is None or not (error.relative > DOUBTFUL_ERROR or error.unordered):
+        fast = error.largest_velocity
+        return fast if fast is not None and fast.share > WRONG_VELOCITY else None
+    if error.relative <= NOTICED and error.largest_output is not None:
+        return error.largest_output
+    return error.largest
+
+
+def _refinement(run: FinishedRun) -> str:
+    """Return the step that makes a large error small, by the order of the method; empty if other remedies apply."""
+    error, step = run.error, run.longest_part
+    if _rounds(run) or run.run.method.chooses_steps or not error.relative > AIM or _halvings(run):
+        return ""
+    if error.unordered or error.relative > FOLLOWED:
+        end = error.above(min(LARGE_ERROR, error.relative / 2.0))
+        return f"a step much smaller than {step:.3g} s, or a run to t = {end:.6g} s"
+    return f"a step smaller than {step * error.refinement(AIM):.2g} s"
+
+
+def _energy_balance(run: FinishedRun) -> Iterator[Finding]:
+    error = run.balance.error
+    if error is not None and error > REPORTED:
+        text = f"the energy is out of balance by {100.0 * error:.3g} % of the energies at work"
+        yield Finding(value=error, text=text, hint=_remedy(run))
+
+
+def _energy_gained(run: FinishedRun) -> bool:
+    return run.balance.gain > FAILED and (run.conservative or not run.rows_are_sparse)  # rows may miss pulses of power
+
+
+def _momentum_drift(run: FinishedRun) -> Iterator[Finding]:
+    if len(run.changes) or run.at_rest:
+        return
+    inputs = run.run.signals if run.run.takes_rows else None
+    t, q, v, _, multipliers, z = run.states
+    drift = momentum_drift(run.run.model, (t, q, v, z), run.run.parameters, inputs, multipliers)
+    if drift is not None:
+        yield Finding(value=drift.share, text=str(drift), hint=_remedy(run))
+
+
+def _constraint_violation(run: FinishedRun) -> Iterator[Finding]:
+    violation = run.violation
+    if violation is not None and violation.share <= BROKEN:
+        yield Finding(value=violation.share, time=violation.time, text=violation.what, hint=_remedy(run))
+
+
+def _multiplier_rounding(run: FinishedRun) -> Iterator[Finding]:
+    if (share := _rounding(run)) > ROUNDED:
+        other = "" if run.run.name == ROUNDING_LEAST else f"{ROUNDING_LEAST}, "
+        double = ", or double precision" if run.single else ""
+        text = f"up to {100.0 * share:.2g} % of the multipliers is rounding, which grows as 1/step^2"
+        yield Finding(value=share, text=text, hint=f"{other}a step larger than {run.longest_part:.3g} s{double}")
+
+
+def _rounding(run: FinishedRun) -> float:
+    """Return the part of the multipliers that is rounding; 0 if all of them are zero."""
+    return float(run.statistics.get("max_rounding", 0.0)) if run.states.multipliers.any() else 0.0
+
+
+def _rounds(run: FinishedRun) -> bool:
+    """Return whether errors are mostly rounding of single precision, of which smaller steps have more."""
+    return run.single and run.error.unordered
+
+
+def _remedy(run: FinishedRun) -> str:
+    """Return the hint of a doubtful run whose cause is not known."""
+    if _rounds(run):
+        return f"double precision; rounding grows where steps are smaller than {run.longest_part:.3g} s"
+    if not run.run.method.chooses_steps:
+        return f"a step smaller than {run.longest_part:.3g} s"
+    settings = run.settings
+    events = f", or a step smaller than {settings['step']:.3g} s, in each of which events are looked for"
+    return f"a tolerance smaller than {settings['tolerance']:.3g}{events if run.has(('events',)) else ''}"
+
+
+def _linear_range(run: FinishedRun) -> Iterator[Finding]:
+    sentence = linear_range_exceeded(run.run.model, run.states.t, run.states.q, run.run.parameters)
+    if sentence and not _rounds(run):
+        yield Finding.of(sentence)
+
+
+def _singular_position(run: FinishedRun) -> Iterator[Finding]:
+    if _rounds(run):
+        return
+    singular = nearest_singular(run.run.model, run.states.t, run.states.q, run.run.parameters)
+    if singular is not None:
+        hint = way_through(run.run.method, run.settings["step"])
+        yield Finding(value=singular.part, time=singular.time, text=singular.what, hint=hint)
+
+
+_DOUBTS = (
+    Check("halved_steps", _halved_steps, unless=FAULTS, continues=", and "),
+    Check("discretisation_error", _discretisation_error, unless=FAULTS, continues=", and "),
+    Check("energy_balance", _energy_balance, severity=FAILURE, fails=_energy_gained, unless=FAULTS, continues=", and "),
+    Check("momentum_drift", _momentum_drift, unless=FAULTS, continues=", and "),
+    Check(
+        "constraint_violation",
+        _constraint_violation,
+        unless=FAULTS,
+        continues=", and ",
+    ),
+    Check("multiplier_rounding", _multiplier_rounding, ("complete", "constraints"), unless=FAULTS, continues=", and "),
+)
+_FOUND = tuple(check.name for check in _DOUBTS)
+ROWS = (
+    *_DOUBTS,
+    Check("linear_range", _linear_range, unless=("multiplier_rounding",), after=_FOUND, continues="; "),
+    Check(
+        "singular_position",
+        _singular_position,
+        ("complete", "constraints", "fixed steps"),
+        unless=("multiplier_rounding", "linear_range"),
+        after=_FOUND,
+        continues="; ",
+    ),
+)

@@ -1,0 +1,241 @@
+"""FinishedRun: a run as its checks see it, every quantity evaluated when it is first asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from eomgen.analysis.bending import Bending, largest_bending
+from eomgen.arrays import Array
+from eomgen.compiled.initial_state import InitialState
+from eomgen.integrators.events import STOPPED
+from eomgen.results.error_estimate import ErrorEstimate
+from eomgen.results.events import Events
+from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate
+from eomgen.simulation.judgement.constraint_violation import Violation, largest_violation
+from eomgen.simulation.judgement.energy_balance import APART, REPORTED, Balance, energy_balance
+from eomgen.simulation.judgement.fast_motions import unresolved_motion
+from eomgen.simulation.judgement.instability import Growth, at_rest, unstable_growth
+from eomgen.simulation.judgement.motion_between_rows import untold_between_rows
+from eomgen.simulation.judgement.unit_quaternions import largest_stretch
+from eomgen.simulation.stepping.chunks import Trajectory
+from eomgen.simulation.stepping.events import acting, parameters_over, table_of
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed, states_of
+from eomgen.simulation.stepping.step_parts import StepParts, step_parts
+from eomgen.simulation.stepping.stepper import Stepper
+
+
+class Beginning(NamedTuple):
+    """Start of a run.
+
+    Attributes
+    ----------
+    state : initial state
+    equilibrium : whether it is a static equilibrium
+    doubts : on this equilibrium, and initial values that are overridden
+    choice : reason for the method, if it was chosen automatically
+    notes : on the initial state that the caller gives
+    """
+
+    state: InitialState
+    equilibrium: bool
+    doubts: Sequence[str]
+    choice: str = ""
+    notes: Sequence[str] = ()
+
+
+class FinishedRun:
+    """A run as its checks see it.
+
+    Parameters
+    ----------
+    stepper : as the run left it
+    wall : float
+        Duration of the stepping, s.
+    estimation : of the discretisation error; None without one
+    beginning : None for a resumed run
+    checkpoint : str
+        Note on the checkpoint, if there is one.
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        stepper: Stepper,
+        trajectory: Trajectory,
+        wall: float,
+        estimation: ErrorEstimation | None = None,
+        beginning: Beginning | None = None,
+        checkpoint: str = "",
+    ) -> None:
+        self.run = run
+        self.stepper = stepper
+        self.trajectory = trajectory
+        self.wall = wall
+        self.beginning = beginning
+        self.checkpoint = checkpoint
+        self._estimation = estimation
+        self.events: Events | None = table_of(trajectory, stepper, run.parameters)
+
+    def has(self, facts: Sequence[str]) -> bool:
+        """Return whether all of these facts hold."""
+        return all(FACTS[fact](self) for fact in facts)
+
+    @property
+    def ended(self) -> bool:
+        """Whether no step failed."""
+        return self.trajectory.status in (0, STOPPED.number)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its end, or the event that ends it."""
+        return self.ended and not self.trajectory.interrupted and self.trajectory.failure is None
+
+    @cached_property
+    def states(self) -> States:
+        return states_of(self.trajectory.rows, self.run.model)
+
+    @cached_property
+    def present(self) -> Array:
+        """Parameters at the rows, (np,), or (n, np) if modes change."""
+        return parameters_over(self.events, self.run.model, self.run.parameters, self.states.t)
+
+    @cached_property
+    def prescribed(self) -> Prescribed:
+        run = self.run
+        return prescribed(run.model, self.states.t, self.present, run.signals if run.takes_rows else None)
+
+    @cached_property
+    def outputs(self) -> dict[str, Array]:
+        return evaluated("outputs", self.run.model, self.states, self.prescribed, self.present)
+
+    @cached_property
+    def energy(self) -> dict[str, Array]:
+        return evaluated("energy", self.run.model, self.states, self.prescribed, self.present)
+
+    @cached_property
+    def error(self) -> ErrorEstimate:
+        run, trajectory = self.run, self.trajectory
+        if self._estimation is None:
+            return no_estimate(run)
+        estimate = self._estimation.of(run, self.stepper.library, trajectory, self.present, self.wall, self.events)
+        if not estimate.available:
+            return estimate
+        statistics = self.statistics
+        taken = statistics.get("own_steps") or statistics.get("expansions") or max(trajectory.steps, 1)
+        average = (float(self.states.t[-1]) - run.grid.start) / taken
+        fast = unresolved_motion(run, trajectory.rows, average, self.events, self.changes, self.jumps)
+        return replace(estimate, unresolved=fast)
+
+    @cached_property
+    def last_run(self) -> Run:
+        """The run with the parameters at its end."""
+        run, t = self.run, self.trajectory.rows[-1, 0]
+        return replace(run, parameters=parameters_over(self.events, run.model, run.parameters, t))
+
+    @cached_property
+    def statistics(self) -> dict[str, int | float]:
+        return self.stepper.statistics if self.ended or self.trajectory.steps else {}
+
+    @cached_property
+    def changes(self) -> Array:
+        """Times of the events that changed the motion, s."""
+        return acting(self.events, self.stepper.layout)
+
+    @cached_property
+    def jumps(self) -> Array:
+        """Times at which forces jump, s."""
+        t = self.states.t
+        known = self.run.model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0))
+        return np.concatenate([known, self.changes])
+
+    @property
+    def single(self) -> bool:
+        """Whether numbers are of single precision."""
+        return bool(self.run.model.library.real == "float")
+
+    @property
+    def conservative(self) -> bool:
+        return bool(self.run.model.library.layout["facts"]["conservative"]) and not len(self.changes)
+
+    @property
+    def rows_are_sparse(self) -> bool:
+        """Whether there are steps between the rows."""
+        return self.run.every > 1 or self.run.method.chooses_steps
+
+    @cached_property
+    def at_rest(self) -> bool:
+        return at_rest(self.run, self.trajectory.rows)
+
+    @cached_property
+    def growth(self) -> Growth | None:
+        """Growth by instability of the method."""
+        return unstable_growth(self.last_run, self.stepper.library, self.trajectory)
+
+    @cached_property
+    def balance(self) -> Balance:
+        balance = energy_balance(
+            self.states.t,
+            self.energy,
+            self.jumps,
+            conservative=self.conservative,
+            sparse=self.rows_are_sparse,
+            epsilon=float(np.finfo(np.float32 if self.single else np.float64).eps),
+        )
+        off = balance.error is not None and balance.error > REPORTED
+        working = off and any(np.any(self.energy[name]) for name in ("power", "base_power"))
+        if working and self.rows_are_sparse and untold_between_rows(self.states, self.run.model.factors):
+            return Balance(None, APART)
+        return Balance(0.0) if off and self.at_rest else balance
+
+    @cached_property
+    def violation(self) -> Violation | None:
+        """Largest violation of a constraint, or of the unit length of a quaternion."""
+        model, t, q = self.run.model, self.states.t, self.states.q
+        largest = self.statistics.get("max_constraint", 0.0)
+        found = largest_violation(model, t, q, self.run.parameters, largest), largest_stretch(model, t, q)
+        return max(filter(None, found), key=lambda one: one.share, default=None)
+
+    @cached_property
+    def bending(self) -> Bending | None:
+        return largest_bending(self.run.model, self.states.t, self.states.q)
+
+    @cached_property
+    def parts(self) -> StepParts:
+        """Parts into which steps are cut, because forces jump or bend within them."""
+        t = self.states.t
+        method = self.stepper.layout["method"]
+        return step_parts(method, float(t[0]), float(t[-1]), float(self.run.method.order), self.changes)
+
+    @property
+    def longest_part(self) -> float:
+        """Duration of the longest part of a step, s."""
+        return self.parts.longest(float(self.run.settings["step"]))
+
+    @property
+    def settings(self) -> Mapping[str, float]:
+        return self.run.settings
+
+
+#: Facts that checks may need, as functions of a ``FinishedRun``; cheap, for every check asks them.
+FACTS: Mapping[str, Callable[[FinishedRun], bool]] = {
+    "complete": lambda finished: finished.complete,
+    "two rows": lambda finished: len(finished.states.t) > 1,
+    "constraints": lambda finished: bool(finished.run.model.multipliers),
+    "no constraints": lambda finished: not finished.run.model.multipliers,
+    "fixed steps": lambda finished: not finished.run.method.chooses_steps,
+    "modal beams": lambda finished: bool(finished.run.model.library.layout["slopes"]),
+    "exact beams": lambda finished: bool(finished.run.model.description.exact_beams),
+    "lines": lambda finished: bool(finished.run.model.description.drawing.lines),
+    "outputs": lambda finished: "outputs" in finished.run.model.functions,
+    "controllers": lambda finished: finished.stepper.controllers is not None,
+    "checkpoint": lambda finished: bool(finished.checkpoint),
+    "begun": lambda finished: finished.beginning is not None,
+    "explicit": lambda finished: bool(finished.run.method.real_stability),
+    "events": lambda finished: "events" in finished.stepper.layout["method"],
+}

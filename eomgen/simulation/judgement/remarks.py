@@ -1,0 +1,124 @@
+"""Checks of what errors of the steps do not show: large deflections, growth, fast forces, missed events, outputs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from eomgen.results.finding import FAILURE, NOTE, Finding
+from eomgen.simulation.judgement.check import ANY_FAILURE, Check
+from eomgen.simulation.judgement.doubtful_calls import doubtful_call
+from eomgen.simulation.judgement.doubts import LARGE_ERROR
+from eomgen.simulation.judgement.failures import FAULTS
+from eomgen.simulation.judgement.fast_laws import fast_laws
+from eomgen.simulation.judgement.finished_run import FinishedRun
+from eomgen.simulation.judgement.singular_positions import not_followed, passages
+from eomgen.simulation.judgement.spring_lengths import passed_springs
+from eomgen.simulation.judgement.turned_elements import turned_elements
+from eomgen.simulation.judgement.unbounded_growth import unbounded_growth
+from eomgen.simulation.judgement.undefined_outputs import undefined_outputs
+from eomgen.simulation.stepping.settings import followed_laws
+
+
+def _large_deflection(run: FinishedRun) -> Iterator[Finding]:
+    if (bending := run.bending) is not None:
+        yield Finding.of(str(bending), bending.shortening, bending.time)
+
+
+def _impossible_deflection(run: FinishedRun) -> bool:
+    return run.bending is not None and not run.bending.possible
+
+
+def _turned_element(run: FinishedRun) -> Iterator[Finding]:
+    found = turned_elements(run.run.model, run.states.t, run.states.q, run.run.parameters)
+    if found is not None:
+        yield found
+
+
+def _unbounded_growth(run: FinishedRun) -> Iterator[Finding]:
+    found = unbounded_growth(run.run, run.states)
+    if found is not None:
+        yield found
+
+
+def _unresolved_motion(run: FinishedRun) -> Iterator[Finding]:
+    if run.error.unresolved:
+        yield Finding.of(run.error.unresolved)
+
+
+def _missed_event(run: FinishedRun) -> Iterator[Finding]:
+    if run.error.passed_over and not run.error.relative > LARGE_ERROR:
+        hint = f"a step smaller than {run.settings['step']:.3g} s, in each of which events are looked for"
+        yield Finding(text=run.error.passed_over, hint=hint)
+
+
+def _fast_law(run: FinishedRun) -> Iterator[Finding]:
+    found = fast_laws(run.run, run.stepper.input_times, run.parts.ends, run.states, run.present)
+    if found is not None:
+        yield found
+
+
+def _passed_spring(run: FinishedRun) -> Iterator[Finding]:
+    found = passed_springs(run.run.model, run.states.t, run.states.q, run.run.parameters)
+    if found is not None:
+        yield found
+
+
+def _undefined_output(run: FinishedRun) -> Iterator[Finding]:
+    found = undefined_outputs(run.states.t, run.outputs)
+    if found is not None:
+        yield found
+
+
+def _singular_passage(run: FinishedRun) -> Iterator[Finding]:
+    count = int(run.statistics.get("singular_passages", 0))
+    if passed := passages(count):
+        tolerance = run.settings["tolerance"] if run.run.method.chooses_steps else math.inf
+        yield Finding.of(f"{passed}{not_followed(run.error.relative, tolerance)}", count)
+
+
+def _controller_cost(run: FinishedRun) -> Iterator[Finding]:
+    if run.stepper.controllers is not None and (cost := run.stepper.controllers.cost(run.wall)):
+        yield Finding.of(cost)
+
+
+def _model_limits(run: FinishedRun) -> Iterator[Finding]:
+    yield from map(Finding.of, run.run.model.library.layout["warnings"])
+
+
+def _method_limits(run: FinishedRun) -> Iterator[Finding]:
+    yield from map(Finding.of, run.run.method.warnings(bool(run.run.model.multipliers)))
+
+
+def _steep_law(run: FinishedRun) -> Iterator[Finding]:
+    owner = run.run
+    yield from map(Finding.of, followed_laws(owner.model, owner.method, owner.parameters, owner.grid)[1])
+
+
+def _doubtful_call(run: FinishedRun) -> Iterator[Finding]:
+    yield from map(Finding.of, doubtful_call(run.run.model, run.run.grid, run.run.signals.given))
+
+
+ROWS = (
+    Check(
+        "large_deflection",
+        _large_deflection,
+        ("complete", "modal beams"),
+        severity=FAILURE,
+        fails=_impossible_deflection,
+        unless=(ANY_FAILURE,),
+    ),
+    Check("turned_element", _turned_element, ("two rows", "exact beams"), severity=FAILURE),
+    Check("unbounded_growth", _unbounded_growth, unless=FAULTS),
+    Check("unresolved_motion", _unresolved_motion, unless=(ANY_FAILURE,)),
+    Check("missed_event", _missed_event, ("complete", "events"), unless=(ANY_FAILURE,)),
+    Check("fast_law", _fast_law, ("complete", "two rows")),
+    Check("passed_spring", _passed_spring, ("complete", "two rows", "lines")),
+    Check("undefined_output", _undefined_output, ("complete", "outputs")),
+    Check("singular_passage", _singular_passage, ("complete", "constraints"), severity=NOTE),
+    Check("controller_cost", _controller_cost, ("complete", "controllers"), severity=NOTE),
+    Check("model_limits", _model_limits, ()),
+    Check("method_limits", _method_limits, ()),
+    Check("steep_law", _steep_law, ()),
+    Check("doubtful_call", _doubtful_call, ("begun",), severity=NOTE, said=False),
+)

@@ -1,0 +1,93 @@
+"""Checks of the start of a run: rates that explicit steps do not resolve, limits, impacts, and the choice of method."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.compiled.initial_state import InitialState
+from eomgen.compiled.model import CompiledModel
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Formula
+from eomgen.results.finding import NOTE, Finding
+from eomgen.simulation.judgement.check import Check
+from eomgen.simulation.judgement.fast_decay import Fastest, decay_of_motion, decay_of_states
+from eomgen.simulation.judgement.finished_run import Beginning, FinishedRun
+from eomgen.simulation.judgement.impact_starts import impacts_at_start
+
+
+def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:
+    """Return one sentence for each coordinate beyond a limit, including joint angles of absolute bodies that q holds.
+
+    Parameters
+    ----------
+    q, p : (nq,), (np,)
+    """
+    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
+    places = {name: number for number, name in enumerate(model.q_names)}
+
+    def value(formula: Formula) -> float:
+        return evaluate(formula, lambda symbol: values[symbol.name])
+
+    limits = [limit for limit in model.description.limits if limit.coordinate in places]
+    return [note for limit in limits if (note := limit.passed(float(q[places[limit.coordinate]]), value))]
+
+
+def _unresolved_damping(run: FinishedRun) -> Iterator[Finding]:
+    yield from _too_fast(run, decay_of_motion(*_state_at_start(run)))
+
+
+def _unresolved_states(run: FinishedRun) -> Iterator[Finding]:
+    yield from _too_fast(run, decay_of_states(*_state_at_start(run)))
+
+
+def _state_at_start(run: FinishedRun) -> tuple[CompiledModel, InitialState, float, Array | None, Array]:
+    owner, t = run.run, run.run.grid.start
+    u = owner.signals.rows(np.array([t]))[0] if owner.takes_rows else None
+    return owner.model, _begun(run).state, t, u, owner.parameters
+
+
+def _too_fast(run: FinishedRun, decay: Fastest | None) -> Iterator[Finding]:
+    limit = run.run.method.real_stability
+    if decay is not None and run.settings["step"] * decay.rate > limit:
+        text = f"{decay.what} at up to {decay.rate:.3g} 1/s at the start, too fast for an explicit method at this step"
+        hint = f"generalized_alpha, or a step below {limit / decay.rate:.2g} s"
+        yield Finding(value=decay.rate, time=run.run.grid.start, text=text, hint=hint)
+
+
+def _begun(run: FinishedRun) -> Beginning:
+    if run.beginning is None:
+        raise ValueError("a check of the start needs the fact begun")
+    return run.beginning
+
+
+def _start_beyond_limits(run: FinishedRun) -> Iterator[Finding]:
+    beginning = _begun(run)
+    if not beginning.equilibrium:
+        yield from map(Finding.of, starts_beyond_limits(run.run.model, beginning.state.q, run.run.parameters))
+
+
+def _start_on_impact(run: FinishedRun) -> Iterator[Finding]:
+    yield from map(Finding.of, impacts_at_start(run.run, _begun(run).state))
+
+
+def _doubtful_start(run: FinishedRun) -> Iterator[Finding]:
+    yield from map(Finding.of, _begun(run).doubts)
+
+
+def _chosen_method(run: FinishedRun) -> Iterator[Finding]:
+    if choice := _begun(run).choice:
+        yield Finding.of(choice)
+
+
+ROWS = (
+    Check("unresolved_damping", _unresolved_damping, ("begun", "explicit", "no constraints")),
+    Check("unresolved_states", _unresolved_states, ("begun", "explicit")),
+    Check("start_beyond_limits", _start_beyond_limits, ("begun",)),
+    Check("start_on_impact", _start_on_impact, ("begun", "events")),
+    Check("doubtful_start", _doubtful_start, ("begun",)),
+    Check("chosen_method", _chosen_method, ("begun",), severity=NOTE),
+)
