@@ -71,34 +71,78 @@ class CellEnergy:
     smallest: Mapping[str, float] = field(default_factory=dict)
 
 
+#: e is the logarithm of the mean number of objects that a cell with a response of 1 has.
 _LOG_INTENSITY = {"e": "log_mean + bias*(s - variance/2) - bias*(bias - 1)*variance/2"}
+#: Counts of a cell that is not observed (response 0) say nothing, whatever stands there.
+_OBSERVED = {**_LOG_INTENSITY, "observed": "counts if response > 0 else 0"}
 
 
 def poisson(mean: float, variance: float, bias: float = 1.0, response: bool = False) -> CellEnergy:
     """Return the energy of counts with a Poisson distribution about R mean (1 + delta)^bias/<(1 + delta)^bias>.
 
     1 + delta = exp(s - variance/2) is a lognormal field. Names: field ``s``, data ``counts`` and, with ``response``,
-    ``response`` R from 0 to 1.
+    ``response`` R from 0 to 1, the share of its objects that a cell is expected to show. Without terms that s does not
+    change, the energy is R exp(e) - counts e, e the logarithm of the mean at R = 1; cells with R = 0 drop out.
+
+    Parameters
+    ----------
+    mean : float
+        Mean number of objects in a cell with a response of 1, above 0.
+    variance : float
+        Variance of s in a cell.
+    bias : float
+        Power of 1 + delta in the mean.
+    response : bool
+        Whether there are data ``response``; without them R is 1 in all cells.
+
+    Returns
+    -------
+    CellEnergy
+
+    Raises
+    ------
+    ModelError
+        The mean is not above 0.
     """
-    formula = "response*(exp(e) - counts*e)" if response else "exp(e) - counts*e"
-    return CellEnergy(formula, _LOG_INTENSITY, _of_counts(mean, variance, bias=bias), _least(response))
+    made = _of_counts(mean, variance, bias=bias)
+    if not response:
+        return CellEnergy("exp(e) - counts*e", _LOG_INTENSITY, made, _least(response))
+    return CellEnergy("response*exp(e) - observed*e", _OBSERVED, made, _least(response))
 
 
 def negative_binomial(
     mean: float, variance: float, beta: float, bias: float = 1.0, response: bool = False
 ) -> CellEnergy:
-    """Return the energy of counts of the same mean as ``poisson`` has, with the variance mean + mean^2/beta."""
-    formula = "(counts + beta)*log(1 + exp(e)/beta) - counts*e"
-    if response:
-        formula = f"response*({formula})"
-    return CellEnergy(formula, _LOG_INTENSITY, _of_counts(mean, variance, bias=bias, beta=beta), _least(response))
+    """Return the energy of counts with a negative binomial distribution, whose variance is m + m^2/beta.
+
+    m = R mean (1 + delta)^bias/<(1 + delta)^bias> is the mean, names and the other parameters are those of ``poisson``.
+    The energy is (counts + beta) ln(1 + m/beta) - counts e; cells with R = 0 drop out.
+
+    Parameters
+    ----------
+    beta : float
+        Number of failures, above 0; the distribution is Poisson's as beta grows.
+    """
+    made = _of_counts(mean, variance, bias=bias, beta=beta)
+    if not response:
+        formula = "(counts + beta)*log(1 + exp(e)/beta) - counts*e"
+        return CellEnergy(formula, _LOG_INTENSITY, made, _least(response))
+    formula = "(observed + beta)*log(1 + response*exp(e)/beta) - observed*e"
+    return CellEnergy(formula, _OBSERVED, made, _least(response))
 
 
 def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, response: bool = False) -> CellEnergy:
-    """Return the energy of ``counts`` with normal errors about the mean that ``poisson`` has."""
-    formula = "(exp(e) - counts)**2/(2*deviation**2)"
-    if response:
-        formula = f"response*({formula})"
+    """Return the energy of ``counts`` with normal errors about R mean (1 + delta)^bias/<(1 + delta)^bias>.
+
+    Names and the other parameters are those of ``poisson``. The energy is (m - counts)^2/(2 deviation^2) with this
+    mean m; cells with R = 0 drop out.
+
+    Parameters
+    ----------
+    deviation : float
+        Standard deviation of the errors, the same in all cells, in objects.
+    """
+    formula = "(response*exp(e) - counts)**2/(2*deviation**2)" if response else "(exp(e) - counts)**2/(2*deviation**2)"
     made = _of_counts(mean, variance, bias=bias, deviation=deviation)
     return CellEnergy(formula, _LOG_INTENSITY, made, {"response": 0.0} if response else {})
 
