@@ -44,7 +44,10 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
             {
                 "system": document.name,
                 "description": document.description,
-                "coordinates": [dataclasses.asdict(item) for item in document.coordinates],
+                "coordinates": [
+                    {name: value for name, value in vars(item).items() if not name.endswith("_formula")}
+                    for item in document.coordinates
+                ],
                 "parameters": {item.name: item.value for item in document.parameters},
                 "outputs": [item.name for item in document.outputs],
                 "separable": document.separable,

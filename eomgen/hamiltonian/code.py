@@ -79,10 +79,18 @@ def folder_files(document: Hamiltonian, program: Program, method: Method) -> dic
     return files | {"README.md": readme["README.md"]}
 
 
+def _following_starts(document: Hamiltonian) -> list[str]:
+    """Return the coordinates and momenta whose values at the start are formulas of parameters in the file."""
+    items = document.coordinates
+    positions = [item.name for item in items if item.position_formula is not None]
+    return positions + [item.momentum for item in items if item.momentum_formula is not None]
+
+
 def _extra(document: Hamiltonian) -> dict[str, Any]:
     return {
         "separable": document.separable,
         "momenta": [item.momentum for item in document.coordinates],
+        "following_starts": _following_starts(document),
         "most_iterations": MOST_ITERATIONS,
         "rounding": ROUNDING,
         "slow": SLOW,

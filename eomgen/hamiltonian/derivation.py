@@ -10,10 +10,11 @@ from __future__ import annotations
 from functools import reduce
 
 from eomgen.errors import ModelError, Problem
+from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.lie.product import Factor
-from eomgen.scene.hamiltonian.document import DEPENDENCES, Hamiltonian
+from eomgen.scene.hamiltonian.document import DEPENDENCES, Hamiltonian, Parameter
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -97,7 +98,7 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
         tape,
         tuple(Factor("R", item.name, k, 1, k, 1) for k, item in enumerate(document.coordinates)),
         {function.name: function for function in functions},
-        tuple(Quantity(item.name, item.value, 1, item.unit, item.description) for item in document.parameters),
+        tuple(Quantity(item.name, item.value, 1, item.unit, _described(item)) for item in document.parameters),
         (),
         tuple(Quantity(item.name, unit=item.unit) for item in document.outputs),
         (),
@@ -108,6 +109,13 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
         facts=Facts(constant_mass=True, velocity_forces=False, smooth=True, moving_base=False, conservative=True),
         description=document.description,
     )
+
+
+def _described(item: Parameter) -> str:
+    """Return the description of a parameter, and the parameters that it follows in files, and not in a struct of C."""
+    leaders = [] if item.formula is None else sorted({symbol.name for symbol in symbols(item.formula)})
+    rule = f"it follows {', '.join(leaders)} in files, not here" if leaders else ""
+    return "; ".join(text for text in (item.description, rule) if text)
 
 
 def _function(name: str, description: str, inputs: tuple[str, ...], *blocks: Block) -> Function:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.calls import ByName, checked_calls, unknown_attribute
+from eomgen.calls import ByName, Defaults, checked_calls, unknown_attribute
 from eomgen.errors import Problem, UsageError
 from eomgen.hamiltonian.methods import KINDS, Method, method_for
 from eomgen.hamiltonian.solution import HamiltonianSolution
@@ -74,8 +74,8 @@ class HamiltonianModel:
     name : str
     q_names, p_names : lists of str
         Coordinates and momenta.
-    parameters : dict
-        Their values in the file, by name.
+    parameters : mapping
+        Their values in the file, by name. A run with other values of some has those of formulas that follow them.
     separable : bool
         Whether H is T(p) + V(q), so that steps of drifts and kicks are exact for each part.
     """
@@ -86,7 +86,8 @@ class HamiltonianModel:
         self.name = document.name
         self.q_names = [item.name for item in document.coordinates]
         self.p_names = [item.momentum for item in document.coordinates]
-        self.parameters = {item.name: item.value for item in document.parameters}
+        values = document.parameter_values({})
+        self.parameters = Defaults("parameter", values, 'model.simulate(..., parameters={"m": 2.0}) for one run')
         self.separable = document.separable
 
     def __repr__(self) -> str:
@@ -185,9 +186,10 @@ class HamiltonianModel:
         first : str
             Whether steps of compositions begin with a ``drift`` or a ``kick``.
         initial : mapping
-            ``q`` and ``p`` as arrays, or coordinates and momenta by name; the rest is the file's.
+            ``q`` and ``p`` as arrays, or coordinates and momenta by name; the rest is the file's, whose formulas have
+            the parameters of this run.
         parameters : mapping
-            By name; the rest is the file's.
+            By name; the rest is the file's, whose formulas follow the parameters that are given.
         record_every : int
             Steps between recorded rows; the first and the last state are always recorded.
         compensated : bool
@@ -220,7 +222,7 @@ class HamiltonianModel:
         if isinstance(every, bool) or not isinstance(every, int) or every < 1:
             raise UsageError(Problem("record_every", f"{every!r} is no whole number from 1", "record_every=10"))
         values = self._values(parameters)
-        state = self._start(initial)
+        state = self._start(initial, values)
         began = time.perf_counter()
         kept = run.compensated if compensated is None else bool(compensated)
         rows, counted, status = self._steps(chosen, step, steps, every, state, values, allowed, compensated=kept)
@@ -369,40 +371,37 @@ class HamiltonianModel:
         )
 
     def _values(self, parameters: Mapping[str, float] | Array | None) -> Array:
-        """Return the values of all parameters. Raises UsageError."""
+        """Return the values of all parameters of a run, formulas of the file after the changes. Raises UsageError."""
         if isinstance(parameters, np.ndarray):
             return parameters
-        values = dict(self.parameters)
         _check_mapping("parameters", parameters, 'parameters={"m": 2.0}')
+        changes = {}
         for name, value in (parameters or {}).items():
-            if name not in values:
-                hint = nearest(str(name), values) or "no parameters, as there is none"
+            if name not in self.parameters:
+                hint = nearest(str(name), self.parameters) or "no parameters, as there is none"
                 raise UsageError(Problem("parameters", f"there is no parameter {shown(str(name))}", hint))
-            values[name] = _finite(f"parameters.{name}", value)
-        return np.array(list(values.values()), float)
+            changes[name] = _finite(f"parameters.{name}", value)
+        return np.array(list(self.document.parameter_values(changes).values()), float)
 
-    def _start(self, initial: Mapping[str, Any] | None) -> Array:
-        """Return q and p of the start, (1, 2 n). Raises UsageError."""
-        document = self.document
-        state = np.array(
-            [item.position for item in document.coordinates] + [item.momentum_value for item in document.coordinates]
-        )
+    def _start(self, initial: Mapping[str, Any] | None, values: Array) -> Array:
+        """Return q and p of the start of a run with these parameters, (1, 2 n). Raises UsageError."""
         names = [*self.q_names, *self.p_names]
+        given: dict[str, float] = {}
         _check_mapping("initial", initial, f'initial={{"{self.q_names[0]}": 0.1}}, or "q" and "p" with arrays')
         for key, value in (initial or {}).items():
             if key in names:
-                state[names.index(key)] = _finite(f"initial.{key}", value)
+                given[key] = _finite(f"initial.{key}", value)
             elif key in ("q", "p"):
                 array = _array(f"initial.{key}", value)
                 if array.shape != (self.n,) or not np.isfinite(array).all():
                     what = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed"
                     raise UsageError(Problem("initial", what, f"one number for each of {', '.join(names[:3])}, ..."))
-                state[: self.n] = array if key == "q" else state[: self.n]
-                state[self.n :] = array if key == "p" else state[self.n :]
+                given |= zip(self.q_names if key == "q" else self.p_names, array.tolist(), strict=True)
             else:
                 hint = nearest(str(key), names)
                 raise UsageError(Problem("initial", f"there is no coordinate or momentum {shown(str(key))}", hint))
-        energy = self.energy(state[: self.n], state[self.n :])
+        state = self.document.start(dict(zip(self.parameters, values.tolist(), strict=True)), given)
+        energy = float(self._call("hamiltonian", [state[: self.n], state[self.n :]], values)[0].sum())
         if not math.isfinite(energy):
             hint = NO_START
             raise UsageError(Problem("initial", f"H is {energy} at the start", hint))

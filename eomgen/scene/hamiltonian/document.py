@@ -6,6 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.infix import infix
 from eomgen.formula.nodes import Formula
 
 #: What there is for Hamiltonian systems, for messages.
@@ -21,7 +27,15 @@ DEPENDENCES: tuple[Dependence, ...] = ("kinetic", "potential", "coupled")
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A coordinate with its conjugate momentum, and both at the start."""
+    """A coordinate with its conjugate momentum, and both at the start.
+
+    Attributes
+    ----------
+    position, momentum_value : float
+        Both at the start, with the file's parameters.
+    position_formula, momentum_formula : Formula or None
+        Of parameters, by which a run with other parameters starts; None for numbers.
+    """
 
     name: str
     momentum: str
@@ -29,16 +43,27 @@ class Coordinate:
     momentum_value: float
     unit: str = ""
     momentum_unit: str = ""
+    position_formula: Formula | None = None
+    momentum_formula: Formula | None = None
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named number that runs may change."""
+    """A named number that runs may change.
+
+    Attributes
+    ----------
+    value : float
+        In the file.
+    formula : Formula or None
+        Of parameters above this one, by which a run with other values of these has this one; None for a number.
+    """
 
     name: str
     value: float
     unit: str = ""
     description: str = ""
+    formula: Formula | None = None
 
 
 @dataclass(frozen=True)
@@ -104,3 +129,62 @@ class Hamiltonian:
     def separable(self) -> bool:
         """Whether H is T(p) + V(q), by its terms."""
         return all(term.dependence != "coupled" for term in self.terms)
+
+    def parameter_values(self, changes: Mapping[str, float]) -> dict[str, float]:
+        """Return the values of all parameters in a run, by name.
+
+        Parameters
+        ----------
+        changes : mapping of names to numbers
+            Parameters that the run has other values of. A parameter with a formula that is not among them follows.
+
+        Raises
+        ------
+        UsageError
+            A formula has no finite real value with these changes.
+        """
+        values: dict[str, float] = {}
+        for item in self.parameters:
+            if item.name in changes:
+                values[item.name] = changes[item.name]
+            elif item.formula is None or not changes:
+                values[item.name] = item.value
+            else:
+                values[item.name] = _value_in_run(f"parameter {item.name}", item.formula, values)
+        return values
+
+    def start(self, values: Mapping[str, float], given: Mapping[str, float]) -> Array:
+        """Return coordinates, then momenta at the start, shape (2 n,).
+
+        Parameters
+        ----------
+        values : mapping
+            Of all parameters, by name.
+        given : mapping
+            Coordinates and momenta that the run starts from other values of, by name.
+
+        Raises
+        ------
+        UsageError
+            A formula has no finite real value with these parameters.
+        """
+        of_file = [(item.name, item.position, item.position_formula) for item in self.coordinates]
+        of_file += [(item.momentum, item.momentum_value, item.momentum_formula) for item in self.coordinates]
+        state = np.empty(len(of_file))
+        for place, (name, number, formula) in enumerate(of_file):
+            if name in given:
+                state[place] = given[name]
+            else:
+                state[place] = number if formula is None else _value_in_run(f"start of {name}", formula, values)
+        return state
+
+
+def _value_in_run(what: str, formula: Formula, values: Mapping[str, float]) -> float:
+    """Return the value of a formula of parameters. Raises UsageError."""
+    try:
+        return evaluate(formula, lambda symbol: values[symbol.name])
+    except ArithmeticError as error:
+        names = sorted({symbol.name for symbol in symbols(formula)})
+        at = ", ".join(f"{name} = {values[name]:.6g}" for name in names)
+        fault = f"the {what}, {infix(formula)}, has no finite real value with {at}: {error}"
+        raise UsageError(Problem("parameters", fault, NO_START)) from None

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from eomgen.formula.evaluate import evaluate
+from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import Names, Scope
@@ -63,27 +63,36 @@ class Entries:
             key = f"parameters.{name}"
             table = entry if isinstance(entry, Mapping) else {"value": entry}
             check_keys(key, table, ("value", "unit", "description"), self.report)
-            value = self.number(f"{key}.value" if isinstance(entry, Mapping) else key, table.get("value"), made)
-            made.append(Parameter(name, value, self.text(key, table, "unit"), self.text(key, table, "description")))
+            value, formula = self.number(f"{key}.value" if table is entry else key, table.get("value"), made)
+            labels = self.text(key, table, "unit"), self.text(key, table, "description")
+            made.append(Parameter(name, value, *labels, formula))
         return made
 
-    def number(self, key: str, value: object, known: Iterable[Parameter]) -> float:
-        """Return a finite number, or the value of a formula of parameters; NaN where it is neither."""
+    def number(self, key: str, value: object, known: Iterable[Parameter]) -> tuple[float, Formula | None]:
+        """Return a finite number, or the value of a formula of parameters; NaN if it is neither.
+
+        Returns
+        -------
+        value : float
+        formula : Formula or None
+            None for a number, and for a formula without parameters.
+        """
         if isinstance(value, str):
             values = {item.name: item.value for item in known}
             formula = self.formula(key, value, Names(parameters=dict.fromkeys(values, True)), OF_PARAMETERS)
             if formula is None:
-                return math.nan
+                return math.nan, None
             try:
-                return evaluate(formula, lambda symbol: values[symbol.name])
+                number = evaluate(formula, lambda symbol: values[symbol.name])
             except ArithmeticError as error:
                 self.report.add(key, str(error), "another formula")
-                return math.nan
+                return math.nan, None
+            return number, formula if any(True for _ in symbols(formula)) else None
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             hint = "a finite number, or a formula of parameters"
             self.report.add(key, "the value is missing" if value is None else f"this is {described(value)}", hint)
-            return math.nan
-        return float(value)
+            return math.nan, None
+        return float(value), None
 
     def formula(self, key: str, text: object, names: Names, scope: Scope) -> Formula | None:
         """Return a formula; None where it is none, which is reported."""

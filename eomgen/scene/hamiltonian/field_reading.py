@@ -259,7 +259,7 @@ class _FieldReader(Entries):
                 self.report.add(f"{key}.white", f"this is {described(value)}", f"{name} = {{ white = true }}")
             return Operator(name, "white", of=of)
         if kind == "smoothing":
-            radius = self.number(f"{key}.smoothing", value, self.known)
+            radius, _ = self.number(f"{key}.smoothing", value, self.known)
             if radius < 0.0:
                 self.report.add(f"{key}.smoothing", f"the radius is {radius:.6g}", "a radius from 0 on")
             return Operator(name, "smoothing", self.formula(key, radius, Names(), _WAVES) or ZERO, of=of)
@@ -376,7 +376,7 @@ class _FieldReader(Entries):
     def minimum(self, key: str, name: str, table: Mapping[str, Any]) -> float | None:
         if "minimum" not in table:
             return 0.0 if name in _NOT_NEGATIVE else None
-        return self.number(f"{key}.minimum", table["minimum"], self.known)
+        return self.number(f"{key}.minimum", table["minimum"], self.known)[0]
 
     def truth(self, given: Sequence[Data]) -> int | None:
         """Return the seed of the truth; None where there is none."""

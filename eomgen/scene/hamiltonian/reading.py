@@ -194,9 +194,11 @@ class _Reader(Entries):
             check_keys(key, entry, ("momentum", "initial", "unit", "momentum_unit"), self.report)
             initial = entry.get("initial")
             if isinstance(initial, list | tuple) and len(initial) == 2:
-                position, momentum = (self.number(f"{key}.initial[{k}]", initial[k], parameters) for k in (0, 1))
+                position, position_formula = self.number(f"{key}.initial[0]", initial[0], parameters)
+                momentum, momentum_formula = self.number(f"{key}.initial[1]", initial[1], parameters)
             else:
                 position = momentum = math.nan  # formulas may have its names
+                position_formula = momentum_formula = None
                 what = "the initial value is missing" if initial is None else f"the start is {described(initial)}"
                 self.report.add(f"{key}.initial", what, f"{name} = {_START}: its position and its momentum")
             made.append(
@@ -207,6 +209,8 @@ class _Reader(Entries):
                     momentum,
                     self.text(key, entry, "unit"),
                     self.text(key, entry, "momentum_unit"),
+                    position_formula,
+                    momentum_formula,
                 )
             )
         return made
