@@ -5,13 +5,22 @@ Morison, O'Brien, Johnson and Schaaf (Petroleum Transactions 189, 1950, 149) in 
 
     rho V c (a_w - g) + rho C_a V (a_w - a_b)_n + 1/2 rho C_d D ds c |u_n| u_n,  u = u_w - u_b,
 
-n being the part across the axis. The first term is the pressure of undisturbed water on the slice and on what is below
-it, integrated; so the pressure on flat ends is in it. The inertia of the water, rho C_a V a_b, is in the inertia matrix
+n being the part across the axis. The first term is the pressure of undisturbed water, integrated over the slice, so
+the pressure on flat ends is in it. The inertia of the water, rho C_a V a_b, is in the inertia matrix
 (``tree/added_mass``), with a constant wet length.
+
+In water at rest the first term and its moment are the gradient of one energy, rho times the integral over the slice
+of max(G.(surface - r), 0), G = -g. With s along the axis d and y across it, G.r of points of the slice varies by
+s G.d + y |G_n|: s is uniform over the length ds of the slice, and y counts as uniform with the variance r^2 = A/4 pi
+of a circle of area A. Sums over slices are then integrals over the hull, so that volume, centre of buoyancy and water
+plane (BM = r^2 A/V of an upright hull) are exact whatever the number of slices. In waves G is a_w - g, which is normal
+to the surface there, and accelerations that differ over a slice turn it by -rho A r^2 c d x (a_w)' ds, the prime being
+the derivative along the axis: gradients of accelerations are symmetric where water does not spin.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from eomgen.formula.nodes import ZERO_VECTOR, given_to
@@ -31,6 +40,12 @@ from eomgen.symbolic.tape import Tape
 
 #: Added in squares to velocities, m/s, so that drag has a derivative where nothing moves.
 _SLOW = 1e-3
+#: Square of the half width of a uniform distribution with the variance of a circular section, by its area: 3/(4 pi).
+_UNIFORM = 3.0 / (4.0 * math.pi)
+#: Length or width of a slice, seen along G, in parts of the other at least: a division needs one.
+_THIN = 1e-5
+#: Added to the acceleration by which up is known, m/s^2, so that there is an up without gravity.
+_SLIGHT = 1e-9
 
 
 def add_hulls(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> Sequence[Hull]:
@@ -125,6 +140,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
     for axle in axles:
         member, count = axle.member, axle.item.stations
         size = member.length * (1.0 / count)
+        accelerations: list[Vector] = []
         for k in range(count):
             arm = axle.arm(size * (k + 0.5))
             here = plus(axle.origin, arm)
@@ -138,34 +154,84 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
             water, acceleration = water_at(quantities, axle.item, here)
             columns.add("water", water)
             columns.add("acceleration", acceleration)
+            accelerations.append(acceleration)
             volume = member.density * member.area * size
-            columns.add("size", [size, member.diameter, volume, volume * member.added * inert])
+            columns.add("size", [size, member.area * _UNIFORM, volume, volume * member.added * inert])
             columns.add("drag", [0.5 * member.density * member.drag * member.diameter * size])
             columns.add("gravity", quantities.kinematics.base.gravity_world)
+        for change in _changes(algebra, accelerations):
+            columns.add("change", change)
     inputs = LoopInputs(inner, [])
     given = {name: [inputs.number(column) for column in found] for name, found in columns.found.items()}
-    d, velocity, water, acceleration, gravity, arm = (
-        inner.vector(given[name]) for name in ("axis", "velocity", "water", "acceleration", "gravity", "arm")
-    )
+    names = ("axis", "velocity", "water", "acceleration", "gravity", "arm", "change")
+    d, velocity, water, acceleration, gravity, arm, change = (inner.vector(given[name]) for name in names)
     (z,), (surface,), (drag,) = given["z"], given["surface"], given["drag"]
-    size, diameter, volume, carried = given["size"]
-    along, across = size * d[2], diameter * diameter * (dot(d, d) - d[2] * d[2])
-    share = _between(inner, (surface - z) / inner.call(Op.SQRT, along * along + across) + 0.5)
+    size, width, volume, carried = given["size"]
+    steep = minus(acceleration, gravity)
+    up = (steep[0], steep[1], steep[2] + _SLIGHT)
+    leaning = dot(d, up)
+    lengths = 0.25 * (size * size) * (leaning * leaning), width * (dot(up, up) - leaning * leaning)
+    share, of_length, of_width = _wet_share(inner, up[2] * (surface - z), *lengths)
     past = _across(d, minus(water, velocity))
     speed = inner.call(Op.SQRT, dot(past, past) + _SLOW**2)
-    load = plus(scaled(volume * share, minus(acceleration, gravity)), scaled(carried, _across(d, acceleration)))
+    load = plus(scaled(volume * share, steep), scaled(carried, _across(d, acceleration)))
     load = plus(load, scaled(drag * share * speed, past))
+    righting = scaled(-volume * leaning * (0.25 * (size * size) * of_length - width * of_width), up)
+    couple = cross(d, minus(righting, scaled(volume * (width * (1.0 / 3.0)) * share / size, change)))
     loop = Map(
         kernel,
         len(columns.found["z"][0]),
         tuple(inputs.elements),
         tuple(inputs.shared),
         tuple(inputs.gather),
-        sums=tuple(value.ref for value in (*load, *cross(arm, load))),
+        sums=tuple(value.ref for value in (*load, *plus(cross(arm, load), couple))),
         label="water on hulls, slice by slice",
     )
     found = [Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, compact(loop, ())).sums]
     return (found[0], found[1], found[2]), (found[3], found[4], found[5])
+
+
+def _wet_share(
+    algebra: Algebra, depth: Scalar, along_squared: Scalar, across_squared: Scalar
+) -> tuple[Scalar, Scalar, Scalar]:
+    """Return the wet share of a slice, and by what the energy of buoyancy grows with its half lengths.
+
+    The energy is e(u, a, b), the mean of max(u + x + y, 0) over x uniform in (-a, a) and y uniform in (-b, b); see the
+    head of this file. Each is written without differences of nearly equal numbers, for any ratio of a to b.
+
+    Parameters
+    ----------
+    depth : u, of the middle of the slice, times G
+    along_squared, across_squared : a^2 and b^2, one of which may be 0
+
+    Returns
+    -------
+    share : de/du, 0 to 1
+    of_length, of_width : (de/da)/a and (de/db)/b
+    """
+    least = _THIN**2 * (along_squared + across_squared)
+    a, b = (algebra.call(Op.SQRT, item + least) for item in (along_squared, across_squared))
+    # parts of the width, -1 to 1, from which on some and all of the length is wet; of the length, what is wet there
+    low, high = (_clamped(algebra, (end - depth) / b, -algebra.one) for end in (-a, a))
+    first, last = ((depth + b * part) / a for part in (low, high))
+    partly = 0.5 * (high - low)
+    share = 0.25 * partly * (2.0 + first + last) + 0.5 * (1.0 - high)
+
+    def growth(one: Scalar, other: Scalar) -> Scalar:
+        return 0.25 * partly / a * (1.0 - (one * one + one * other + other * other) * (1.0 / 3.0))
+
+    return share, growth(first, last), growth(low, high)
+
+
+def _changes(algebra: Algebra, accelerations: Sequence[Vector]) -> list[Vector]:
+    """Return by how much accelerations of water change over each slice of a hull, of one end after another."""
+    last = len(accelerations) - 1
+    found = []
+    for k in range(last + 1):
+        before, after = max(k - 1, 0), min(k + 1, last)
+        rise = minus(accelerations[after], accelerations[before])
+        found.append(scaled(algebra.scalar(1.0 / max(after - before, 1)), rise))
+    return found
 
 
 class _Columns:
@@ -215,8 +281,13 @@ def water_at(quantities: Quantities, item: Hull, here: Vector) -> tuple[Vector, 
 
 
 def _between(algebra: Algebra, x: Scalar) -> Scalar:
-    """Return a number, 0 where it is negative, and 1 where it is larger."""
-    return algebra.call(Op.MIN, algebra.call(Op.MAX, x, algebra.zero), algebra.one)
+    """Return a number, 0 if it is negative, and 1 if it is larger."""
+    return _clamped(algebra, x, algebra.zero)
+
+
+def _clamped(algebra: Algebra, x: Scalar, least: Scalar) -> Scalar:
+    """Return a number between a bound and 1."""
+    return algebra.call(Op.MIN, algebra.call(Op.MAX, x, least), algebra.one)
 
 
 LAW = Law(Hull, add_hull, together=add_hulls)
