@@ -70,7 +70,7 @@ DOORS: dict[str, set[str]] = {
     },
     "mechanics": {"arrays", "errors", "formula", "lie", "scene", "symbolic", "system", "text"},
     "integrators": {"arrays", "errors", "extensions", "lie", "symbolic", "system", "text"},
-    "codegen": {"errors", "extensions", "integrators", "resources", "symbolic", "system", "text", "version"},
+    "codegen": {"errors", "extensions", "files", "integrators", "resources", "symbolic", "system", "text", "version"},
     "hamiltonian": {
         "arrays",
         "calls",
@@ -455,6 +455,8 @@ LATE: dict[str, dict[str, str]] = {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
     },
     "results.solution": {"results.animation": "solutions are used without it"},
+    "scene.document.column_units": {"units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.reading.values": {"units.conversion": "Pint; few curves say the unit of their argument"},
     "scene.document.units": {"units.conversion": "Pint; most scenes have no units of their own"},
     "scene.scaling": {"units.conversion": "Pint; studies of other sizes alone change units"},
     "scene.signals.curves": {"units.conversion": "Pint; most scenes have no units of their own"},

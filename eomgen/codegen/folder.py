@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from eomgen.codegen.program import Program
 from eomgen.errors import FileError
+from eomgen.files import temporary_file
 
 MANIFEST = "manifest.json"
 
@@ -61,12 +60,9 @@ def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
         target.mkdir(parents=True, exist_ok=True)
         # first, so that a broken folder is ours
         for name, text in sorted(files.items(), key=lambda item: item[0] != MANIFEST):
-            with tempfile.NamedTemporaryFile(
-                "w", encoding="utf-8", newline="\n", dir=target, prefix=f".{name}.", delete=False
-            ) as stream:
+            with temporary_file(target / name) as stream:
                 temporary = Path(stream.name)
-                stream.write(text)
-            temporary.chmod(0o666 & ~_umask())
+                stream.write(text.encode())
             temporary.replace(target / name)
         for name in old - set(files):
             (target / name).unlink(missing_ok=True)
@@ -75,12 +71,6 @@ def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
             temporary.unlink(missing_ok=True)
         raise FileError(f"cannot write {target}: {error.strerror or error}", "another folder") from error
     return target
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _earlier_files(target: Path) -> set[str]:

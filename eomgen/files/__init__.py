@@ -7,7 +7,7 @@ from eomgen.files.archives import read_arrays, write_arrays
 from eomgen.files.csv_reading import read_cells, read_table
 from eomgen.files.csv_tables import write_table
 from eomgen.files.nearby import nearby
-from eomgen.files.writing import check_writable, make_folder, write_bytes, write_text
+from eomgen.files.writing import check_writable, make_folder, temporary_file, write_bytes, write_text
 
 __all__ = [
     "check_writable",
@@ -16,6 +16,7 @@ __all__ = [
     "read_arrays",
     "read_cells",
     "read_table",
+    "temporary_file",
     "write_arrays",
     "write_bytes",
     "write_table",

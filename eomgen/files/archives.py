@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 import tokenize
 import zipfile
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem
 from eomgen.files.nearby import nearby
 from eomgen.files.writing import write_file
+from eomgen.text import shown
 
 _METADATA = "metadata"
 
@@ -35,6 +37,7 @@ def read_arrays(
         with path.open("rb") as stream:
             if not zipfile.is_zipfile(stream):
                 raise ValueError("it is no .npz archive, or not all of one")
+            _check_sizes(stream)
             stream.seek(0)
             with np.load(stream, allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files}
@@ -53,4 +56,28 @@ def read_arrays(
         ValueError, EOFError, NotImplementedError, SyntaxError, tokenize.TokenError, zlib.error, zipfile.BadZipFile
     ) as error:  # fmt: skip  # a list of kinds
         raise FileError(Problem(str(path), f"this is not a {kind} written by eomgen: {error}", hint)) from None
+    except MemoryError:
+        raise FileError(Problem(str(path), "its arrays are larger than the memory", hint)) from None
     return arrays, metadata
+
+
+def _check_sizes(stream: IO[bytes]) -> None:
+    """Refuse arrays whose headers promise more bytes than are stored, before memory is asked for.
+
+    Raises
+    ------
+    ValueError
+    """
+    with zipfile.ZipFile(stream) as archive:
+        for item in archive.infolist():
+            with archive.open(item) as member:
+                if (version := np.lib.format.read_magic(member)) not in _HEADERS:
+                    continue
+                shape, _, kind = _HEADERS[version](member)
+                stored = item.file_size - member.tell()
+            if (promised := math.prod(shape) * kind.itemsize) > stored:
+                name = item.filename.removesuffix(".npy")
+                raise ValueError(f"the array {shown(name)} should have {promised} bytes, and has {stored}")
+
+
+_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}

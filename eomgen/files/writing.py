@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import secrets
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -16,10 +17,9 @@ def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object]) -> 
     """Write a file of about ``needed`` bytes by a function of its stream. Raises FileError."""
     temporary: Path | None = None
     try:
-        with tempfile.NamedTemporaryFile("wb", dir=path.parent, prefix=f".{path.name}.", delete=False) as stream:
+        with temporary_file(path) as stream:
             temporary = Path(stream.name)
             fill(stream)
-        temporary.chmod(0o666 & ~_umask())
         temporary.replace(path)
     except BaseException as error:
         if temporary is not None:
@@ -69,7 +69,16 @@ def check_writable(path: Path) -> None:
         raise FileError(Problem(str(path), what, "another folder, or permission to write there")) from None
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def temporary_file(path: Path) -> IO[bytes]:
+    """Open a new file beside a path, under a name that no other file has.
+
+    The system gives it the permissions of new files: to ask for the process's mask would set it for a moment, for
+    files of other threads as well.
+
+    Raises
+    ------
+    OSError
+    """
+    flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_BINARY", 0)
+    place = path.parent / f".{path.name}.{secrets.token_hex(8)}"
+    return open(place, "wb", opener=lambda name, _: os.open(name, flags, 0o666))  # Path takes none

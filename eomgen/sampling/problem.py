@@ -368,7 +368,7 @@ def _numbers_of(path: Path) -> NDArray[Any]:
         stored = np.load(path, mmap_mode="r", allow_pickle=False)
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
-    except (ValueError, EOFError, SyntaxError):
+    except (ValueError, EOFError, SyntaxError, MemoryError, OverflowError):
         raise FileError(Problem(str(path), *_NO_ARRAY)) from None
     if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "biuf":
         kind = stored.dtype if isinstance(stored, np.ndarray) else "an archive"

@@ -183,6 +183,7 @@ class CurveKeys(TypedDict, total=False):
     wave: Mapping[str, Any] | None
     bump: Mapping[str, Any] | None
     road: Mapping[str, Any] | None
+    argument_unit: str | None
     unit: str | None
     description: str | None
 

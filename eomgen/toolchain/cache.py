@@ -14,6 +14,7 @@ import hashlib
 import json
 import math
 import os
+import shlex
 import shutil
 import tempfile
 import time
@@ -88,6 +89,13 @@ class Cache:
         self._refusal = refusal(self.folder)
         if self._refusal:
             self.read_only = self.folder
+        if others := writable_by_others(self.folder):
+            warnings.warn(
+                f"the cache {self.folder} {others}, and its libraries are run: set EOMGEN_CACHE to a folder of your own"
+                f" (try: chmod go-w {shlex.quote(str(self.folder))})",
+                RuntimeWarning,
+                stacklevel=3,
+            )
 
     def get(self, key: str) -> Entry | None:
         """Return the entry of a key, or None; an entry whose files are not what was written is put aside."""
@@ -289,6 +297,24 @@ def refusal(folder: Path) -> str:
     except OSError as error:
         return str(error.strerror or error)
     return ""
+
+
+def writable_by_others(folder: Path) -> str:
+    """Return by whom else a folder can be written, as the end of a sentence; empty where by nobody.
+
+    A group of the user's own does not count: it has no other members on most systems.
+    """
+    if not hasattr(os, "geteuid"):
+        return ""
+    try:
+        status = folder.stat()
+    except OSError:
+        return ""
+    if status.st_mode & 0o002:
+        return "can be written by everyone"
+    if status.st_mode & 0o020 and status.st_gid != os.getegid():
+        return "can be written by a group"
+    return "belongs to another user" if status.st_uid not in (os.geteuid(), 0) and os.geteuid() != 0 else ""
 
 
 def _checked(folder: Path) -> Entry | None:

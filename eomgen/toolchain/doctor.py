@@ -15,7 +15,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from eomgen.errors import EomgenError, FileError
-from eomgen.toolchain.cache import default_folder, refusal
+from eomgen.toolchain.cache import default_folder, refusal, writable_by_others
 from eomgen.toolchain.cffi_build import python_headers
 from eomgen.toolchain.compiler import as_root, compile_library, find_compiler, install_hint, library_suffix
 
@@ -122,6 +122,9 @@ def _cache() -> Check:
     except FileError as error:
         return Check("cache", False, error.problems[0].what, "unset EOMGEN_CACHE")
     reason = refusal(folder)
+    if not reason and (others := writable_by_others(folder)):
+        what = f"{folder} {others}, and its libraries are run"
+        return Check("cache", False, what, f"chmod go-w {shlex.quote(str(folder))}", needed=False)
     if not reason:
         return Check("cache", True, str(folder), needed=False)
     return Check("cache", False, f"{folder} cannot be written: {reason}", _mended(folder), needed=False)

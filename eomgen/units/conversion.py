@@ -74,6 +74,28 @@ def to_unit(quantity: Quantity, unit: str, *, over_time: bool = False) -> float:
     return _finite(quantity, quantity.number * size / wanted_size)
 
 
+def unit_fault(text: str, factors: Factors, unit: str) -> tuple[str, str] | None:
+    """Return the reason for which a unit cannot be converted to another one, and what to try; None if it can.
+
+    Parameters
+    ----------
+    text, factors : the unit, as it is written and as it is read
+    unit : that it is converted to, coherent in SI
+    """
+    wanted = measure(read_unit(unit))[1]
+    if _matches(measure(factors)[1], wanted):
+        return None
+    hint = f'"{unit}", or another unit of the same kind'
+    if factors == (("g", 1),) and wanted == {"[length]": 1, "[time]": -2}:
+        hint = '"g0", 9.80665 m/s^2: g is the gram'
+    return f"the unit {shown(text)} is {_of_kind(factors)}, {_expected(unit)}", hint
+
+
+def _of_kind(factors: Factors) -> str:
+    words = _words(factors)
+    return words.replace("a ", "of a ", 1) if words.startswith("a ") else words.replace("an ", "of an ", 1)
+
+
 def misplaced(label: str, unit: str) -> str:
     """Return what a quantity with a unit is where one in another unit is expected, in words; empty where it could be
     that one, angles being no dimension here.

@@ -798,6 +798,7 @@ def test_every_kind_of_name_in_formulas_has_its_section() -> None:
     """Motions are inputs, exact beams are beams, and are in their sections."""
     assert {field.name for field in dataclasses.fields(Names)} - {
         "controllers",
+        "curve_arguments",
         "exact_beams",
         "motions",
         "offered",

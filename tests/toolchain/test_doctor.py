@@ -107,6 +107,14 @@ def test_a_cache_that_its_owner_has_locked(tmp_path: Path, monkeypatch: pytest.M
     assert doctor._cache().ok
 
 
+def test_a_cache_that_everyone_can_write(tmp_path: Path) -> None:
+    folder = tmp_path / "cache"
+    folder.mkdir()
+    folder.chmod(0o777)
+    words = f"{folder} can be written by everyone, and its libraries are run"
+    assert_mended("cache", environment(folder), words, f"chmod go-w {folder}")
+
+
 def test_a_default_cache_that_cannot_be_written(tmp_path: Path) -> None:
     where = {name: text for name, text in environment(tmp_path).items() if name != "EOMGEN_CACHE"}
     where |= {"XDG_CACHE_HOME": "/proc/nowhere", "HOME": str(tmp_path)}

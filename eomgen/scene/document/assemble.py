@@ -223,6 +223,9 @@ class _Assembler:
             modes=(*document.modes, *sorted(refused["modes"])),
             references=(*document.references, *sorted(refused["references"])),
             curves=self.curve_table,
+            curve_arguments={
+                name: entry.argument_unit for name, entry in document.curves.items() if entry.argument_unit
+            },
             waves=self.wave_table,
             offered={
                 kind: Offered(row.section, scope, (*document.section(row.section), *sorted(refused[row.section])))

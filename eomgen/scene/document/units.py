@@ -9,11 +9,13 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eomgen.scene.document.column_units import ColumnUnits, columns_of
 from eomgen.scene.document.schema import Document
 from eomgen.scene.formula.namespaces import Included
-from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Meaning, Table, Units, fields_of
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Column, Inner, Meaning, Table, Units, fields_of
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
+from eomgen.scene.signals.tables import MOST_ROWS
 from eomgen.text import key_of, shown
 from eomgen.units.parser import Factors, Quantity, UnitError, is_quantity, read_quantity, read_unit
 from eomgen.units.table import names
@@ -52,8 +54,18 @@ class _Converter:
         self.parameters = frozenset(sections.get("parameters", {}))
         self.labels = {name: label for name, entry in entries.items() if (label := _label(entry))}
 
-    def table(self, model: type[Table], key: str, data: Mapping[str, Any], kind: object) -> dict[str, Any]:
-        """Convert the values of a table; ``kind`` is the type of what is around it."""
+    def table(
+        self,
+        model: type[Table],
+        key: str,
+        data: Mapping[str, Any],
+        kind: object,
+        columns: ColumnUnits | None = None,
+    ) -> dict[str, Any]:
+        """Convert the values of a table; ``kind`` and ``columns`` are the type and the columns of the table around
+        it."""
+        own = columns_of(model, data)
+        columns = own or columns
         kind = data.get("type", kind or self.kind_of_joint(data))
         result = dict(data)
         fields = fields_of(model)
@@ -62,14 +74,60 @@ class _Converter:
                 continue
             place = f"{key}.{name}" if key else name
             if inner is not None:
-                result[name] = self.inner(inner, place, data[name], kind)
+                result[name] = self.inner(inner, place, data[name], kind, columns)
+            elif meaning.column and columns is not None:
+                result[name] = self.in_columns(meaning, columns, place, data[name])
             elif meaning.unit or meaning.names is not None:
                 component = data.get("index", 0) if "index" in fields else None
                 over_time = meaning.names is not None and "time" in meaning.names.kinds
                 result[name] = self.value(_unit(meaning, kind, component), place, data[name], over_time=over_time)
             if meaning.unit == ANY_UNIT and "unit" in fields:
                 self.label(key, data, result, name)
+        if own is not None:
+            self.label_columns(model, key, own, result)
         return result
+
+    def in_columns(self, meaning: Meaning, columns: ColumnUnits, key: str, value: Any) -> Any:
+        """Convert what belongs to a curve's columns: a number, pairs of numbers, or the unit of a table's column."""
+        if isinstance(meaning.column, tuple):
+            if not isinstance(value, list | tuple) or len(value) > MOST_ROWS:
+                return value
+            self.beside_units(columns, meaning.column, key, value)
+            return [
+                [
+                    self.in_column(columns, column, f"{key}[{row}][{place}]", cell)
+                    for place, (column, cell) in enumerate(zip(meaning.column, cells, strict=True))
+                ]
+                if isinstance(cells, list | tuple) and len(cells) == len(meaning.column)
+                else cells
+                for row, cells in enumerate(value)
+            ]
+        if meaning.unit:
+            return self.in_column(columns, meaning.column, key, value)
+        if not isinstance(value, str) or not value.strip():
+            return value
+        if fault := columns.fault_of_unit(meaning.column, value):
+            self.report.add(key, *fault)
+            return ""
+        return value
+
+    def in_column(self, columns: ColumnUnits, column: Column, key: str, value: Any) -> Any:
+        if isinstance(value, str) and not isinstance(value, Refused | Included) and is_quantity(value):
+            columns.learn(column, value)
+        return self.value(columns.of(column) or ANY_UNIT, key, value) if isinstance(value, str) else value
+
+    def label_columns(self, model: type[Table], key: str, columns: ColumnUnits, result: dict[str, Any]) -> None:
+        """Label a curve by the units that its columns were converted to; report a label that says otherwise."""
+        if "unit" in model.model_fields and "value" in columns.converted:
+            label = result.get("unit", "")
+            if fault := columns.fault_of_label("value", label):
+                self.report.add(f"{key}.unit", *fault)
+            elif isinstance(label, str) and not label.strip():
+                result["unit"] = columns.of("value")
+        if "argument_unit" in model.model_fields and (unit := columns.of("argument")):
+            if fault := columns.fault_of_label("argument", result.get("argument_unit")):
+                self.report.add(f"{key}.argument_unit", *fault)
+            result["argument_unit"] = unit
 
     def label(self, key: str, data: Mapping[str, Any], result: dict[str, Any], name: str) -> None:
         """Give the label of what has any unit: that of SI where a unit string was converted, else the one that is
@@ -80,7 +138,8 @@ class _Converter:
             return
         factors = _factors(label)
         if label.strip() and factors is None and label.strip() not in _WITHOUT_UNIT:
-            self.notes.append(f"{key}.unit: {shown(label)} is no unit that is known, and shown as it is")
+            note = f"{key}.unit: {shown(label)} is no unit that is known, and shown as it is"
+            self.notes += [note] if note not in self.notes else []
         if isinstance(written, str) and isinstance(number, float):
             from eomgen.units.conversion import is_coherent, to_si  # noqa: PLC0415
 
@@ -99,20 +158,23 @@ class _Converter:
         joint = self.joints.get(data["joint"]) if isinstance(data.get("joint"), str) else None
         return joint.get("type") if isinstance(joint, Mapping) else None
 
-    def inner(self, inner: Inner, key: str, value: Any, kind: object) -> Any:
+    def inner(self, inner: Inner, key: str, value: Any, kind: object, columns: ColumnUnits | None) -> Any:
         shape, model = inner.shape, inner.model
         if shape == "list" and isinstance(value, list | tuple):
-            return [self.entry(model, f"{key}[{place}]", entry, kind) for place, entry in enumerate(value)]
+            return [self.entry(model, f"{key}[{place}]", entry, kind, columns) for place, entry in enumerate(value)]
         if shape == "entries" and isinstance(value, Mapping):
-            return {name: self.entry(model, f"{key}.{key_of(str(name))}", entry, kind) for name, entry in value.items()}
-        return self.entry(model, key, value, kind)
+            return {
+                name: self.entry(model, f"{key}.{key_of(str(name))}", entry, kind, columns)
+                for name, entry in value.items()
+            }
+        return self.entry(model, key, value, kind, columns)
 
-    def entry(self, model: type[Table], key: str, entry: Any, kind: object) -> Any:
+    def entry(self, model: type[Table], key: str, entry: Any, kind: object, columns: ColumnUnits | None) -> Any:
         if isinstance(entry, str) and is_quantity(entry) and "value" in model.model_fields:
             entry = {"value": entry}  # the short form of a parameter
         if not isinstance(entry, Mapping):
             return entry
-        return self.table(model, key, entry, kind)
+        return self.table(model, key, entry, kind, columns)
 
     def value(self, unit: Units, key: str, value: Any, depth: int = 0, *, over_time: bool = False) -> Any:
         """Convert every unit string in a value, which may be a list, a matrix or a table of numbers.
@@ -127,7 +189,7 @@ class _Converter:
             return self.name_alone(unit, key, value.strip().removeprefix("-").strip()) or value
         if isinstance(value, list | tuple) and depth < _DEPTH:
             units = (unit,) * len(value) if isinstance(unit, str) else (*unit, *[""] * len(value))
-            self.beside_units(unit, key, value)
+            self.beside_unit(unit, key, value)
             return [
                 self.value(units[place], f"{key}[{place}]", entry, depth + 1, over_time=over_time)
                 for place, entry in enumerate(value)
@@ -164,14 +226,29 @@ class _Converter:
             self.notes.append(f"{key}: {error.what}, and labels convert nothing")
         return None
 
-    def beside_units(self, unit: Units, key: str, values: Sequence[Any]) -> None:
+    def beside_unit(self, unit: Units, key: str, values: Sequence[Any]) -> None:
         """Note the numbers without a unit in a list of which other entries have one."""
-        if not isinstance(unit, str) or not any(isinstance(value, str) and is_quantity(value) for value in values):
+        if not isinstance(unit, str) or unit == ANY_UNIT or not any(map(_has_unit, values)):
             return
         for place, value in enumerate(values):
             if number := _plain(value):
                 self.notes.append(
                     f"{key}[{place}]: {number:g} has no unit, as entries beside it have, so it is {number:g} {unit}"
+                )
+
+    def beside_units(self, columns: ColumnUnits, names: tuple[Column, Column], key: str, rows: Sequence[Any]) -> None:
+        """Note the numbers without a unit in a column of points of which other rows have one."""
+        cells = [row for row in rows if isinstance(row, list | tuple) and len(row) == len(names)]
+        for place, name in enumerate(names):
+            first = next((row[place] for row in cells if _has_unit(row[place])), None)
+            if first is None:
+                continue
+            unit = columns.learn(name, first)
+            bare = [number for row in cells if (number := _plain(row[place]))]
+            if bare and unit:
+                more = f" ({len(bare)} such {name}s)" if len(bare) > 1 else ""
+                self.notes.append(
+                    f"{key}: the {name} {bare[0]:g} has no unit, as others have, so it is {bare[0]:g} {unit}{more}"
                 )
 
     def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | Refused:
@@ -219,6 +296,10 @@ def _label(entry: object) -> str:
         number_and_unit = _NUMBER_AND_UNIT.fullmatch(value)
         return number_and_unit[1] if number_and_unit else ""
     return unit if isinstance(unit, str) else ""
+
+
+def _has_unit(value: object) -> bool:
+    return isinstance(value, str) and is_quantity(value)
 
 
 def _plain(value: object) -> float:

@@ -135,6 +135,7 @@ class Names:
     exact_beams : those of them that are geometrically exact, and have no elastic coordinates.
     reactions : those that an entry of their own places; every joint and constraint has one besides.
     curves : mapping from name to curve.
+    curve_arguments : units in SI of the arguments of curves, of curves that say them.
     motions : the inputs that are motions, and what they are as formulas of time.
     random : random processes, and what they are as formulas of time.
     waves : mapping from name to the waves of a sea.
@@ -157,6 +158,7 @@ class Names:
     modes: tuple[str, ...] = ()
     references: tuple[str, ...] = ()
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)
+    curve_arguments: Mapping[str, str] = field(default_factory=dict)
     waves: Mapping[str, WaveField] = field(default_factory=dict)
     offered: Mapping[str, Offered] = field(default_factory=dict)
 

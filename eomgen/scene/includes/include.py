@@ -13,7 +13,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from eomgen.errors import EomgenError, FileError
+from eomgen.errors import DescriptionError, EomgenError, FileError, Problem
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.control.schema import Controller
 from eomgen.scene.document.faults import explained
@@ -26,7 +26,7 @@ from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.register import all_options, readable, source_of
-from eomgen.scene.sources.source import OptionError, Source
+from eomgen.scene.sources.source import OptionError, Read, Source
 from eomgen.scene.sources.text import read_text, shown_file
 from eomgen.system.description import BASE
 from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
@@ -49,13 +49,23 @@ def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> Part
         Where the paths in the scene start.
     """
     part = Part(dict(data), {key: report.place(key) for key in report.lines})
-    return _Includer(report).expanded(part, report, folder, (folder / report.file,))
+    try:
+        return _Includer(report).expanded(part, report, folder, (folder / report.file,))
+    except _TooManyFilesError as error:  # all else that is wrong follows from it, or is found once there are fewer
+        raise DescriptionError(error.problem) from None
+
+
+class _TooManyFilesError(Exception):
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        super().__init__(str(problem))
 
 
 class _Includer:
     def __init__(self, report: Report) -> None:
         self.report = report  # of the scene: the problems of other files end here
         self.files = 0
+        self.scenes: dict[Path, Read] = {}  # by path: one file may be included many times
 
     def expanded(self, part: Part, report: Report, folder: Path, chain: Sequence[Path]) -> Part:
         """Put what a file includes into its part; ``report`` is the file's own, ``chain`` leads from the scene to
@@ -97,22 +107,21 @@ class _Includer:
             return None
         if len(chain) > _DEEPEST or self.files > _MOST_FILES:
             what = f"more than {_MOST_FILES} files, or more than {_DEEPEST} within one another, are included"
-            report.add(place, what, "fewer of them")
-            return None
+            raise _TooManyFilesError(Problem(report.where(place), what, "fewer of them"))
         source = source_of(path)
         if source is None:
             report.add(place, f"{shown(entry.file)} is not a kind of file that can be included", readable(path))
             return None
         try:
-            text, options = read_text(path), all_options()
+            options = all_options()
             of_others = (options.keys() & entry.model_fields_set) - {option.name for option in source.options}
             for name in sorted(of_others):
                 report.add(
                     f"{key}.{name}", f"{name} is for {options[name][0].name} only", "the joint in the included file"
                 )
             if source.scenes:
-                return self.scene(source, text, path, [*chain, path])
-            return _part(source, text, path, entry)
+                return self.scene(source, path, [*chain, path])
+            return _part(source, read_text(path), path, entry)
         except FileError as error:
             problem = error.problems[0]
             report.add(place, f"{shown(entry.file)} {problem.what}", f"a path from the folder of {report.file}")
@@ -122,9 +131,11 @@ class _Includer:
             self.report.found += [(0, problem) for problem in error.problems]
         return None
 
-    def scene(self, source: Source, text: str, path: Path, chain: Sequence[Path]) -> Part:
-        file = shown_file(path)
-        read = source.read(text, file=file, included=True)
+    def scene(self, source: Source, path: Path, chain: Sequence[Path]) -> Part:
+        file, same = shown_file(path), path.resolve()
+        if same not in self.scenes:
+            self.scenes[same] = source.read(read_text(path), file=file, included=True)
+        read = self.scenes[same]
         report = Report(file, read.lines)
         data = dict(read.data)
         if "repeat" in data:
@@ -172,7 +183,8 @@ def _part(source: Source, text: str, path: Path, entry: Include) -> Part:
 
 
 def _check_top_level(data: dict[str, Any], report: Report) -> None:
-    """Report problems in the keys of an included file that the including scene does not use."""
+    """Report problems in the keys of an included file that the including scene does not use; leave out what is not
+    legal."""
     if data.get("format") != 1:
         what = (
             f"this eomgen reads format 1, not {described(data['format'])}"
@@ -189,7 +201,7 @@ def _check_top_level(data: dict[str, Any], report: Report) -> None:
         elif key in SECTIONS:
             for name in [name for name in data[key] if not is_legal(name)]:
                 report.add(key_of(key, name), f"the name {shown(name)} is not legal", NAME_RULE)
-                del data[key][name]
+            data[key] = {name: entry for name, entry in data[key].items() if is_legal(name)}
 
 
 def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -> None:

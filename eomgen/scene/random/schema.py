@@ -81,7 +81,9 @@ class RandomProcess(Table):
     points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
         "of `covariance`: lags from 0 on, and the covariance there; of `spectrum`: frequencies in Hz (over distance in"
         " cycles/m), and the one-sided power spectral density there",
-        kind="list of [lag or frequency, value]",
+        unit=ANY_UNIT,
+        column=("argument", "value"),
+        kind="list of [lag or frequency, value], any unit that fits",
     )
     table: TableFile | None = optional("the same from a CSV file, with the keys of the tables of [curves](#curves)")
     duration: Value | None = of_fixed_parameters(

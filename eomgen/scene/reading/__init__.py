@@ -2,4 +2,14 @@
 
 __all__ = ["report", "rotations"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["key_metadata", "kinds", "orientation", "part", "requirements", "rotation_schema", "shares", "values"]
+WITHIN = [
+    "key_metadata",
+    "kinds",
+    "orientation",
+    "part",
+    "requirements",
+    "rotation_schema",
+    "shares",
+    "symbol_units",
+    "values",
+]

@@ -21,6 +21,8 @@ from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Scope
 Units = str | tuple[str, ...]
 #: For what carries its unit with it, as parameters do.
 ANY_UNIT = "any unit"
+#: One of the two columns of a curve.
+Column = Literal["", "argument", "value"]
 
 
 class Table(BaseModel):
@@ -41,6 +43,7 @@ class Meaning:
     refers : the section whose entries it names.
     sets : whether it is a table whose keys are numbers of the state, as formulas call them.
     path : whether it is the path of a file, from the folder of the file that it is written in.
+    column : the column of a curve that its numbers, or its unit, belong to; of pairs, that of each entry.
     kind : words for the type of value, in place of what follows from the annotation.
     shown_default : words for the default, in place of its value.
     """
@@ -50,6 +53,7 @@ class Meaning:
     refers: str = ""
     sets: bool = False
     path: bool = False
+    column: Column | tuple[Column, Column] = ""
     kind: str = ""
     shown_default: str = ""
 
@@ -63,6 +67,7 @@ def key(
     refers: str = "",
     sets: bool = False,
     path: bool = False,
+    column: Column | tuple[Column, Column] = "",
     kind: str = "",
     shown_default: str = "",
     **constraints: Any,
@@ -77,7 +82,7 @@ def key(
     default : object
         The value where the key is absent; required by default.
     """
-    meaning = Meaning(unit, names, refers, sets, path, kind, shown_default)
+    meaning = Meaning(unit, names, refers, sets, path, column, kind, shown_default)
     field = Field(default, description=description, **constraints)
     field.metadata.append(meaning)
     return field

@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import OTHER_VALUES, curves, evaluate, symbols, wave_fields
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol, Vector
 from eomgen.formula.substitution import substituted
@@ -23,7 +24,9 @@ from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import BOUNDS, Row, bound_of
 from eomgen.scene.reading.rotation_schema import Rotation as WrittenRotation
 from eomgen.scene.reading.rotations import Rotation
+from eomgen.scene.reading.symbol_units import unit_of
 from eomgen.system.description import Requirement, Rule
+from eomgen.units.parser import read_unit
 
 UNKNOWN = Number(math.nan)  # stands for what was refused, so that reading can go on to the next problem
 
@@ -99,6 +102,8 @@ class Values:
                 self.report.add(key, error.what, error.hint)
             return UNKNOWN
         self.note(f"{key}: {text}" for text in plain_degrees(formula))
+        if self.names.curve_arguments:
+            self._check_arguments(key, formula)
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
         self.mentioned |= {("waves", name) for name in wave_fields(formula)}
@@ -110,6 +115,19 @@ class Values:
                 return UNKNOWN
         self._require_bound(key, formula, scope)
         return formula
+
+    def _check_arguments(self, key: str, formula: Formula) -> None:
+        """Report curves that a formula takes at a quantity of another kind than their arguments."""
+        for used in applications(formula):
+            unit = self.names.curve_arguments.get(used.curve.name, "")
+            given = unit_of(used.argument, self.names.joints)
+            if not unit or not given or unit == given:
+                continue
+            from eomgen.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+
+            if unit_fault(given, read_unit(given), unit) is not None:
+                what = f"the argument of {used.curve.name} is in {unit} by its own entry, and is given here in {given}"
+                self.report.add(key, what, f"the argument in {unit}, or another unit of the curve's argument")
 
     def _along(self, scope: Scope) -> Scope:
         return scope if self.place is None else ALONG_A_BEAM.get(scope, scope)

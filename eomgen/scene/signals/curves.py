@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -17,8 +18,8 @@ from eomgen.random_roads import FARTHEST, FASTEST, Harmonic, road_harmonics
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
-from eomgen.scene.signals.tables import TableError, read_columns
-from eomgen.scene.signals.titles import unit_of_title
+from eomgen.scene.signals.tables import MOST_ROWS, TableError, read_columns
+from eomgen.scene.signals.titles import is_in_si, unit_of_title
 from eomgen.system.signals import RoadUnderWheel
 from eomgen.text import shown
 from eomgen.units.parser import UnitError, read_unit
@@ -114,20 +115,25 @@ class Curves:
         if entry.road is not None:
             harmonics = road_harmonics(entry.road.road_class, 1.0, seed=entry.road.seed, harmonics=entry.road.harmonics)
             return Waves(name, harmonics)
-        return self.through_points(key, name, entry)
+        return self.through_points(key, name, entry, (entry.argument_unit or "", entry.unit))
 
-    def through_points(self, key: str, name: str, entry: written.Shape) -> Curve:
-        """Return a curve through the points of a list or of a table."""
+    def through_points(self, key: str, name: str, entry: written.Shape, units: tuple[str, str] = ("", "")) -> Curve:
+        """Return a curve through the points of a list or of a table, with the units of its columns where they are
+        known."""
         interpolation = entry.interpolation or Curve.interpolation
         if entry.points is not None:
             key = f"{key}.points"
+            if len(entry.points) > MOST_ROWS:
+                what = f"there are {len(entry.points)} points, more than {MOST_ROWS}"
+                self.report.add(key, what, "every tenth point, or the part that is needed")
+                return _empty(name)
             points = [self.values.constants(f"{key}[{place}]", pair) for place, pair in enumerate(entry.points)]
             x, y = np.array([*zip(*points, strict=True)]) if points else np.zeros((2, 0))
             places = [self.report.where(f"{key}[{place}]") for place in range(len(points))] or [self.report.where(key)]
             outside = entry.outside or ("error" if interpolation == "quintic" else "hold")
         else:
             key = f"{key}.table"
-            found = self.columns(key, entry.table)
+            found = self.columns(key, entry.table, units)
             if found is None:
                 return _empty(name)
             (x, y), places = found
@@ -141,31 +147,49 @@ class Curves:
             return _empty(name)
         return Curve(name, x, y, interpolation, outside)
 
-    def columns(self, key: str, table: written.TableFile | None) -> tuple[tuple[Array, Array], list[str]] | None:
+    def columns(
+        self, key: str, table: written.TableFile | None, units: tuple[str, str]
+    ) -> tuple[tuple[Array, Array], list[str]] | None:
         """Return the two columns of a table, scaled, and the place of each row; None where they cannot be read."""
         if table is None:
             return None
+        path, chosen = self.folder / table.file, {"argument", "value"} & table.model_fields_set
         try:
-            x, y, lines, titles = read_columns(
-                self.folder / table.file, table.argument, table.value, delimiter=table.delimiter, decimal=table.decimal
+            found = read_columns(
+                path,
+                table.argument,
+                table.value,
+                delimiter=table.delimiter,
+                decimal=table.decimal,
+                quotes=_is_within(path, self.folder),
+                chosen=bool(chosen),
             )
         except TableError as error:
             problem = error.problem
             self.report.add_problem(key, Problem(f"{problem.where} ({key})", problem.what, problem.hint))
             return None
-        x, y = x * self.scale(key, table, "argument"), y * self.scale(key, table, "value")
-        self.note_titles(key, table, titles)
+        x, y = found.argument * self.scale(key, table, "argument"), found.value * self.scale(key, table, "value")
+        self.note_titles(key, table, found.titles, units)
+        if found.width > 2 and "value" not in chosen:
+            title = f", {shown(found.titles[1])}," if found.titles[1] else ""
+            what = f"the table has {found.width} columns, and column {table.value}{title} is taken"
+            self.values.note([f"{key}.value: {what}; value = {table.value} says that it is meant"])
         file = Path(table.file).name
-        shown = file if file.isascii() and file.isprintable() else ascii(file)
-        return (x, y), [f"{shown}:{line} ({key})" for line in lines]
+        shown_file = file if file.isascii() and file.isprintable() else ascii(file)
+        return (x, y), [f"{shown_file}:{line} ({key})" for line in found.lines]
 
-    def note_titles(self, key: str, table: written.TableFile, titles: tuple[str, str]) -> None:
-        """Note columns whose titles name units that nothing converts from."""
-        for column, title in zip(("argument", "value"), titles, strict=True):
+    def note_titles(self, key: str, table: written.TableFile, titles: tuple[str, str], units: tuple[str, str]) -> None:
+        """Note columns whose titles name units that nothing converts from, or that do not fit."""
+        for column, title, unit in zip(("argument", "value"), titles, units, strict=True):
             as_it_is = not getattr(table, f"{column}_unit").strip() and getattr(table, f"{column}_scale") == 1.0
-            if as_it_is and (unit := unit_of_title(title)):
+            in_title = unit_of_title(title) if as_it_is else ""
+            if not in_title:
+                continue
+            if misfit := _misfit(in_title, unit):
+                self.values.note([f"{key}.{column}: the title of the column {shown(title)} says {in_title}, {misfit}"])
+            elif not is_in_si(in_title):
                 what = f"the numbers of the column {shown(title)} are taken in SI, as they are"
-                self.values.note([f'{key}.{column}: {what}; try: {column}_unit = "{unit}"'])
+                self.values.note([f'{key}.{column}: {what}; try: {column}_unit = "{in_title}"'])
 
     def scale(self, key: str, table: written.TableFile, column: str) -> float:
         """Return the factor on a column: that of its unit, and the one that is given."""
@@ -185,9 +209,9 @@ class Curves:
         period, start, duty, low, high = self.values.constants(
             key, (wave.period, wave.start, wave.duty, wave.low, wave.high)
         )
-        if not period > 0.0:
+        if period <= 0.0:
             self.report.add(f"{key}.period", f"the period {period:.6g} is not positive", "a period such as 0.5")
-        if not 0.0 < duty < 1.0:
+        if not (0.0 < duty < 1.0 or math.isnan(duty)):
             self.report.add(f"{key}.duty", f"the duty {duty:.6g} is not between 0 and 1", "0.5")
         if not (period > 0.0 and 0.0 < duty < 1.0):
             return _empty(name)
@@ -221,7 +245,7 @@ class Curves:
         made = (
             self.wave(f"{key}.wave", key, entry.wave)
             if entry.wave is not None
-            else self.through_points(key, key, entry)
+            else self.through_points(key, key, entry, ("s", entry.unit))
         )
         return [Application(made, Symbol("time"))]
 
@@ -252,7 +276,7 @@ class Curves:
             self.refuse_options(key, road, "a bump")
             made: AnyCurve = self.bump(f"{key}.bump", key, road.bump)
         else:
-            made = self.through_points(key, key, road)
+            made = self.through_points(key, key, road, ("m", "m"))
         return Application(made, speed * Symbol("time") - offset)
 
     def under_wheel(self, key: str, road: written.Road) -> RoadUnderWheel | None:
@@ -290,6 +314,28 @@ def digest(curves: Iterable[AnyCurve]) -> str:
                 f"{curve.interpolation}|{curve.outside}|{len(curve.x)}".encode() + curve.x.tobytes() + curve.y.tobytes()
             )
     return total.hexdigest()
+
+
+def _is_within(path: Path, folder: Path) -> bool:
+    """Tell whether a file lies in a folder or below it, links resolved."""
+    try:
+        return path.resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError, RuntimeError):
+        return False
+
+
+def _misfit(in_title: str, unit: str) -> str:
+    """Return the words for a unit in a title of another kind than the one that is expected; empty if it fits."""
+    if not unit.strip() or in_title == unit.strip():
+        return ""
+    from eomgen.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+
+    try:
+        wanted = read_unit(unit)
+        fault = unit_fault(in_title, read_unit(in_title), unit) if wanted else None
+    except UnitError:  # a label that is no unit
+        return ""
+    return "" if fault is None else f"and its numbers are taken in {unit}"
 
 
 def _empty(name: str) -> Curve:

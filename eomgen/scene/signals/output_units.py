@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.reading.symbol_units import unit_of_symbol
 from eomgen.units.parser import Factors, UnitError, read_unit
 from eomgen.units.table import names
-
-_OF_POINTS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-_PER_TIME = {"q": "", "v": "/s", "a": "/s^2"}
 
 
 def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> str:
@@ -19,18 +16,8 @@ def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> 
 
     ``joints``: types by name.
     """
-    found = {_of_symbol(formula, joints) if isinstance(formula, Symbol) else "" for formula in formulas}
+    found = {unit_of_symbol(formula, joints) if isinstance(formula, Symbol) else "" for formula in formulas}
     return found.pop() if len(found) == 1 else ""
-
-
-def _of_symbol(symbol: Symbol, joints: Mapping[str, str]) -> str:
-    if symbol.kind in _OF_POINTS:
-        return _OF_POINTS[symbol.kind]
-    kind = JOINTS.get(joints.get(symbol.name, ""))
-    if symbol.kind not in _PER_TIME or kind is None:
-        return ""
-    units = kind.units if kind.q_size == kind.v_size == len(kind.units) else ()
-    return f"{units[symbol.index]}{_PER_TIME[symbol.kind]}" if symbol.index < len(units) else ""
 
 
 def doubtful_label(label: str, unit: str) -> str:

@@ -30,8 +30,10 @@ class TableFile(Table):
         "column of the argument (time, distance, ...), which increases from row to row", 0, kind=_COLUMN
     )
     value: Column = key("column of the value", 1, kind=_COLUMN)
-    argument_unit: Unit = key("unit that the argument's column is in, to be brought to SI", "")
-    value_unit: Unit = key("unit that the value's column is in, to be brought to SI: `mm`", "")
+    argument_unit: Unit = key(
+        "unit that the argument's column is in, to be brought to SI: `ms` of an input", "", column="argument"
+    )
+    value_unit: Unit = key("unit that the value's column is in, to be brought to SI: `mm`", "", column="value")
     argument_scale: Finite = key("factor on the argument", 1.0)
     value_scale: Finite = key("factor on the value", 1.0)
     delimiter: Literal["comma", "semicolon", "tab", "space"] | None = optional(
@@ -46,10 +48,12 @@ class Wave(Table):
     shape: Literal["square", "triangle", "sawtooth"] = key(
         "square: high, then low; triangle: up, then down; sawtooth: up, then a jump"
     )
-    period: Value = key("of the argument", unit=ANY_UNIT, names=FIXED_PARAMETERS)
-    low: Value = key("lowest value", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
-    high: Value = key("highest value", 1.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
-    start: Value = key("argument at which a period begins", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    period: Value = key("of the argument", unit=ANY_UNIT, names=FIXED_PARAMETERS, column="argument")
+    low: Value = key("lowest value", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="value")
+    high: Value = key("highest value", 1.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="value")
+    start: Value = key(
+        "argument at which a period begins", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="argument"
+    )
     duty: Value = key("share of the period that a square is high, or a triangle rises", 0.5, names=FIXED_PARAMETERS)
 
 
@@ -74,7 +78,10 @@ class Shape(Table):
 
     table: TableFile | None = optional("points from a CSV file")
     points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
-        "points in order", unit=ANY_UNIT, kind="list of [argument, value], any unit"
+        "points in order",
+        unit=ANY_UNIT,
+        column=("argument", "value"),
+        kind="list of [argument, value], any unit that fits",
     )
     interpolation: Literal["quintic", "linear", "steps"] | None = optional(
         "between points", shown_default=f"`{curves.Curve.interpolation}`", kind="`quintic`, `linear` or `steps`"
@@ -92,6 +99,11 @@ class Curve(Shape):
     wave: Wave | None = optional("a periodic signal")
     bump: Bump | None = optional("a single bump")
     road: Profile | None = optional("a random road over distance in m")
+    argument_unit: Unit | None = optional(
+        "of its argument, in SI; formulas that give it another quantity are refused",
+        column="argument",
+        shown_default="as its points or its table say",
+    )
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 

@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,8 @@ LARGEST_TABLE = 20_000_000
 MOST_ROWS = 100_000
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
+#: Numbers with separators of thousands; of one comma the number may also be decimal.
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:(?:,\d{3})+(?:\.\d+)?|(?:\.\d{3})+(?:,\d+)?|(?:[ '\u00a0]\d{3})+(?:[.,]\d+)?)")
 _BYTE_ORDERS = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -30,10 +33,38 @@ class TableError(Exception):
         super().__init__(str(self.problem))
 
 
+class Columns(NamedTuple):
+    """Two columns of a table.
+
+    Attributes
+    ----------
+    argument, value : (n,) arrays
+    lines : (n,) array
+        The line of each row.
+    titles : tuple of str
+        Of both columns, empty without any.
+    width : int
+        Number of columns in the first row.
+    """
+
+    argument: Array
+    value: Array
+    lines: Array
+    titles: tuple[str, str]
+    width: int
+
+
 def read_columns(
-    path: Path, first: str | int, second: str | int, *, delimiter: str | None = None, decimal: str = "."
-) -> tuple[Array, Array, Array, tuple[str, str]]:
-    """Return two columns of a CSV file, the line of each row, (n,) each, and the titles of both, empty without any.
+    path: Path,
+    first: str | int,
+    second: str | int,
+    *,
+    delimiter: str | None = None,
+    decimal: str = ".",
+    quotes: bool = True,
+    chosen: bool = True,
+) -> Columns:
+    """Return two columns of a CSV file.
 
     Parameters
     ----------
@@ -45,6 +76,10 @@ def read_columns(
         ``comma``, ``semicolon``, ``tab`` or ``space``; by default what the first row shows.
     decimal : str
         ``.`` or ``,``.
+    quotes : bool
+        Whether messages may quote titles and cells.
+    chosen : bool
+        Whether a user chose one of the columns; an index that pandas wrote is refused otherwise.
 
     Raises
     ------
@@ -56,17 +91,50 @@ def read_columns(
     rows = list(_rows(text, name, delimiter))
     if not rows:
         raise TableError(name, "the table is empty", "a row of titles, and rows of numbers")
-    titles = [] if _is_number(rows[0][1][0], decimal) else [title.strip() for title in rows[0][1]]
-    places = [_place(column, titles, rows[0], name) for column in (first, second)]
+    head, count = rows[0], len(rows[0][1])
+    titles = [] if _is_number(head[1][0], decimal) else [title.strip() for title in head[1]]
+    words = _Words(titles, quotes=quotes)
+    places = [_place(column, titles, head, name, words) for column in (first, second)]
     body = rows[1:] if titles else rows
     if not body:
         raise TableError(name, "there are titles and no rows of numbers", "two rows or more")
     if len(body) > MOST_ROWS:
         what = f"the table has {len(body)} rows, more than {MOST_ROWS}"
         raise TableError(f"{name}:{body[MOST_ROWS][0]}", what, "every tenth row, or the part that is needed")
-    x, y = (np.array([_number(row, place, titles, name, decimal) for row in body]) for place in places)
-    of_first, of_second = (titles[place] if titles else "" for place in places)
-    return x, y, np.array([line for line, _ in body]), (of_first, of_second)
+    _check_lengths(body, count, name)
+    x, y = (np.array([_number(row, place, words, name, decimal) for row in body]) for place in places)
+    if not chosen and count > 2 and titles and not titles[places[0]] and np.array_equal(x, np.arange(len(x)) + x[0]):
+        what = "the first column has no title and counts the rows, as an index that pandas writes"
+        names = f'argument = "{titles[1]}", value = "{titles[2]}"' if quotes else "argument = 1, value = 2"
+        raise TableError(f"{name}:{head[0]}", what, f"{names}; or the file written with index=False")
+    of_both = (titles[places[0]], titles[places[1]]) if titles and quotes else ("", "")
+    return Columns(x, y, np.array([line for line, _ in body]), of_both, count)
+
+
+def _check_lengths(body: Sequence[tuple[int, list[str]]], count: int, name: str) -> None:
+    """Refuse the first row with more cells than the first row of the file; empty cells and comments do not count."""
+    for line, cells in body:
+        surplus = cells[count:]
+        if surplus and surplus[0].strip() and not surplus[0].lstrip().startswith("#"):
+            what = f"the row has {len(cells)} cells, and the first row of the file has {count}"
+            hint = 'one cell for each column; a file with decimal commas needs ; between columns and decimal = ","'
+            raise TableError(f"{name}:{line}", what, hint)
+
+
+class _Words:
+    """Titles and cells for messages, which quote nothing of a file outside the scene's folder."""
+
+    def __init__(self, titles: Sequence[str], *, quotes: bool) -> None:
+        self.titles = titles
+        self.quotes = quotes
+
+    def column(self, place: int) -> str:
+        """Return a column's title, or its number."""
+        return f"column {shown(self.titles[place])}" if self.titles and self.quotes else f"column {place}"
+
+    def cell(self, cell: str) -> str:
+        """Return a cell as it is written."""
+        return shown(cell) if self.quotes else "the cell"
 
 
 def _text(path: Path, name: str) -> str:
@@ -132,11 +200,13 @@ def _is_number(text: str, decimal: str) -> bool:
     return True
 
 
-def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]], name: str) -> int:
+def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]], name: str, words: _Words) -> int:
     line, cells = head
     if isinstance(column, int):
         if column >= len(cells):
             hint = f"a number from 0 to {len(cells) - 1}, or another delimiter"
+            if len(cells) == 1:
+                hint = "a table of two columns, or another delimiter"
             raise TableError(f"{name}:{line}", f"there is no column {column}: the row has {len(cells)}", hint)
         return column
     if not titles:
@@ -148,6 +218,9 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
     if found:
         hint = f"the number of the column, {' or '.join(map(str, found))}"
         raise TableError(f"{name}:{line}", f"{len(found)} columns are called {shown(column)}", hint)
+    if not words.quotes:
+        what = f"there is no column {shown(column)} among {len(titles)}"
+        raise TableError(f"{name}:{line}", what, "a title in the first row of the file, or the number of the column")
     what = f"there is no column {shown(column)}; there are {listed(titles)}"
     hint = nearest(column, titles)
     raise TableError(
@@ -155,19 +228,31 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
     )
 
 
-def _number(row: tuple[int, list[str]], place: int, titles: Sequence[str], name: str, decimal: str) -> float:
+def _number(row: tuple[int, list[str]], place: int, words: _Words, name: str, decimal: str) -> float:
     line, cells = row
-    column = f"column {shown(titles[place])}" if titles else f"column {place}"
+    column = words.column(place)
     if place >= len(cells) or not cells[place].strip():
         got = "is empty" if place < len(cells) else f"is missing: the row has {len(cells)}"
         raise TableError(f"{name}:{line}", f"{column} {got}", "a number, or the row left out")
     cell = cells[place].strip()
+    if decimal == "," and "." in cell:
+        what = f"{column}: {words.cell(cell)} has a point, and the decimal mark is a comma"
+        raise TableError(f"{name}:{line}", what, "numbers without separators of thousands")
     text = cell.replace(decimal, ".") if decimal != "." else cell
     try:
         number = float(text) if "_" not in text else math.nan
     except ValueError:
-        hint = 'decimal = ","' if _DECIMAL_COMMA.fullmatch(cell) else "a number such as 0.25"
-        raise TableError(f"{name}:{line}", f"{column}: {shown(cell)} is not a number", hint) from None
+        raise TableError(f"{name}:{line}", f"{column}: {words.cell(cell)} is not a number", _in_place(cell)) from None
     if not math.isfinite(number):
-        raise TableError(f"{name}:{line}", f"{column}: {shown(cell)} is not a finite number", "the row left out")
+        raise TableError(f"{name}:{line}", f"{column}: {words.cell(cell)} is not a finite number", "the row left out")
     return number
+
+
+def _in_place(cell: str) -> str:
+    """Return what to try for a cell that is no number."""
+    if _THOUSANDS.fullmatch(cell):
+        hint = "numbers without separators of thousands"
+        return f'{hint}; decimal = "," if the comma is a decimal mark' if _DECIMAL_COMMA.fullmatch(cell) else hint
+    if _DECIMAL_COMMA.fullmatch(cell):
+        return 'decimal = ","'
+    return "a number such as 0.25"

@@ -17,16 +17,19 @@ _TIMES = frozenset({"t", "time", "zeit", "temps", "tiempo"})
 
 
 def unit_of_title(title: str) -> str:
-    """Return the unit that a title names, where it is none that numbers of a scene are in; empty where it is, or where
-    there is none."""
+    """Return the unit that a title names; empty where there is none that is known."""
     if marked := _IN_BRACKETS.fullmatch(title) or _OVER.fullmatch(title):
         unit = marked[1].strip()
     elif last := _LAST_WORD.fullmatch(title):
         unit = last[2] if last[2] in (_OF_TIMES if last[1].lower() in _TIMES else _UNITS) else ""
     else:
         return ""
-    factors = _factors(unit)
-    return unit if factors and not all(names()[name].is_coherent for name, _ in factors) else ""
+    return unit if _factors(unit) else ""
+
+
+def is_in_si(unit: str) -> bool:
+    """Tell whether numbers of a scene are in a unit."""
+    return all(names()[name].is_coherent for name, _ in read_unit(unit))
 
 
 def _factors(unit: str) -> Factors:

@@ -17,7 +17,13 @@ _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
 _SCALAR = re.compile(r"[^,\]\}#\n]*")
+#: Parts of a dotted key, at most: a scene needs eight, and readers of TOML take a time that grows with their square.
+_MOST_PARTS = 32
+_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{_MOST_PARTS}}}{_PART}")
 _INDEXED = 16  # the lists of a scene are short; the index of a hostile file shall be, too
+#: Entries of an array that hold no text, no table and no array of arrays.
+_PLAIN_ENTRIES = re.compile(r"[^\[\]{}\"'#]*+(?:\[[^\[\]{}\"'#]*+\][^\[\]{}\"'#]*+)*+")
 Key = tuple[str | int, ...]
 
 
@@ -63,8 +69,10 @@ class _Scanner:
         """Record the present line for a key and for the keys above it that have none."""
         self.line += self.text.count("\n", self.counted, self.place)
         self.counted = self.place
-        for length in range(1, len(key) + 1):
-            self.lines.setdefault(key_of(*key[:length]), self.line)
+        above = ""
+        for part in key:
+            above += f"[{part}]" if isinstance(part, int) else f".{key_of(part)}" if above else key_of(part)
+            self.lines.setdefault(above, self.line)
 
     def key(self) -> Key:
         parts: list[str | int] = []
@@ -113,7 +121,11 @@ class _Scanner:
             if closing == "]":
                 if count < _INDEXED:
                     self.note((*key, count))
-                self.value((*key, count))
+                    self.value((*key, count))
+                elif (plain := _PLAIN_ENTRIES.match(self.text, self.place)) and plain[0]:
+                    self.place = plain.end()
+                else:
+                    self.value((*key, count))
                 count += 1
             else:
                 self.pair(key)
@@ -147,6 +159,10 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
     ------
     DescriptionError
     """
+    if long := _LONG_KEY.search(text):
+        where = f"{file}:{text.count(chr(10), 0, long.start()) + 1}"
+        what = f"there is a dotted key of more than {_MOST_PARTS} parts"
+        raise DescriptionError(Problem(where, what, "a key such as bodies.arm.mass"))
     try:
         return tomllib.loads(text), line_index(text)
     except ValueError as error:

@@ -1,0 +1,107 @@
+"""Units of a curve's two columns, argument and value: what a table, points and waves of one curve must agree on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from eomgen.scene.random.schema import RandomProcess
+from eomgen.scene.reading.key_metadata import Column, Table
+from eomgen.scene.signals.schema import Curve, Input, Road
+from eomgen.text import shown
+from eomgen.units.parser import Factors, UnitError, read_quantity, read_unit
+
+
+@dataclass
+class ColumnUnits:
+    """The units that the columns of one curve have.
+
+    Attributes
+    ----------
+    argument, value : labels, or units in SI; empty until a label or a quantity says the unit.
+    converted : columns in which a unit was converted.
+    """
+
+    argument: str = ""
+    value: str = ""
+    converted: set[Column] = field(default_factory=set)
+
+    def of(self, column: Column) -> str:
+        """Return the unit in SI of a column; empty while it is not known."""
+        label = self.argument if column == "argument" else self.value
+        try:
+            return _in_si(read_unit(label)) if label.strip() else ""
+        except UnitError:
+            return ""
+
+    def learn(self, column: Column, text: str) -> str:
+        """Return the unit of a column, which the first quantity of it decides where no label does."""
+        self.converted.add(column)
+        if not self.of(column):
+            try:
+                unit = _in_si(read_quantity(text).factors)
+            except UnitError:  # reported where the quantity is converted
+                return ""
+            setattr(self, column, unit)
+        return self.of(column)
+
+    def fault_of_unit(self, column: Column, text: str) -> tuple[str, str] | None:
+        """Return the reason for which the unit of a table's column does not fit, and what to try; None if it fits."""
+        from eomgen.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+
+        try:
+            factors = read_unit(text)
+        except UnitError as error:
+            return error.what, error.hint
+        self.converted.add(column)
+        if not self.of(column):
+            setattr(self, column, _in_si(factors))
+        return unit_fault(text, factors, self.of(column))
+
+    def fault_of_label(self, column: Column, label: object) -> tuple[str, str] | None:
+        """Return the reason for which a column's label is wrong, and what to try; None if it is right."""
+        if not isinstance(label, str) or not label.strip():
+            return None
+        unit, word = self.of(column), "unit" if column == "value" else "argument_unit"
+        try:
+            if not unit or _is_same(read_unit(label), unit):
+                return None
+        except UnitError:
+            pass
+        what = f"its {column}s are in {unit}, and the label {shown(label)} says otherwise"
+        return what, f'{word} = "{unit}", or no {word}'
+
+
+def columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | None:
+    """Return the units of the columns of an entry as far as its kind and its label say them; None for what is no
+    curve."""
+    label = _text(data.get("unit"))
+    if model is Input:
+        return ColumnUnits("s", label)
+    if model is Road:
+        return ColumnUnits("m", "m")
+    if model is Curve:
+        return ColumnUnits(_text(data.get("argument_unit")), label)
+    if model is RandomProcess:
+        over_distance = data.get("speed") is not None
+        if data.get("type") == "spectrum":
+            return ColumnUnits("1/m" if over_distance else "Hz")
+        return ColumnUnits("m" if over_distance else "s")
+    return None
+
+
+def _text(label: object) -> str:
+    return label if isinstance(label, str) else ""
+
+
+def _in_si(factors: Factors) -> str:
+    from eomgen.units.conversion import coherent  # noqa: PLC0415  # pint comes with it
+
+    return coherent(factors)
+
+
+def _is_same(factors: Factors, unit: str) -> bool:
+    from eomgen.units.conversion import measure  # noqa: PLC0415
+
+    return measure(factors) == measure(read_unit(unit))

@@ -1,0 +1,291 @@
+"""Units of the two columns of curves: every unit at every place where a column takes one, against pint's own table;
+titles, indices and surplus cells of tables."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.formula.curves import Curve
+from eomgen.scene.document.units import in_si
+from eomgen.scene.load import load_toml
+from eomgen.scene.reading.report import Report
+from eomgen.scene.scene import Scene
+from eomgen.units.table import UNITS
+from tests.scene.test_units import _PINT, registry
+
+_TURNING = {"rad", "mrad", "deg", "arcmin", "arcsec", "rev", "rpm"}
+
+
+def dimension(unit: str) -> tuple[dict[str, int], int]:
+    """Return pint's dimension of a unit of the table, and its power of angles, which pint counts as numbers."""
+    words = {each.symbol: each.words.split()[0] for each in UNITS}
+    made = registry().Quantity(1.0, "dimensionless")
+    angle = 0
+    for place, part in enumerate(unit.split("/")):
+        for name in part.split():
+            base, _, power = name.partition("^")
+            exponent = int(power or 1) * (1 if place == 0 else -1)
+            word = words.get(base, base)
+            made *= registry()(_PINT.get(word, word)) ** exponent
+            angle += exponent * (base in _TURNING)
+    return {str(key): int(value) for key, value in made.dimensionality.items()}, angle
+
+
+def factor(unit: str, coherent: str) -> float:
+    """Return the size of a unit in a coherent one by pint's own definitions."""
+    words = {each.symbol: each.words.split()[0] for each in UNITS}
+    word = words.get(unit, unit)
+    return float((registry()(f"1 {_PINT.get(word, word)}") / registry()(coherent.replace(" ", "*"))).to("").magnitude)
+
+
+Place = Callable[[str], tuple[dict[str, Any], list[str | int]]]
+
+
+def _input(entry: dict[str, Any], *path: str | int) -> tuple[dict[str, Any], list[str | int]]:
+    return {"inputs": {"u": entry}}, ["inputs", "u", *path]
+
+
+_FILE = {"file": "t.csv"}
+#: Where a column of a curve takes a number with a unit, or the unit of its numbers, and the unit that is wanted there.
+PLACES: dict[str, tuple[str, Place]] = {
+    "input.points.argument": ("s", lambda u: _input({"points": [[f"2 {u}", 0], [9, 1]]}, "points", 0, 0)),
+    "input.wave.period": ("s", lambda u: _input({"wave": {"shape": "square", "period": f"2 {u}"}}, "wave", "period")),
+    "input.wave.start": ("s", lambda u: _input({"wave": {"period": 1, "start": f"2 {u}"}}, "wave", "start")),
+    "input.table.argument": ("s", lambda u: _input({"table": {**_FILE, "argument_unit": u}}, "table", "argument_unit")),
+    "road.points.argument": ("m", lambda u: _input({"road": {"points": [[f"2 {u}", 0]]}}, "road", "points", 0, 0)),
+    "road.points.value": ("m", lambda u: _input({"road": {"points": [[0, f"2 {u}"]]}}, "road", "points", 0, 1)),
+    "road.table.argument": (
+        "m",
+        lambda u: _input({"road": {"table": {**_FILE, "argument_unit": u}}}, "road", "table", "argument_unit"),
+    ),
+    "road.table.value": (
+        "m",
+        lambda u: _input({"road": {"table": {**_FILE, "value_unit": u}}}, "road", "table", "value_unit"),
+    ),
+    "spectrum.argument": (
+        "Hz",
+        lambda u: (
+            {"random": {"g": {"type": "spectrum", "points": [[f"2 {u}", 1]]}}},
+            ["random", "g", "points", 0, 0],
+        ),
+    ),
+    "covariance.argument": (
+        "s",
+        lambda u: (
+            {"random": {"g": {"type": "covariance", "points": [[f"2 {u}", 1]]}}},
+            ["random", "g", "points", 0, 0],
+        ),
+    ),
+}
+for _label in ("m", "m/s^2", "N", "N m", "rad", "rad/s", "kg", "Pa"):
+
+    def _labelled(unit: str, *, label: str = _label, part: str) -> tuple[dict[str, Any], list[str | int]]:
+        if part == "points":
+            return _input({"unit": label, "points": [[0, f"2 {unit}"]]}, "points", 0, 1)
+        if part == "high":
+            return _input({"unit": label, "wave": {"period": 1, "high": f"2 {unit}"}}, "wave", "high")
+        return _input({"unit": label, "table": {**_FILE, "value_unit": unit}}, "table", "value_unit")
+
+    for _part in ("points", "high", "table"):
+        PLACES[f"input.{_part} of {_label}"] = (
+            _label,
+            lambda u, label=_label, part=_part: _labelled(u, label=label, part=part),
+        )
+for _axis in ("m", "rad", "m/s"):
+    PLACES[f"curve.points.argument of {_axis}"] = (
+        _axis,
+        lambda u, axis=_axis: (
+            {"curves": {"c": {"argument_unit": axis, "points": [[f"2 {u}", 0]]}}},
+            ["curves", "c", "points", 0, 0],
+        ),
+    )
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_column_takes_every_unit_of_its_dimension_and_no_other(place: str) -> None:
+    wanted, written = PLACES[place]
+    taken = 0
+    for unit in [each.symbol for each in UNITS] + ["ms", "km", "kN", "mrad", "MPa", "km/h", "N m", "m/s^2", "rad/s"]:
+        report = Report("scene.toml", {})
+        data, path = written(unit)
+        found: Any = in_si(data, report)[0]
+        for key in path:
+            found = found[key]
+        fits = dimension(unit) == dimension(wanted)
+        assert bool(report.found) != fits, (place, unit, report.found)
+        if fits and isinstance(path[-1], str) and path[-1].endswith("_unit"):
+            assert found == unit
+        elif fits and " " not in unit and "/" not in unit:
+            assert found == pytest.approx(2.0 * factor(unit, wanted), rel=1e-15)
+        taken += fits
+    assert taken > 0
+
+
+# -- whole scenes ------------------------------------------------------------------------------------------------------
+
+SLIDER = """\
+format = 1
+name = "slider"
+[bodies.m]
+mass = 1
+[joints.x]
+type = "prismatic"
+parent = "base"
+child = "m"
+axis = [1, 0, 0]
+[efforts.e]
+joint = "x"
+effort = "u"
+"""
+
+
+def loaded(folder: Path, more: str, table: str = "0,0\n1,2\n2,4\n", text: str = SLIDER) -> Scene:
+    (folder / "t.csv").write_text(table)
+    return load_toml(text + more, folder=folder)
+
+
+def refused(folder: Path, more: str, table: str = "0,0\n1,2\n2,4\n", text: str = SLIDER) -> str:
+    with pytest.raises(DescriptionError) as error:
+        loaded(folder, more, table, text)
+    return str(error.value)
+
+
+def test_accelerations_in_g_are_no_grams(tmp_path: Path) -> None:
+    table = '[inputs.u]\nunit = "m/s^2"\ntable = {{ file = "t.csv", value_unit = "{}" }}\n'
+    message = refused(tmp_path, table.format("g"))
+    assert "(inputs.u.table.value_unit): the unit 'g' is of a mass, an acceleration in m/s^2 is expected" in message
+    assert 'try: "g0", 9.80665 m/s^2: g is the gram' in message
+    (curve,) = loaded(tmp_path, table.format("g0")).curves
+    assert isinstance(curve, Curve)
+    assert np.array_equal(curve.y, np.array([0, 2, 4]) * 9.80665)
+
+
+def test_a_curve_that_says_its_unit_gives_its_label(tmp_path: Path) -> None:
+    entry = '[inputs.u]\ntable = { file = "t.csv", value_unit = "kN", argument_unit = "ms" }\n'
+    (given,) = loaded(tmp_path, entry).inputs
+    assert given.unit == "N"
+    message = refused(tmp_path, '[inputs.u]\nunit = "mm"\ntable = { file = "t.csv", value_unit = "mm" }\n')
+    assert "(inputs.u.unit): its values are in m, and the label 'mm' says otherwise; try: unit = \"m\"" in message
+
+
+@pytest.mark.parametrize(
+    ("argument", "fits"),
+    [("t", False), ("q.x", True), ("q.x - 0.1", True), ("-abs(q.x)", True), ("v.x", False), ("v.x * 0.1", True)],
+)
+def test_a_curve_is_taken_at_arguments_of_its_own_unit(argument: str, *, fits: bool, tmp_path: Path) -> None:
+    text = SLIDER.replace('"u"', f'"c({argument})"')
+    curve = '[curves.c]\npoints = [["-900 mm", 0], ["900 mm", "5 N"]]\n'
+    if fits:
+        loaded(tmp_path, curve, text=text)
+        return
+    given = "s" if argument == "t" else "m/s"
+    message = refused(tmp_path, curve, text=text)
+    assert f"(efforts.e.effort): the argument of c is in m by its own entry, and is given here in {given}" in message
+
+
+def test_points_without_a_unit_beside_others_are_noted_once_for_a_column(tmp_path: Path) -> None:
+    scene = loaded(tmp_path, '[inputs.u]\npoints = [["0 s", 1], ["1 s", "2 N"], [2, 3], [3, 4]]\n')
+    assert "inputs.u.points: the argument 2 has no unit, as others have, so it is 2 s (2 such arguments)" in scene.notes
+    assert "inputs.u.points: the value 1 has no unit, as others have, so it is 1 N (3 such values)" in scene.notes
+
+
+# -- tables ------------------------------------------------------------------------------------------------------------
+
+TABLE = '[inputs.u]\ntable = { file = "t.csv" }\n'
+
+
+def test_an_index_of_pandas_is_no_time(tmp_path: Path) -> None:
+    table = ",t,a\n0,0,1\n1,0.1,2\n2,0.2,3\n"
+    message = refused(tmp_path, TABLE, table)
+    assert (
+        "t.csv:1 (inputs.u.table): the first column has no title and counts the rows, as an index that pandas"
+        in message
+    )
+    assert 'try: argument = "t", value = "a"; or the file written with index=False' in message
+    chosen = TABLE.replace('csv"', 'csv", argument = "t", value = "a"')
+    (curve,) = loaded(tmp_path, chosen, table).curves
+    assert isinstance(curve, Curve)
+    assert np.array_equal(curve.x, [0, 0.1, 0.2])
+
+
+def test_a_column_that_nobody_chose_among_three_is_noted(tmp_path: Path) -> None:
+    table = "t,b,a\n0,0,1\n1,0.1,2\n"
+    note = "inputs.u.table.value: the table has 3 columns, and column 1, 'b', is taken; value = 1 says that it is meant"
+    assert note in loaded(tmp_path, TABLE, table).notes
+    assert loaded(tmp_path, TABLE.replace('csv"', 'csv", value = 1'), table).notes == ()
+
+
+@pytest.mark.parametrize("surplus", ["5", "x", "5,6", " 5"])
+def test_rows_with_more_cells_than_the_first_row_are_refused(surplus: str, tmp_path: Path) -> None:
+    for titles in ("t,f\n", ""):
+        message = refused(tmp_path, TABLE, f"{titles}0,0\n1,10,{surplus}\n2,1\n")
+        assert f"t.csv:{3 if titles else 2} (inputs.u.table): the row has {3 + surplus.count(',')} cells" in message
+        assert 'decimal commas needs ; between columns and decimal = ","' in message
+
+
+@pytest.mark.parametrize("surplus", ["", " ", "# checked", ",", " , "])
+def test_empty_cells_and_comments_behind_a_row_are_none(surplus: str, tmp_path: Path) -> None:
+    (curve,) = loaded(tmp_path, TABLE, f"t,f\n0,0\n1,10,{surplus}\n2,1\n").curves
+    assert isinstance(curve, Curve)
+    assert np.array_equal(curve.y, [0, 10, 1])
+
+
+@pytest.mark.parametrize(
+    ("table", "more", "answer"),
+    [
+        ('t,f\n0,"1,000"\n1,"2,500"\n', "", "'1,000' is not a number; try: numbers without separators of thousands"),
+        ('t,f\n0,"1,000,000"\n1,2\n', "", "try: numbers without separators of thousands"),
+        ("t;f\n0;1 000\n1;2 500\n", "", "try: numbers without separators of thousands"),
+        ("t;f\n0;1.000,5\n1;2\n", "", "try: numbers without separators of thousands"),
+        ("t;f\n0;1.000\n1;2,5\n", ', decimal = ","', "'1.000' has a point, and the decimal mark is a comma"),
+        ("t;f\n0;1.000,5\n1;2,5\n", ', decimal = ","', "'1.000,5' has a point, and the decimal mark is a comma"),
+        ("t;f\n0;0,25\n1;2\n", "", "'0,25' is not a number; try: decimal = \",\""),
+    ],
+)
+def test_separators_of_thousands_are_no_decimal_marks(table: str, more: str, answer: str, tmp_path: Path) -> None:
+    assert answer in refused(tmp_path, TABLE.replace('csv"', f'csv"{more}'), table)
+
+
+@pytest.mark.parametrize(
+    ("titles", "key", "note"),
+    [
+        (
+            "x [m],f",
+            "",
+            "inputs.u.table.argument: the title of the column 'x [m]' says m, and its numbers are",
+        ),
+        ("t,f [kN]", 'unit = "m"\n', "inputs.u.table.value: the title of the column 'f [kN]' says kN, and its numbers"),
+        ("t [s],f [N]", 'unit = "N"\n', ""),
+        ("t [s],f [N]", 'unit = "share"\n', ""),
+        ("t [s],f [mean]", 'unit = "N"\n', ""),
+    ],
+)
+def test_titles_of_another_dimension_are_noted(titles: str, key: str, note: str, tmp_path: Path) -> None:
+    scene = loaded(tmp_path, TABLE.replace("table", f"{key}table"), f"{titles}\n0,0\n1,2\n")
+    found = [each for each in scene.notes if "title of the column" in each]
+    assert bool(found) == bool(note) and all(each.startswith(note) for each in found)
+
+
+def test_messages_quote_nothing_of_a_table_outside_the_folder_of_the_scene(tmp_path: Path) -> None:
+    inside = tmp_path / "scene"
+    inside.mkdir()
+    secret = tmp_path / "secret.conf"
+    (inside / "link.csv").symlink_to(secret)
+    for text, chosen in itertools.product(
+        ("hunter2:x\nsecret:y\n", "hunter2,secret\nsecret,hunter2\n", "1,hunter2\nsecret,2\n", "hunter2\tsecret\t1\n"),
+        ("", ", value = 0", ', value = "a"', ', argument = "b"', ", argument = 9"),
+    ):
+        secret.write_text(text)
+        for file in ("../secret.conf", str(secret), "link.csv"):
+            message = refused(inside, f'[inputs.u]\ntable = {{ file = "{file}"{chosen} }}\n')
+            assert "hunter2" not in message
+            assert message.count("secret") == message.count("secret.conf")
+    (inside / "own.csv").write_text("time,force\n0,high\n")
+    assert "column 'force': 'high'" in refused(inside, '[inputs.u]\ntable = { file = "own.csv" }\n')
