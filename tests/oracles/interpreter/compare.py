@@ -142,12 +142,15 @@ def exact_beam_disagreements(data: Any, seed: int) -> list[tuple[str, float]]:
     return [(name, value) for name, value in worst.items() if not value < LIMIT]
 
 
-def disagreements(data: Any, seed: int, kind: str, states: int = 3) -> list[tuple[str, float]]:
-    """Return (quantity, error over rounding times condition) of everything that disagrees."""
+def disagreements(data: Any, seed: int, kind: str, states: int = 3, built: Any = None) -> list[tuple[str, float]]:
+    """Return (quantity, error over rounding times condition) of everything that disagrees.
+
+    ``built``: the scene that eomgen builds, if it is to differ from the one that is interpreted.
+    """
     if kind == "exact_beam":
         return exact_beam_disagreements(data, seed)
     machine, rng = Machine(data), np.random.default_rng([seed, 77])
-    model = eomgen.build(data, terms=_terms(data, kind), profile="quick")
+    model = eomgen.build(built or data, terms=_terms(data, kind), profile="quick")
     if not model.multipliers and "forward_dynamics" not in model.terms:  # every row follows from the tree
         model = eomgen.build(data, terms=_terms(data, "tree", constrained=False), profile="quick")
     worst: dict[str, float] = {}

@@ -265,6 +265,8 @@ def beam_loads(state: State) -> Iterator[Load]:
 def hulls(state: State) -> Iterator[Load]:
     for slice_ in slices(state):
         yield along(state, slice_.quantity, slice_.force, True)
+        if slice_.couple is not None:  # pressure that changes across the section
+            yield turning(state, slice_.body, slice_.couple, True)
 
 
 def _tree(entry: Data) -> ast.AST:

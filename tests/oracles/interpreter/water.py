@@ -32,6 +32,7 @@ class Slice:
     r: Array
     force: Array
     added: list[tuple[float, Array]]
+    couple: Array | None = None
 
     def quantity(self, motion: Motion) -> Jet:
         return motion.poses[self.body].at(self.r)
@@ -76,15 +77,18 @@ def slices(state: State) -> Iterator[Slice]:
         P = np.eye(3) - np.outer(axis, axis)
         ds = length / count
         water = Water(state.data, entry.get("waves", ""), value, state.machine.gravity, value(entry.get("level", 0.0)))
-        for k in range(count):
-            r = start + (end - start) * (k + 0.5) / count
+        middles = [start + (end - start) * (k + 0.5) / count for k in range(count)]
+        flow = [water.motion(state.motion.poses[body].at(r).value, state.t) for r in middles]
+        for k, (r, (u, a)) in enumerate(zip(middles, flow, strict=True)):
             place = state.motion.poses[body].at(r)
-            u, a = water.motion(place.value, state.t)
             slip = P @ (u - place.rate)
             inertia = rho * value(entry.get("added_mass", 1.0)) * area
             drag = 0.5 * rho * value(entry.get("drag", 1.0)) * diameter * ds * math.hypot(*slip, SLOW) * slip
             force = rho * area * ds * (a - state.machine.gravity) + inertia * ds * P @ a + drag
-            yield Slice(body, r, force, [])
+            before, after = max(k - 1, 0), min(k + 1, count - 1)
+            change = (flow[after][1] - flow[before][1]) / max(after - before, 1)
+            couple = -rho * area * (area / (4.0 * math.pi)) * np.cross(axis, change)
+            yield Slice(body, r, force, [], couple)
         for node in (-1.0, 1.0):  # Gauss: the inertia of the water along the whole length, without slices
             r = start + (end - start) * 0.5 * (1.0 + node / math.sqrt(3.0))
             yield Slice(body, r, np.zeros(3), [(0.5 * inertia * length, P)])
