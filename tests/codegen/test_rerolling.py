@@ -13,12 +13,14 @@ import pytest
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.scheduling import scheduler as scheduling
 from eomgen.codegen.scheduling.rerolling import find_loops
+from eomgen.formula.curves import Curve
 from eomgen.lie.product import Factor
 from eomgen.mechanics.derive import derive
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.system import Block, Function, System
+from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Function, Quantity, System
 from tests.codegen.hand_made import call, compile_program, make_system
 from tests.oracles.robots import planar_chain
 
@@ -143,6 +145,74 @@ def test_what_does_not_repeat_stays_as_it_is() -> None:
         nodes.append(source.choice([tape.add, tape.sub, tape.mul])(x, y))
     live = [node for node in tape.live(nodes[-5:]) if tape.op[node] not in LEAVES]
     assert not find_loops(tape, live)
+
+
+BASE_SIZE = sum(size for _, size, _ in BASE_LAYOUT)
+SIZES = {"p": 3, "t": 1, "q": 2, "v": 2, "a": 2, "z": 2, "lam": 2, "u": 2, "base": 3}
+#: Operations with a statement or a macro of their own in C.
+OPERATIONS = (Op.SIN, Op.COS, Op.TAN, Op.ATAN2, Op.ABS, Op.SELECT, Op.CURVE, Op.MAX)
+
+
+def of_inputs(block: str, *, with_map: bool) -> System:
+    """Return a function with a chain that becomes a loop, whose bodies and outputs use every operation of a block."""
+    tape = Tape()
+    found = [tape.input(block, k) for k in range(SIZES[block])]
+    angles = [tape.input("q", k) for k in range(2)]
+    table = Curve("table", np.linspace(-9, 9, 7), np.cos(np.arange(7.0)), outside="hold")
+    second = [found[(k + 1) % len(found)] for k in range(len(found))]
+
+    def of(op: Op, x: Ref, y: Ref) -> Ref:
+        if op is Op.CURVE:
+            return tape.curve(table, 0, x)
+        if op is Op.SELECT:
+            return tape.select(tape.call(Op.LT, x, y), x, tape.constant(0.25))
+        return tape.call(op, x, y) if op in (Op.ATAN2, Op.MAX) else tape.call(op, x)
+
+    values = [of(op, x, y) for op in OPERATIONS for x, y in zip(found, second, strict=True)]
+    values += [-value for value in values]
+    state = tape.mul(angles[0], angles[1])
+    states: list[Ref] = []
+    for k in range(40):
+        s, c = tape.call(Op.SIN, state), tape.call(Op.COS, state)
+        turned = tape.add(tape.mul(s, values[0]), tape.mul(tape.constant(0.1 + 0.01 * k), c))
+        turned = tape.add(turned, tape.mul(values[len(found)], found[-1]))
+        state = tape.mul(tape.add(turned, of(Op.MAX, found[0], angles[1])), tape.constant(0.5))
+        states.append(state)
+    if with_map:
+        kernel = Tape()
+        pair = kernel.mul(kernel.call(Op.SIN, kernel.input("gather", 0)), kernel.input("shared", 0))
+        gathered = tuple([*found, *(-ref for ref in found), *states][:12])
+        loop = Map(kernel, len(gathered), shared=(found[0],), gather=(gathered,), sums=(pair,), stacked=(pair,))
+        results = add_map(tape, loop)
+        states += [results.sums[0], *(ref for row in results.rows for ref in row)]
+    refs = (*values, *states, *found, *(-ref for ref in found), *(found[0] for _ in range(70)))
+    quantities = {key: tuple(Quantity(f"{key}{k}") for k in range(SIZES[key])) for key in ("p", "u", "z")}
+    names = tuple(name for name in INPUT_BLOCKS if name in {block, "q"})
+    function = Function("all", "operations of a block", names, (Block("y", (len(refs),), refs),))
+    return make_system(
+        "special",
+        tape,
+        [function],
+        parameters=quantities["p"],
+        inputs=quantities["u"],
+        states=quantities["z"],
+        multipliers=("first", "second"),
+        row_units=("m", "m"),
+    )
+
+
+@pytest.mark.parametrize("with_map", [False, True])
+@pytest.mark.parametrize("block", SIZES)
+def test_special_operations_of_every_block_compile_beside_loops(
+    block: str, with_map: bool, cache: Path, eager: None
+) -> None:
+    system = of_inputs(block, with_map=with_map)
+    assert loops_of(system)
+    size = BASE_SIZE if block == "base" else SIZES[block]
+    point = {"q": [0.4, 1.9], block: (0.3 * np.cos(np.arange(size))).tolist()}
+    (found,) = call(compile_program(to_program(system), cache), "all", point)
+    wanted = evaluate(system.tape, system.functions["all"].refs, point)
+    assert np.max(np.abs(found - wanted)) < 1e-13 * max(1.0, np.max(np.abs(wanted)))
 
 
 @functools.cache

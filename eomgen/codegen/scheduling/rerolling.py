@@ -33,8 +33,10 @@ MINIMUM_ITERATIONS = 4
 _WINDOW = 24
 _DISTANCES = 12
 
-#: Inputs that are arrays; a loop cannot index members of structs.
-_ARRAYS = frozenset(INPUT_BLOCKS) - {"p", "t", "base"}
+#: Input blocks that are no arrays: structs and a number, whose components a loop cannot index.
+UNINDEXED = frozenset({"p", "t", "base"})
+#: Input blocks of a model's functions that a loop can index.
+_ARRAYS = frozenset(INPUT_BLOCKS) - UNINDEXED
 
 
 @dataclass(frozen=True)

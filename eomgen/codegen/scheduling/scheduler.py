@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from types import MappingProxyType
 
 from eomgen.codegen.program import Addition, Expression, Part, Statement
 from eomgen.codegen.scheduling.accumulation import accumulated
 from eomgen.codegen.scheduling.iterations import READ, Unmatched, copies, loop_iteration, rule, runs
 from eomgen.codegen.scheduling.plan import Plan
-from eomgen.codegen.scheduling.rerolling import RerolledLoop, find_loops, is_circular, operands
+from eomgen.codegen.scheduling.rerolling import UNINDEXED, RerolledLoop, find_loops, is_circular, operands
 from eomgen.codegen.scheduling.shortened import counted
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import Op
@@ -187,7 +188,10 @@ class LoopWriter(Writer):
             places.setdefault(block, []).append((slot[leaf], index))
         for block, found in places.items():
             self.open.inputs.add(block)
-            for to, start, _, step, length in runs(found, shortest=1):
+            longest = 1 if block in UNINDEXED else len(found)
+            for to, start, _, step, length in chain.from_iterable(
+                runs(found[k : k + longest], shortest=1) for k in range(0, len(found), longest)
+            ):
                 self._emit("circular", to, to + len(angles), block, start, step, length)
         self.slots += 2 * len(angles)
         self.open.workspace = self.open.workspace or bool(angles)
@@ -408,7 +412,7 @@ class _Scheduler(LoopWriter):
             place, is_minus = expression, False
             if isinstance(place, tuple) and place[0] == "neg":
                 place, is_minus = place[1], True
-            if isinstance(place, tuple) and place[0] == "in" and place[1] not in ("p", "t", "base"):
+            if isinstance(place, tuple) and place[0] == "in" and place[1] not in UNINDEXED:
                 sources.setdefault((place[1], is_minus), []).append((position, place[2]))
             elif isinstance(place, tuple) and place[0] == "w":
                 sources.setdefault(("w", is_minus), []).append((position, place[1]))
@@ -484,7 +488,7 @@ class _Scheduler(LoopWriter):
         groups: dict[tuple[str, bool], list[tuple[int, Ref]]] = {}
         for component, ref in items:
             symbol = self.tape.symbol(ref)
-            if symbol is not None and symbol.block not in ("p", "t", "base"):
+            if symbol is not None and symbol.block not in UNINDEXED:
                 groups.setdefault((symbol.block, ref < 0), []).append((component, ref))
         copied = {
             component

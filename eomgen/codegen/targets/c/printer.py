@@ -27,7 +27,7 @@ def number(value: float) -> str:
 
 
 #: Kinds of statements that count with ``i``.
-COUNTING = frozenset({"fill", "gather", "spread", "angles", "circular"})
+_COUNTING = frozenset({"fill", "gather", "spread", "angles", "circular"})
 
 #: Angles are filled up to a multiple of this, the number of doubles in a common vector register.
 LANES = 4
@@ -37,6 +37,11 @@ LANES = 4
 _COUNTED = frozenset({"row", "numbers", "cell", "cells", "choice", "neg"})
 #: Entries of a table in one line.
 _ROW = 16
+
+
+def counts(statement: Statement) -> bool:
+    """Return whether the text of a statement is a loop over ``i``."""
+    return statement.kind in _COUNTING and not (statement.kind == "circular" and statement.data[-1] == 1)
 
 
 def _headline(label: str) -> str:
@@ -112,6 +117,19 @@ class Printer:
     def _local(self, number: int) -> str:
         return self.names.get(number) or f"{self.local}{number}"
 
+    def _array(self, block: str) -> str:
+        """Return the text of a block that a loop can index, with ``{}`` for the component.
+
+        Raises
+        ------
+        TypeError : the components of the block are members of a struct; ``scheduling.rerolling.UNINDEXED`` names
+            the blocks that loops may not read.
+        """
+        text = "w[{}]" if block == "w" else self.inputs[block]
+        if not isinstance(text, str):
+            raise TypeError(f"a loop reads the block {block!r}, whose components are members of a struct")
+        return text
+
     def lines(self, statements: Sequence[Statement]) -> list[str]:
         """Return statements as lines of C, without indentation."""
         lines: list[str] = []
@@ -133,7 +151,10 @@ class Printer:
                 lines += self._angles(data[0])
             elif kind == "circular":
                 sine, cosine, block, start, step, length = data
-                angle = str(self.inputs[block]).format(place(start, step))
+                if length == 1:
+                    lines.append(f"EG_SINCOS({self._print(('in', block, start))[0]}, &w[{sine}], &w[{cosine}]);")
+                    continue
+                angle = self._array(block).format(place(start, step))
                 call = f"EG_SINCOS({angle}, &w[{place(sine, 1)}], &w[{place(cosine, 1)}]);"
                 lines += [f"for (i = 0; i < {length}; ++i) {{", f"    {call}", "}"]
             elif kind == "repeat":
@@ -145,8 +166,7 @@ class Printer:
                 lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], {arguments});")
             elif kind == "gather":
                 to, to_step, block, start, step, length = data
-                source = "w[{}]" if block == "w" else self.inputs[block]
-                lines += self._copy(f"w[{place(to, to_step)}]", str(source).format(place(start, step)), length)
+                lines += self._copy(f"w[{place(to, to_step)}]", self._array(block).format(place(start, step)), length)
             elif kind == "spread":
                 lines += self._spread(*data)
             elif kind == "fill":
@@ -208,8 +228,7 @@ class Printer:
                 return f"K({table('double', [number(value) for value in rest[0]], 'k' if kind == 'numbers' else 'j')})"
             if kind == "choice" and rest[0] == "numbers":
                 return f"({chosen([(end, f'K({number(value)})') for end, value in rest[1:]])})"
-            source = "w[{}]" if rest[0] == "w" else str(self.inputs[rest[0]])
-            return source.format(at(kind, rest[1:]))
+            return self._array(rest[0]).format(at(kind, rest[1:]))
 
         def target(expression: Expression) -> str:
             kind, array, *rule = cast("tuple[Any, ...]", expression)

@@ -19,7 +19,7 @@ from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
 from eomgen.codegen.targets.c.lookups import Lookup, nonzeros, places_of_fronts, repeated
 from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, file_name, local_names
-from eomgen.codegen.targets.c.printer import COUNTING, Printer, indented, number
+from eomgen.codegen.targets.c.printer import Printer, counts, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.tables import curve_tables
@@ -108,7 +108,7 @@ class _Context:
             [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
         )
         statements = function.parts[part].statements
-        declared = ["int i;"] if any(statement.kind in COUNTING for statement in statements) else []
+        declared = ["int i;"] if any(counts(statement) for statement in statements) else []
         taken = {*function.inputs, *(output.argument for output in function.outputs)}
         names = local_names(function.parts[part].names, taken)
         macros = self.c.constant_macros()
