@@ -105,6 +105,6 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
 def terms_of(name: str, constrained: bool = False, internal: bool = False, mass: bool = True) -> tuple[str, ...]:
     """Return the functions that the stepper of a method calls, for a scene with constraints, or with internal states.
 
-    ``mass``: whether the inertia matrix is at hand; long trees leave it out, and series take forward dynamics then.
+    ``mass``: whether the inertia matrix is at hand and keeps its digits; else series take forward dynamics.
     """
     return (*row_of(name)[0].terms(constrained, internal, mass), *(("internal_rate",) if internal else ()))

@@ -16,6 +16,7 @@ from eomgen.mechanics.constraints.joints import AbsoluteQuantities, driven_rows,
 from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.beam_matrices import geometric, structural
+from eomgen.mechanics.dynamics.cancellation import MOST_CANCELLATION, cancellation
 from eomgen.mechanics.dynamics.energy import energies
 from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
 from eomgen.mechanics.dynamics.reference_efforts import ReferenceEfforts
@@ -202,6 +203,22 @@ class Derivation:
     def deep(self) -> bool:
         """Whether the tree is so deep that terms quadratic in its depth are recorded on request only."""
         return sum(depth * depth for depth in self._depths()) >= LONG_TREE
+
+    @property
+    def free_columns(self) -> bool:
+        """Whether articulated bodies can free the joints' columns one by one: rigid links, none that follow others."""
+        return self.tree.rigid and not self.tree.following
+
+    @cached_property
+    def ill_scaled(self) -> bool:
+        """Whether the elimination of M loses digits that articulated bodies keep, with the default parameters."""
+        if self.absolute or self.constrained or self.deep or not self.free_columns:
+            return False
+        M = separated.mass_rows(self.grouped, self.composites)
+        starts = {joint.name: joint.initial_position for joint in self.scene.joints}
+        start = [value for factor in self.tree.factors for value in starts[factor.name]]
+        parameters = [parameter.value for parameter in self.scene.parameters if parameter.tunable]
+        return cancellation(self.grouped, M, start, parameters) > MOST_CANCELLATION
 
     @property
     def sparse(self) -> bool:

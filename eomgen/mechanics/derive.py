@@ -214,6 +214,7 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
         velocity_constraints=derivation.constraints is not None
         and len(derivation.constraints.rows.all) > len(derivation.constraints.rows.holonomic),
         internal_states=bool(derivation.scene.states),
+        ill_scaled=derivation.ill_scaled,
         conservative="energy" in made and all(tape.value(ref) == 0.0 for ref in made["energy"].outputs[0].refs[2:]),
     )
 

@@ -295,6 +295,7 @@ def built_in(
     library = _library(document, front_end, _selected(terms, start), _method_name(described, method), builder)
     constrained = bool(library.layout["multipliers"])  # all rows of a scene may follow from its joints
     there = [function["name"] for function in library.layout["functions"]]
+    mass = "mass" in there and not library.layout["facts"]["ill_scaled"]
     long = not constrained and not described.states and "iteration" in there
 
     def stepper(other: str, selection: Selection | None = None) -> Library:
@@ -302,7 +303,7 @@ def built_in(
         without their dense partials."""
         if selection is not None:
             return _library(document, front_end, selection, other, builder)
-        needed = terms_of(other, constrained, bool(described.states), "mass" in there)
+        needed = terms_of(other, constrained, bool(described.states), mass)
         wanted = [("iteration" if long and term == "partials" else term) for term in needed]
         return _library(document, front_end, _selected(wanted), other, builder)
 
@@ -324,7 +325,7 @@ def built_in(
     def built(others: Sequence[str]) -> Model:
         own = _method_name(described, method)
         if isinstance(method_named(own).linear_step, LinearPasses):  # its data are packed as the partials are
-            others = (*others, *terms_of(own, constrained, bool(described.states), "mass" in there))
+            others = (*others, *terms_of(own, constrained, bool(described.states), mass))
         return built_in(cache, document, tuple(dict.fromkeys(others)), method, profile, real)
 
     def in_complex(others: Sequence[str]) -> Library:

@@ -32,7 +32,8 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
         There is no such method, or its steps differ.
     """
     method, facts = method_named(name), derive(scene, []).facts
-    system = method.prepared(derive(scene, list(terms_of(name, facts.constraints, facts.internal_states))))
+    terms = terms_of(name, facts.constraints, facts.internal_states, not facts.ill_scaled)
+    system = method.prepared(derive(scene, list(terms)))
     work = method.work(system, method_data(method, system))
     if not work:
         what = f"steps of {name} differ from each other: iterations or errors decide what they do"

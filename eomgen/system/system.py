@@ -125,7 +125,8 @@ class Facts:
     """What methods may rely on; checked before any C exists.
 
     ``conservative``: the term ``energy`` is there, and shows no power in any state, so that the total energy is
-    constant. ``velocity_constraints``: of the constraints some restrict velocities alone.
+    constant. ``velocity_constraints``: of the constraints some restrict velocities alone. ``ill_scaled``: the
+    elimination of M loses digits, so accelerations come from articulated bodies.
     """
 
     constant_mass: bool
@@ -136,6 +137,7 @@ class Facts:
     internal_states: bool = False
     conservative: bool = False
     velocity_constraints: bool = False
+    ill_scaled: bool = False
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 from eomgen.codegen.program import OutputArray, ProgramFunction
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.codegen.series.breakpoints import breakpoints_in_time, has_nodes
-from eomgen.codegen.series.recurrence import NEXT, Recurrence
+from eomgen.codegen.series.recurrence import NEXT, Recurrence, inverse_serves
 from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Discontinuity, System
@@ -30,7 +30,7 @@ def series_functions(
 
     Raises ModelError where the motion has no Taylor series.
     """
-    recurrence = Recurrence(system, by_inverse={"mass", "residual"} <= set(system.functions))
+    recurrence = Recurrence(system, by_inverse=inverse_serves(system))
     breakpoints = breakpoints_in_time(recurrence.source, nodes=has_nodes(system))
     series, tape = recurrence.series, recurrence.series.tape
     per_next = tape.input(ORDER, 2)

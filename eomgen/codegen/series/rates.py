@@ -13,7 +13,7 @@ from typing import Any
 from eomgen.codegen.program import ProgramFunction
 from eomgen.codegen.series.breakpoints import breakpoints_in_time, has_nodes
 from eomgen.codegen.series.functions import extent_function, kinds, program_function
-from eomgen.codegen.series.recurrence import NEXT, Recurrence
+from eomgen.codegen.series.recurrence import NEXT, Recurrence, inverse_serves
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
 from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
@@ -35,7 +35,7 @@ def rate_functions(system: System, curve_numbers: dict[int, int]) -> tuple[tuple
 
     Raises ModelError where accelerations have no rates.
     """
-    recurrence = Recurrence(system, by_inverse={"mass", "residual"} <= set(system.functions))
+    recurrence = Recurrence(system, by_inverse=inverse_serves(system))
     breakpoints_in_time(recurrence.source, analytic=False, nodes=has_nodes(system))
     tape, blocks, outputs = _recorded(recurrence)
     early = _of_time(tape, outputs)

@@ -2,8 +2,8 @@
 
 Accelerations come from inverse dynamics, which is affine in them: the coefficient k of the residual with a_k = 0 is
 -M_0 a_k, and M_0 is eliminated once, at order 0. So elimination is never differentiated, and the products are those of
-inverse dynamics, about a third of those of forward dynamics. Where inverse dynamics is not at hand, forward dynamics is
-taken as it is.
+inverse dynamics, about a third of those of forward dynamics. Where inverse dynamics is not at hand, or M loses digits,
+forward dynamics is taken as it is.
 """
 
 from __future__ import annotations
@@ -19,6 +19,12 @@ from eomgen.system.system import System
 
 #: Coefficient k of what blocks of the caller hold at order 0.
 NEXT = {"t": "t_k", "q": "q_k", "v": "v_k", "z": "z_k"}
+
+
+def inverse_serves(system: System) -> bool:
+    """Return whether inverse dynamics and M are there, and M keeps its digits."""
+    loses_digits = system.facts.ill_scaled and "forward_dynamics" in system.functions
+    return {"mass", "residual"} <= set(system.functions) and not loses_digits
 
 
 class Recurrence:

@@ -238,12 +238,13 @@ class Family(ABC):
         Parameters
         ----------
         constrained, internal : whether the scene has constraints, and internal states
-        mass : whether the inertia matrix is at hand, which long trees leave out
+        mass : whether the inertia matrix is at hand, which long trees leave out, and keeps its digits
         """
 
     def calls(self, system: System) -> set[str]:
         """Return the functions of a system that the stepper requires."""
-        return set(self.terms(bool(system.multipliers), system.facts.internal_states, "mass" in system.functions))
+        mass = "mass" in system.functions and not system.facts.ill_scaled
+        return set(self.terms(bool(system.multipliers), system.facts.internal_states, mass))
 
     def prepared(self, system: System) -> System:
         """Return a system with functions of the method's own beside those of its terms."""

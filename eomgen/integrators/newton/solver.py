@@ -142,9 +142,9 @@ def _pivots(
 ) -> Elimination:
     """Choose pivots that serve at all samples, or where only the scene's own state is singular, at all others.
 
-    Rings of a gimbal that are aligned in the scene say nothing of a run that starts elsewhere. ``values`` are those of
-    ``count`` samples for a step, the scene's state first, and then for accelerations. Constraints that repeat each
-    other stay refused.
+    Rings of a gimbal that are aligned in the scene say nothing of a run that starts elsewhere. ``values`` are entries
+    at ``count`` samples for a step, the scene's state first, and the same for accelerations where they are asked for.
+    Constraints that repeat each other stay refused.
     """
     size = unknowns.matrix_size
     try:
@@ -152,7 +152,7 @@ def _pivots(
     except ModelError:
         if constrained or count < 2:
             raise
-        others = np.arange(2 * count) % count > 0
+        others = np.arange(len(next(iter(values.values())))) % count > 0
         try:
             kept = {index: part[others] for index, part in values.items()}
             return eliminate(size, kept, order, groups=groups, diagonal_first=diagonal_first)

@@ -5,6 +5,7 @@ __all__ = []
 WITHIN = [
     "articulated_bodies",
     "beam_matrices",
+    "cancellation",
     "centroidal",
     "elimination",
     "energy",

@@ -1,6 +1,7 @@
-"""Forward dynamics: M = L^T D L along the tree with three substitutions, or articulated bodies if cheaper.
+"""Forward dynamics: M = L^T D L along the tree with three substitutions, or articulated bodies.
 
-Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5.
+Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5 and chapter 7. The cheaper one is kept, and articulated
+bodies where the elimination of M loses digits.
 """
 
 from __future__ import annotations
@@ -21,12 +22,18 @@ def forward_blocks(derivation: Derivation) -> list[Block]:
 
 
 def forward_dynamics(derivation: Derivation) -> list[Scalar]:
-    """Return vdot, (nv,), by the algorithm with the fewest operations; deep trees try articulated bodies only."""
-    ways, tree, loads = [], derivation.tree, derivation.loads
-    if tree.rigid and not tree.following:
-        ways.append(articulated_forward(derivation.grouped, derivation.motion, loads.wrenches, loads.efforts))
-    if not ways or not derivation.deep:
-        ways.append(_by_mass_matrix(derivation))
+    """Return vdot, (nv,), by the algorithm with the fewest operations among those that keep the digits.
+
+    Deep trees try articulated bodies only; elastic trees and joints that follow others have M only.
+    """
+    loads = derivation.loads
+    if not derivation.free_columns:
+        return _by_mass_matrix(derivation)
+    tree = derivation.tree if derivation.ill_scaled else derivation.grouped  # moved masses cost digits, too
+    articulated = articulated_forward(tree, derivation.motion, loads.wrenches, loads.efforts)
+    if derivation.deep or derivation.ill_scaled:
+        return articulated
+    ways = [articulated, _by_mass_matrix(derivation)]
     return min(ways, key=lambda values: derivation.tape.counts([value.ref for value in values]).weight)
 
 

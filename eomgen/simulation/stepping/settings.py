@@ -73,21 +73,21 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
     own = name == canonical_name(layout["built_method"])
     if own and layout["method"]:
         return model.library
-    needed = terms_of(
-        name, layout["facts"]["constraints"], layout["facts"]["internal_states"], "mass" in model.functions
-    )
+    facts = layout["facts"]
+    mass = "mass" in model.functions and not facts["ill_scaled"]
+    needed = terms_of(name, facts["constraints"], facts["internal_states"], mass)
     missing = [term for term in needed if term not in model.functions]
     if "iteration" in model.functions and "partials" in missing:
         missing.remove("partials")
     withheld = [term for term in missing if not TERMS[term].on_request]
-    if withheld and not layout["facts"]["constraints"]:
+    if withheld and not facts["constraints"]:
         what = f"{name} needs the terms {', '.join(withheld)}, which this model was built without"
         raise UsageError(
             Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, withheld))}])")
         )
     library = model.library if own and not missing else model.stepper(name)
     if not library.layout["method"]:
-        facts, refusal = layout["facts"], library.layout["stepper_refused"].removeprefix(f"{method.family} ")
+        refusal = library.layout["stepper_refused"].removeprefix(f"{method.family} ")
         unmet = [need for need in method.needs if bool(facts.get(need.fact, need.value)) is not need.value]
         what = refusal if refusal == library.layout["stepper_refused"] else f"it {refusal}"
         hint = unmet[0].alternative if unmet else method.instead
