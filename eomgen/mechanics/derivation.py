@@ -16,7 +16,7 @@ from eomgen.mechanics.constraints.joints import AbsoluteQuantities, driven_rows,
 from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.beam_matrices import geometric, structural
-from eomgen.mechanics.dynamics.cancellation import MOST_CANCELLATION, cancellation
+from eomgen.mechanics.dynamics.cancellation import loses_digits
 from eomgen.mechanics.dynamics.energy import energies
 from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
 from eomgen.mechanics.dynamics.reference_efforts import ReferenceEfforts
@@ -218,7 +218,7 @@ class Derivation:
         starts = {joint.name: joint.initial_position for joint in self.scene.joints}
         start = [value for factor in self.tree.factors for value in starts[factor.name]]
         parameters = [parameter.value for parameter in self.scene.parameters if parameter.tunable]
-        return cancellation(self.grouped, M, start, parameters) > MOST_CANCELLATION
+        return loses_digits(self.grouped, M, start, parameters)
 
     @property
     def sparse(self) -> bool:

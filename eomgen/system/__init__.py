@@ -2,6 +2,7 @@
 
 __all__ = [
     "branches",
+    "cancellation",
     "description",
     "display",
     "events",

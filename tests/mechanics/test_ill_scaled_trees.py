@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio
 import pytest
 
+import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import load_toml
 from eomgen.symbolic.evaluate import evaluate
@@ -25,6 +28,9 @@ LADDER = [
     ((1e-12, 1, 1e12), (1, 1, 1), 2e-3),
     ((1e12, 1, 1e-12), (1, 1, 1), 1e-14),
 ]
+
+#: Methods that take accelerations from M, or iterate on the residual of inverse dynamics, which loses no digits.
+OTHER_METHODS = [("taylor", True), ("hermite", True), ("rk45", True), ("generalized_alpha", False), ("tdg2", False)]
 
 
 def states(size: int, count: int, seed: int = 1) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -77,3 +83,41 @@ def test_tunable_masses_count_with_their_defaults() -> None:
     for value, expected in ((1.0, False), (1e6, True)):
         system = derive(load_toml(f"{text}\n[parameters.m]\nvalue = {value}\ntunable = true"), ["forward_dynamics"])
         assert system.facts.ill_scaled is expected
+
+
+@pytest.mark.parametrize(
+    ("method", "reported"),
+    [("rk4", True), *(pytest.param(name, found, marks=pytest.mark.slow) for name, found in OTHER_METHODS)],
+)
+def test_values_of_a_run_that_cost_digits_are_reported(method: str, reported: bool, tmp_path: Path) -> None:
+    text = PlanarTree.chain([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]).text()
+    text = text.replace("mass = 1.0", 'mass = "m"', 1) + "\n[parameters.m]\nvalue = 1\ntunable = true"
+    path = tmp_path / "chain.toml"
+    path.write_text(text)
+    model = eomgen.build(path, profile="quick", method=method)
+    assert not model.simulate(0.01, 1e-3, error_estimate=False).findings
+    run = model.simulate(1e-4, 1e-5, parameters={"m": 1e-12}, error_estimate=False)
+    found = [finding for finding in run.findings if finding.name == "lost_digits"]
+    assert len(found) == reported
+    for finding in found:
+        assert 1e-4 < finding.value < 1e-2 and "accelerations keep some 2 digits, since light" in finding.text
+        assert finding.hint == "generalized_alpha, or the parameters of this run as defaults of the scene"
+
+
+@pytest.mark.slow
+def test_series_and_hermite_steps_keep_their_digits(tmp_path: Path) -> None:
+    """Steppers that factored M were wrong by 2e-5 (Taylor) or stopped (Hermite)."""
+    tree = PlanarTree.chain([1.0, 1.0, 1.0], [1e-3, 1.0, 1e3])
+    q, v, end = [-1.2, 0.3, -0.4], [0.1, -0.2, 0.3], 0.05
+    reference = [float(x) for x in tree.motion(q, v, end)]
+    path = tmp_path / "chain.toml"
+    path.write_text(tree.text())
+    for method, step, limit in (
+        ("taylor", 1e-3, 1e-9),
+        ("hermite", 5e-5, 2e-9),
+        ("rk45", 1e-3, 1e-9),
+        ("rk4", 2e-5, 1e-8),
+    ):
+        model = eomgen.build(path, profile="quick", method=method)
+        run = model.simulate(end, step, initial={"q": q, "v": v}, error_estimate=False)
+        assert run.success and np.max(np.abs(run.q[-1] - reference)) < limit, method

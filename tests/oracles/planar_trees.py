@@ -70,6 +70,34 @@ class PlanarTree:
             alpha = mpmath.lu_solve(M, right)
             return [alpha[k] - (alpha[self.parents[k]] if self.parents[k] >= 0 else 0) for k in range(size)]
 
+    def motion(self, q: Sequence[float], v: Sequence[float], end: float, steps: int = 24) -> list[mpmath.mpf]:
+        """Return q at the end by extrapolated midpoint steps of order 16 (Gragg, Bulirsch and Stoer), 50 digits."""
+        with mpmath.workdps(50):
+            size, step = len(self.masses), mpmath.mpf(end) / steps
+
+            def rate(y: Sequence[mpmath.mpf]) -> list[mpmath.mpf]:
+                return [*y[size:], *self.accelerations(y[:size], y[size:])]
+
+            def moved(y: Sequence[mpmath.mpf], h: mpmath.mpf, slope: Sequence[mpmath.mpf]) -> list[mpmath.mpf]:
+                return [a + h * b for a, b in zip(y, slope, strict=True)]
+
+            state = [mpmath.mpf(x) for x in (*q, *v)]
+            for _ in range(steps):
+                row: list[list[mpmath.mpf]] = []
+                for j in range(1, 9):
+                    h = step / (2 * j)
+                    before, here = state, moved(state, h, rate(state))
+                    for _ in range(2 * j - 1):
+                        before, here = here, moved(before, 2 * h, rate(here))
+                    smooth = [(a + b) / 2 for a, b in zip(before, moved(here, h, rate(here)), strict=True)]
+                    new = [smooth]
+                    for k, old in enumerate(row, 1):
+                        factor = 1 / ((mpmath.mpf(j) / (j - k)) ** 2 - 1)
+                        new.append([b + factor * (b - a) for a, b in zip(old, new[-1], strict=True)])
+                    row = new
+                state = row[-1]
+            return state[:size]
+
     def error(self, found: Sequence[float], q: Sequence[float], v: Sequence[float]) -> float:
         """Return the relative error of accelerations, norm-wise."""
         true = self.accelerations(q, v)

@@ -129,6 +129,10 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
         method_with(real_stability=1e-9),
         returning(start_checks, "decay_of_states", Fastest("internal states decay", 5.0)),
     ),
+    "lost_digits": (
+        returning(start_checks, "cancellation", np.array([1e10])),
+        method_with(terms=lambda *_: ("forward_dynamics",)),
+    ),
     "start_beyond_limits": (returning(start_checks, "starts_beyond_limits", [str(FOUND)]),),
     "start_on_impact": (returning(start_checks, "impacts_at_start", [str(FOUND)]),),
     "doubtful_start": (begun(doubts=[str(FOUND)]),),

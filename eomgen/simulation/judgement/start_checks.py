@@ -17,6 +17,10 @@ from eomgen.simulation.judgement.check import Check
 from eomgen.simulation.judgement.fast_decay import Fastest, decay_of_motion, decay_of_states
 from eomgen.simulation.judgement.finished_run import Beginning, FinishedRun
 from eomgen.simulation.judgement.impact_starts import impacts_at_start
+from eomgen.system.cancellation import cancellation
+
+#: Rounding of a number, and the relative error of accelerations from which it is reported.
+ROUNDING, LOST = float(np.finfo(float).eps), 1e-8
 
 
 def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:
@@ -64,6 +68,27 @@ def _begun(run: FinishedRun) -> Beginning:
     return run.beginning
 
 
+def _lost_digits(run: FinishedRun) -> Iterator[Finding]:
+    """Find accelerations that lose digits in the elimination of M; articulated bodies lose about half as many."""
+    model, q = run.run.model, _begun(run).state.q
+    facts = model.library.layout["facts"]
+    terms = run.run.method.terms(False, facts["internal_states"], not facts["ill_scaled"])
+    if "mass" not in model.functions or ("residual" in terms and "mass" not in terms):
+        return  # a method that iterates on the residual has the digits of inverse dynamics
+    M = np.asarray(model.mass_matrix(q, parameters=run.run.parameters), dtype=float)
+    ratio = float(cancellation(M[np.newaxis], [factor.v for factor in model.factors])[0])
+    lost = ROUNDING * (np.sqrt(ratio) if facts["ill_scaled"] else ratio)
+    if lost > LOST:
+        text = (
+            f"accelerations keep some {max(0, int(-np.log10(lost)))} digits, since light or short links carry heavy or"
+            f" long ones: inertias differ by a factor of {ratio:.1g} with joints locked and free"
+        )
+        hint = "generalized_alpha, or links that differ less"
+        if not facts["ill_scaled"] and model.parameters:
+            hint = "generalized_alpha, or the parameters of this run as defaults of the scene"
+        yield Finding(value=float(lost), time=run.run.grid.start, text=text, hint=hint)
+
+
 def _start_beyond_limits(run: FinishedRun) -> Iterator[Finding]:
     beginning = _begun(run)
     if not beginning.equilibrium:
@@ -86,6 +111,7 @@ def _chosen_method(run: FinishedRun) -> Iterator[Finding]:
 ROWS = (
     Check("unresolved_damping", _unresolved_damping, ("begun", "explicit", "no constraints")),
     Check("unresolved_states", _unresolved_states, ("begun", "explicit")),
+    Check("lost_digits", _lost_digits, ("begun", "no constraints")),
     Check("start_beyond_limits", _start_beyond_limits, ("begun",)),
     Check("start_on_impact", _start_on_impact, ("begun", "events")),
     Check("doubtful_start", _doubtful_start, ("begun",)),
