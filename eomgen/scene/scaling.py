@@ -28,10 +28,10 @@ Data = Mapping[str, Any]
 #: Factors: the parameter of each, 1 or 0 where the scene is its own.
 LENGTH, MASS, TIME = "unit_length", "unit_mass", "unit_time"
 STIFFNESS, DAMPING, GRAVITY = "factor_of_stiffness", "factor_of_damping", "factor_of_gravity"
-RATIO, ORIGIN = "factor_of_first_inertia", "place_of_origin"
+RATIO, RATIO_LAST, ORIGIN = "factor_of_first_inertia", "factor_of_last_inertia", "place_of_origin"
 UNITS = {"[length]": LENGTH, "[mass]": MASS, "[time]": TIME}
 NEUTRAL: Mapping[str, float] = {
-    **dict.fromkeys((LENGTH, MASS, TIME, STIFFNESS, DAMPING, GRAVITY, RATIO), 1.0),
+    **dict.fromkeys((LENGTH, MASS, TIME, STIFFNESS, DAMPING, GRAVITY, RATIO, RATIO_LAST), 1.0),
     ORIGIN: 0.0,
 }
 _KEYS = {"stiffness": STIFFNESS, "damping": DAMPING}
@@ -75,7 +75,9 @@ def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
     if ORIGIN in wanted:
         _move_origin(scaled)
     if RATIO in wanted:
-        _weigh_first(scaled)
+        _weigh(scaled, RATIO, last=False)
+    if RATIO_LAST in wanted:
+        _weigh(scaled, RATIO_LAST, last=True)
     factors = {name: {"value": NEUTRAL[name], "tunable": True} for name in wanted}
     return scaled | {"parameters": {**plain.get("parameters", {}), **factors}}
 
@@ -198,13 +200,14 @@ def _moved(position: Sequence[Any]) -> list[Any]:
     return [f"{ORIGIN} + ({position[0]})", *position[1:]]
 
 
-def _weigh_first(scene: dict[str, Any]) -> None:
-    """Multiply mass and inertia of the first body that has a mass."""
-    for name, body in scene.get("bodies", {}).items():
-        if body.get("mass") not in (None, 0, 0.0):
-            heavier = copy.copy(body)
-            heavier["mass"] = f"{RATIO} * ({body['mass']})"
-            if "inertia" in body:
-                heavier["inertia"] = [f"{RATIO} * ({entry})" for entry in body["inertia"]]
-            scene["bodies"] = {**scene["bodies"], name: heavier}
-            return
+def _weigh(scene: dict[str, Any], factor: str, *, last: bool) -> None:
+    """Give mass and inertia of the first or the last body that has a mass a factor."""
+    bodies = [(name, body) for name, body in scene.get("bodies", {}).items() if body.get("mass") not in (None, 0, 0.0)]
+    if not bodies or (last and len(bodies) < 2):
+        return
+    name, body = bodies[-1 if last else 0]
+    heavier = copy.copy(body)
+    heavier["mass"] = f"{factor} * ({body['mass']})"
+    if "inertia" in body:
+        heavier["inertia"] = [f"{factor} * ({entry})" for entry in body["inertia"]]
+    scene["bodies"] = {**scene["bodies"], name: heavier}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.scene.scaling import DAMPING, GRAVITY, LENGTH, MASS, ORIGIN, RATIO, STIFFNESS, TIME, UnitsOf
+from eomgen.scene.scaling import DAMPING, GRAVITY, LENGTH, MASS, ORIGIN, RATIO, RATIO_LAST, STIFFNESS, TIME, UnitsOf
 from eomgen.studies.ladders.runs import ROWS, Conditions
 from eomgen.studies.ladders.subject import FACTORS, OWN, SINGLE, STEPS, Subject
 
@@ -51,6 +51,7 @@ _ABSENT: Mapping[str, str] = {
     DAMPING: "it has no key damping with a value",
     GRAVITY: "it is without gravity",
     RATIO: "no body in it has a mass of its own",
+    RATIO_LAST: "no two bodies in it have a mass of their own",
     ORIGIN: "nothing in it is fixed at a place",
 }
 
@@ -203,6 +204,7 @@ LADDERS: tuple[Ladder, ...] = (
     Ladder("damping", "all dampings, times", _FACTORS, _factor(DAMPING), _with(DAMPING)),
     Ladder("gravity", "gravity, times", (0.0, 1e-3, 1.0, 1e3, 1e6), _factor(GRAVITY), _with(GRAVITY)),
     Ladder("ratio", "inertia of the first body, times", _FACTORS, _factor(RATIO), _with(RATIO)),
+    Ladder("ratio_last", "inertia of the last body, times", _FACTORS, _factor(RATIO_LAST), _with(RATIO_LAST)),
     Ladder("spin", "turn within a step, rad", _SPINS, _spin, _spins),
     Ladder("turns", "angles, turns more", (0.4999999, 0.5, 1.0, 1e3, 1e6, 1e9), _turned, _has_angles),
     Ladder("right_angles", "all angles, turns", (0.0, 0.25, 0.5, 0.75), _right_angles, _has_angles),

@@ -26,6 +26,7 @@ from eomgen.scene.scaling import (
     MASS,
     ORIGIN,
     RATIO,
+    RATIO_LAST,
     STIFFNESS,
     TIME,
     UnitsOf,
@@ -40,9 +41,9 @@ from eomgen.system.system import Facts
 OWN, FACTORS, SINGLE = "own", "factors", "single"
 #: Sets of factors, the first that the scene can have is taken: lengths may have to be fixed numbers.
 _SETS = (
-    (LENGTH, MASS, TIME, STIFFNESS, DAMPING, GRAVITY, RATIO, ORIGIN),
-    (MASS, TIME, STIFFNESS, DAMPING, GRAVITY, RATIO),
-    (STIFFNESS, DAMPING, GRAVITY, RATIO),
+    (LENGTH, MASS, TIME, STIFFNESS, DAMPING, GRAVITY, RATIO, RATIO_LAST, ORIGIN),
+    (MASS, TIME, STIFFNESS, DAMPING, GRAVITY, RATIO, RATIO_LAST),
+    (STIFFNESS, DAMPING, GRAVITY, RATIO, RATIO_LAST),
     (GRAVITY,),
 )
 #: Steps of a short run, of the scene's own step, and the part of the shortest period that is a fine step.
