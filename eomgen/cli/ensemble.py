@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -88,7 +89,6 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     if not vary and table is None:
         what, hint = "nothing varies: all samples would be the same", "--vary 'mass=normal(1, 0.1)', or --table FILE"
         raise UsageError(Problem("--vary", what, hint))
-    del options["error_estimate"]
     described = read_scene(scene, options)
     profile = options.pop("profile")
     with building(described.name):
@@ -175,8 +175,10 @@ def _print(found: Ensemble) -> None:
         if quantiles:
             of_column += found.quantile(column, (0.05, 0.5, 0.95))[:, -1].tolist()
         unit = found.units.get(column, "")
-        rows.append((column, unit if unit != "1" else "", *(f"{x:.5g}" for x in (*of_column, high[-1]))))
+        error = found.error.columns.get(column, math.nan)
+        told = "-" if math.isnan(error) else f"{error:.2g}"
+        rows.append((column, unit if unit != "1" else "", *(f"{x:.5g}" for x in (*of_column, high[-1])), told))
     title = f"{found.scene}: {counted(good, 'sample')}, {found.design}, at t = {found.t[-1]:.9g} s"
     middle = ("5 %", "median", "95 %") if quantiles else ()
-    header = ("column", "unit", "mean", "deviation", "smallest", *middle, "largest")
+    header = ("column", "unit", "mean", "deviation", "smallest", *middle, "largest", "error of steps")
     print_table(title, header, rows, numeric=tuple(range(2, len(header))))

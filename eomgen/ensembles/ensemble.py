@@ -18,6 +18,7 @@ from eomgen.ensembles.samples import EXTREMES, Failed
 from eomgen.ensembles.sensitivity import Ranking, ranking
 from eomgen.errors import Problem, UsageError
 from eomgen.files import make_folder, write_table, write_text
+from eomgen.results.sample_errors import SampleErrors
 from eomgen.text import json_text, nearest, shown
 
 #: Quantiles of the table over time and of the fan chart.
@@ -44,6 +45,7 @@ class Ensemble:
     how : the way samples were run by this call, ``side by side: 4 lanes``, or ``one after the other:`` and why; empty
         where all were there
     notes : what there is to say besides
+    error : estimated discretisation errors of the run without variations and of a few samples over the design
     """
 
     scene: str
@@ -62,6 +64,7 @@ class Ensemble:
     journal: Journal = field(repr=False)
     how: str = ""
     notes: tuple[str, ...] = ()
+    error: SampleErrors = field(default_factory=SampleErrors)
 
     def __repr__(self) -> str:
         return f"<Ensemble of {self.scene}: {self.done} of {self.asked} samples, {len(self.failed)} failed>"
@@ -181,7 +184,7 @@ class Ensemble:
         failures = "all" if len(self.failed) == self.done > 1 else str(len(self.failed))
         failed = f", {failures} of which failed" if self.failed else ""
         ended = "; ended by Ctrl-C" if self.interrupted else ""
-        return "; ".join(filter(None, (f"{done}{failed}{ended}", self.how, *self.notes)))
+        return "; ".join(filter(None, (f"{done}{failed}{ended}", self.how, str(self.error), *self.notes)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the ensemble came to at its end, as JSON data."""
@@ -209,6 +212,7 @@ class Ensemble:
             "units": self.units,
             "t_end": float(self.t[-1]),
             "final": last,
+            "error": self.error.summary(),
             "notes": list(self.notes),
         }
 
@@ -230,10 +234,12 @@ class Ensemble:
                 found = self.quantile(column, QUANTILES)
                 own |= {f"q{100 * p:g}": row for p, row in zip(QUANTILES, found, strict=True)}
             over_time |= {f"{column}.{name}": values for name, values in own.items()}
-        numbers = {"sample": np.arange(self.done, dtype=float), **self.values, **self.results}
         files = []
-        for name, columns in (("statistics.csv", over_time), ("samples.csv", numbers)):
-            write_table(target / name, list(columns), np.stack(list(columns.values()), axis=-1))
+        for name, columns, numbered in (
+            ("statistics.csv", over_time, ""),
+            ("samples.csv", {**self.values, **self.results}, "sample"),
+        ):
+            write_table(target / name, list(columns), np.stack(list(columns.values()), axis=-1), numbered=numbered)
             files.append(target / name)
         if self.failed:
             lines = [",".join(("sample", *self.varied, "reason"))]

@@ -30,9 +30,11 @@ from eomgen.ensembles.designs import (
 )
 from eomgen.ensembles.distributions import Distribution
 from eomgen.ensembles.ensemble import Ensemble
+from eomgen.ensembles.examined_samples import sample_errors
 from eomgen.ensembles.journal import Journal
 from eomgen.ensembles.reductions import Reduction
 from eomgen.ensembles.samples import Block, Samples
+from eomgen.ensembles.unresolved_processes import unresolved_processes
 from eomgen.ensembles.variations import Variation, VariedOptions, read_table, read_varied, with_scenes_laws
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.files import make_folder
@@ -81,6 +83,7 @@ def simulate_many(
     workers: int | None = None,
     cluster: object = None,
     progress: Progress | bool | None = None,
+    error_estimate: bool = True,
     **options: Any,
 ) -> Ensemble:
     """Run samples of what varies; options and errors as of ``Model.simulate_many``."""
@@ -88,7 +91,7 @@ def simulate_many(
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)
     items, drawn, name = _designed(model, vary, table, samples, design, seed)
     # laws of inputs that vary are functions here too: a method that cannot take them says so before the first sample
-    pilot = simulate(model, t_end, step, **with_scenes_laws(model, items, options), error_estimate=False)
+    pilot = simulate(model, t_end, step, **with_scenes_laws(model, items, options), error_estimate=error_estimate)
     if pilot.interrupted:
         raise KeyboardInterrupt
     looked_at = _columns(pilot, columns)
@@ -123,6 +126,7 @@ def simulate_many(
             interrupted = _reduced(blocks, journal, reduction, drawn.samples, reported)
     how = work.how if machines is None else "; ".join(sorted(machines.how))
     units, notes = pilot.units(), () if machines is None else machines.notes
+    unresolved = unresolved_processes(model, pilot, options.get("inputs") or {}) if error_estimate else []
     return Ensemble(
         scene=model.name,
         design=name,
@@ -139,7 +143,8 @@ def simulate_many(
         journal=journal,
         method=str(pilot.metadata["method"]),
         how=how,
-        notes=tuple(filter(None, (unbalanced(name, samples), "" if pilot.success else _doubt(pilot), *notes))),
+        notes=tuple(filter(None, (unbalanced(name, samples), *unresolved, _doubts(pilot), *notes))),
+        error=sample_errors(work, pilot, examined=error_estimate and not interrupted),
     )
 
 
@@ -151,8 +156,12 @@ def _block(samples: int, work: int, numbers: int) -> int:
     return max(1, shared, min(_LARGEST_BLOCK, -(-samples // _BLOCKS)))
 
 
-def _doubt(pilot: Solution) -> str:
-    return f"the run without variations fails: {pilot.message}"
+def _doubts(pilot: Solution) -> str:
+    """Return the warnings of the run without variations; empty if it has none."""
+    if not pilot.success:
+        return f"the run without variations fails: {pilot.message}"
+    warnings = pilot.message.partition("; ")[2]
+    return f"the run without variations: {warnings}" if warnings else ""
 
 
 @contextmanager
@@ -306,9 +315,6 @@ def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | 
         if options.get(name) is not None:
             what = "samples write no checkpoints of their own"
             raise UsageError(Problem(name, what, "folder=..., and resume=True, which goes on with what is done"))
-    if "error_estimate" in options:
-        what = "samples run without estimates of their errors"
-        raise UsageError(Problem("error_estimate", what, "simulate(...).error of some of them"))
 
 
 def _digest(arrays: Sequence[Array]) -> str:

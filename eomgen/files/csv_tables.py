@@ -15,15 +15,21 @@ from eomgen.files.writing import write_file
 _ROWS = 4096
 
 
-def write_table(path: Path, names: Sequence[str], columns: Array) -> None:
-    """Write a table as ``.csv``: one row of names, numbers that read back to the same bits. Raises FileError."""
+def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: str = "") -> None:
+    """Write a table as ``.csv``: one row of names, numbers that read back to the same bits. Raises FileError.
+
+    ``numbered``: name of a first column with the number of each row, from 0 on; none if it is empty.
+    """
 
     def fill(stream: IO[bytes]) -> None:
         text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(names)
+        writer.writerow([numbered, *names] if numbered else names)
         for start in range(0, len(columns), _ROWS):
-            writer.writerows([map(repr, row) for row in columns[start : start + _ROWS].tolist()])
+            rows = columns[start : start + _ROWS].tolist()
+            if numbered:
+                rows = [[number, *row] for number, row in enumerate(rows, start)]
+            writer.writerows([map(repr, row) for row in rows])
         text.flush()
         text.detach()
 

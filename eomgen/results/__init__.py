@@ -9,6 +9,7 @@ __all__ = [
     "largest_section_loads",
     "linear_files",
     "plots",
+    "sample_errors",
     "scenery",
     "section_plots",
     "solution",

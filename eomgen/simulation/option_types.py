@@ -75,6 +75,7 @@ class EnsembleOptions(MethodOptions, total=False):
     initial: Mapping[str, Any] | None
     parameters: Parameters
     record_every: int | None
+    error_estimate: bool
 
 
 class SensitivityOptions(TypedDict, total=False):

@@ -283,7 +283,6 @@ def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: P
         ({"vary": VARY, "keep": 1}, "keep: solutions of samples are kept in a folder"),
         ({"vary": VARY, "resume": True}, "resume: there is no folder to go on with"),
         ({"vary": VARY, "checkpoint": "run.npz"}, "checkpoint: samples write no checkpoints of their own"),
-        ({"vary": VARY, "error_estimate": True}, "error_estimate: samples run without estimates of their errors"),
         (
             {"vary": VARY, "samples": 10**9, "design": "latin_hypercube"},
             "latin_hypercube makes all of its 4000000000 numbers at once",
@@ -360,4 +359,4 @@ def test_tables_from_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], t
     assert said in captured.err and code == (7 if said else 0)
     if not said:
         assert json.loads(captured.out)["final"]["output.place"]["max"] == pytest.approx(2.0)
-        assert (out / "samples.csv").read_text(encoding="utf-8").splitlines()[2].startswith("1.0,2.0,2.0,")
+        assert (out / "samples.csv").read_text(encoding="utf-8").splitlines()[2].startswith("1,2.0,2.0,")

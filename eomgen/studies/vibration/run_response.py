@@ -82,7 +82,12 @@ class RunResponse:
         self.spend(len(points))
         table = dict(zip(self.variables, points.T, strict=True))
         found = self.model.simulate_many(
-            *self.span, table=table, columns=[f"output.{self.output}"], points=2, **self.options
+            *self.span,
+            table=table,
+            columns=[f"output.{self.output}"],
+            points=2,
+            error_estimate=False,
+            **self.options,
         )
         self.failed += len(found.failed)
         final, highest = (found.results[f"output.{self.output}.{which}"] for which in ("final", "max"))

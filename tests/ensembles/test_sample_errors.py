@@ -1,0 +1,136 @@
+"""Discretisation errors of samples against closed forms; processes that steps do not resolve; warnings passed on."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import special
+
+import eomgen
+from eomgen.cli import main
+from eomgen.ensembles.examined_samples import spread_samples
+from eomgen.ensembles.unresolved_processes import unresolved_processes
+from eomgen.scene.load import load_toml
+
+SLIDER = """
+format = 1
+name = "slider"
+simulation = { method = "generalized_alpha", step = 0.02, duration = 2 }
+parameters.k = { value = 100, tunable = true }
+
+[bodies.mass]
+mass = 1
+inertia = [1e-3, 1e-3, 1e-3]
+
+[joints.slide]
+type = "prismatic"
+parent = "base"
+child = "mass"
+axis = [1, 0, 0]
+initial = { position = 0.1 }
+
+[efforts.all]
+joint = "slide"
+effort = "FORCE"
+
+[outputs.x]
+formula = "q.slide"
+unit = "m"
+"""
+PROCESS = '[random.g]\ntype = "squared_exponential"\ncorrelation_time = SCALE\nshare = 0.9999\nunit = "N"\n'
+
+
+@pytest.fixture(scope="module")
+def slider() -> eomgen.Model:
+    return eomgen.build(load_toml(SLIDER.replace("FORCE", "-k*q.slide")))
+
+
+@pytest.mark.parametrize("step", [0.02, 0.005])
+def test_errors_of_samples_are_those_of_the_closed_form(slider: eomgen.Model, step: float) -> None:
+    found = slider.simulate_many(2.0, step, vary={"k": "uniform(50, 150)"}, samples=32)
+    true = [np.abs(_true_error(slider, 100.0, step)).max()]
+    true += [np.abs(_true_error(slider, found.values["k"][number], step)).max() for number in found.error.of_samples]
+    assert len(found.error.of_samples) == 4
+    assert max(true) / 1.5 < found.error.columns["output.x"] < 1.5 * max(true)
+    number, largest = found.error.worst or (None, None)
+    assert number is not None and largest is not None
+    assert found.values["k"][number] > 140.0  # the fastest of the examined ones
+    assert f"the estimated error of samples is {largest} (sample {number}, the worst of 5 runs" in found.message
+    assert found.to_dict()["error"]["columns"] == dict(found.error.columns)
+    assert ("try: a step smaller than" in found.message) == (step == 0.02)
+
+
+def _true_error(model: eomgen.Model, k: float, step: float) -> np.ndarray:
+    run = model.simulate(2.0, step, parameters={"k": k}, error_estimate=False)
+    return np.asarray(run["output.x"] - 0.1 * np.cos(np.sqrt(k) * run.t))
+
+
+def test_samples_that_the_steps_spoil_are_told_by_the_command_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    scene = tmp_path / "slider.toml"
+    scene.write_text(SLIDER.replace("FORCE", "-k*q.slide"), encoding="utf-8")
+    command = ["ensemble", str(scene), "--t-end", "60", "--vary", "k=uniform(99, 101)", "--samples", "16", "--no-plots"]
+    assert main([*command, "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr()
+    assert "error of steps" in said.out and "the run without variations: the estimated error is" in said.err
+    written = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["error"]
+    assert written["available"] and written["relative"] > 0.5
+    rows = (tmp_path / "out" / "samples.csv").read_text(encoding="utf-8").splitlines()
+    assert [row.split(",")[0] for row in rows] == ["sample", *map(str, range(16))]
+    assert main([*command, "--out", str(tmp_path / "other"), "--no-error-estimate"]) == 0
+    assert "the discretisation error of samples is not known: it was switched off" in capsys.readouterr().err
+
+
+def test_the_ensemble_passes_on_what_the_run_without_variations_warns_of() -> None:
+    model = eomgen.build(load_toml(SLIDER.replace("FORCE", "-k*q.slide + 10*sin(2*pi*200*t)")))
+    found = model.simulate_many(1.0, 0.01, vary={"k": "uniform(99, 101)"}, samples=2)
+    assert "the run without variations: the force along slide, which depends on t, varies faster than" in found.message
+
+
+def test_the_share_above_the_highest_frequency_is_that_of_the_spectrum() -> None:
+    """G ~ exp(-2 (pi l f)^2), so the share above f is erfc(sqrt(2) pi l f)."""
+    scale = 0.05
+    text = SLIDER.replace("FORCE", "g - k*q.slide") + PROCESS.replace("SCALE", f"{scale}")
+    model = eomgen.build(load_toml(text))
+    for step in (0.04, 0.1, 0.125, 0.2):
+        run = model.simulate(2.0, step, error_estimate=False)
+        told = unresolved_processes(model, run, [])
+        share = special.erfc(np.sqrt(2.0) * np.pi * scale * 0.5 / step)
+        if share < 0.01:
+            assert not told
+        else:
+            (percent,) = re.findall(r"^([\d.]+) % of the variance of the process g lies above", told[0])
+            assert float(percent) == pytest.approx(100.0 * share, rel=0.1)
+        assert not unresolved_processes(model, run, ["g"])
+
+
+@pytest.mark.parametrize(
+    "translation", ["", pytest.param('translation = "0.5*g"\n', marks=pytest.mark.slow, id="translated")]
+)
+def test_a_process_between_the_steps_is_told_with_the_step_that_resolves_it(translation: str) -> None:
+    """A band from 9 to 11 Hz at steps of 0.1 s is another process at the steps, whatever their comparison tells."""
+    text = SLIDER.replace("FORCE", "g-q.slide") + '[random.g]\ntype = "band"\nband = [9, 11]\nunit = "N"\n'
+    text += translation
+    model = eomgen.build(load_toml(text))
+    found = model.simulate_many(2.0, 0.1, vary={"seed.g": "integers(0, 99999)"}, samples=8)
+    assert "100 % of the variance of the process g lies above 5 Hz, the highest frequency that steps of 0.1 s" in (
+        found.message
+    )
+    (step,) = re.findall(r"try: a step of ([\d.]+) s, 10 to the shortest period of 99 %", found.message)
+    assert 0.008 < float(step) < 0.0095
+    assert "lies above" not in model.simulate_many(2.0, 0.01, vary={"seed.g": "integers(0, 9)"}, samples=8).message
+
+
+@pytest.mark.parametrize(("samples", "varied"), [(3, 1), (40, 1), (40, 3), (200, 20)])
+def test_examined_samples_are_spread_over_the_design(samples: int, varied: int) -> None:
+    values = np.random.default_rng(samples + varied).standard_normal((samples, varied)) * 10.0 ** np.arange(varied)
+    chosen = spread_samples(values, 4)
+    assert len(set(chosen)) == min(4, samples)
+    if varied == 1:
+        assert {int(values.argmin()), int(values.argmax())} <= set(chosen)
+    np.testing.assert_equal(spread_samples(np.ones((5, 2)), 3), [0, 1, 2])
