@@ -35,6 +35,7 @@ _SHOWN = (
     "hermite",
     "form",
     "quadratic",
+    "corrected",
     "importance_sampling",
     "monte_carlo",
 )

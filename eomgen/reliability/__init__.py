@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from eomgen.reliability.distribution import INVERSIONS, Tails
 from eomgen.reliability.most_probable_point import (
+    JUMPING,
     MostProbablePoint,
     Unreached,
     breitung,
@@ -12,16 +13,17 @@ from eomgen.reliability.most_probable_point import (
     most_probable_points,
     points_on_curve,
     rivals,
-    why_it_ends,
 )
 from eomgen.reliability.projection import Projected, hermite_projection, leading_directions, projected_hessian
 from eomgen.reliability.quadratic_form import QuadraticForm
 from eomgen.reliability.response import Counted, Expansion, Multiplied, Response
-from eomgen.reliability.tail_samples import Estimate, importance_sampling
+from eomgen.reliability.tail_samples import Draws, Estimate, corrected_tail, importance_sampling
 
 __all__ = [
     "INVERSIONS",
+    "JUMPING",
     "Counted",
+    "Draws",
     "Estimate",
     "Expansion",
     "MostProbablePoint",
@@ -32,6 +34,7 @@ __all__ = [
     "Tails",
     "Unreached",
     "breitung",
+    "corrected_tail",
     "first_order",
     "hermite_projection",
     "hohenbichler_rackwitz",
@@ -41,5 +44,4 @@ __all__ = [
     "points_on_curve",
     "projected_hessian",
     "rivals",
-    "why_it_ends",
 ]

@@ -20,8 +20,15 @@ _STRIDE, _LONGEST, _EASY = 0.25, 1.0, 3
 _ITERATIONS, _CLOSE = 25, 1e-10
 #: What a point may be off, along the limit state and across it, in standard deviations.
 _ASIDE, _OFF = 3e-8, 1e-9
+#: The same of points beside which the gradient jumps, so that no iteration comes nearer, and the part of the first step
+#: below which such points are taken.
+_ROUGHLY_ASIDE, _ROUGHLY_OFF, _ROUGH = 2e-2, 1e-3, 0.3
 #: What a value of a run is off by its rounding.
 _ROUNDED = 1e-14
+#: Distance beside a point, in standard deviations, and part of the gradient's change over it that its Hessian does not
+#: tell if it jumps there; why a curve ends then.
+_BESIDE, _JUMPS = 1e-3, 0.5
+JUMPING = "where the gradient of the response jumps, as it does if slopes of the forces jump"
 #: Iterations after which the Hessian is taken anew.
 _RENEWED = 6
 #: Steps by the one before, beyond which curve and Hessian are not continued by both of their ends.
@@ -41,6 +48,8 @@ class MostProbablePoint:
     multiplier : of the condition y = threshold
     expansion : of the response there
     iterations : of Newton's method from the point before
+    aside : distance to the point that has the direction of the gradient exactly, in standard deviations; 0 but for
+        responses whose gradient jumps
     """
 
     threshold: float
@@ -48,6 +57,7 @@ class MostProbablePoint:
     multiplier: float
     expansion: Expansion
     iterations: int
+    aside: float = 0.0
 
     @property
     def index(self) -> float:
@@ -166,39 +176,44 @@ def points_on_curve(
     missed: dict[int, Unreached] = {}
     before: MostProbablePoint | None
     for side in (1.0, -1.0):
-        before, last, ended = None, origin, False
+        before, last, ended = None, origin, ""
         chosen = [int(k) for k in order if side * (thresholds[k] - start.value) > 0.0]
         for k in chosen if side > 0 else reversed(chosen):
             if ended:
-                missed[k] = Unreached(last, float(thresholds[k]))
+                missed[k] = Unreached(last, float(thresholds[k]), ended)
                 continue
             try:
                 before, last = _followed(response, before, last, float(thresholds[k]))
                 found[k] = last
             except Unreached as error:
-                last, missed[k], ended = error.last, error, True
+                last, missed[k], ended = error.last, error, error.why
     for k, threshold in enumerate(thresholds):
         if threshold == start.value:
             found[k] = origin
     return found, missed
 
 
-def why_it_ends(last: MostProbablePoint) -> str:
+def _why_it_ends(response: Response, last: MostProbablePoint) -> str:
     """Return why the curve of most probable points is followed no farther than to one."""
     if np.linalg.norm(last.point) > FARTHEST:
         return "beyond which nothing is so probable as 1e-23"
+    ahead = _BESIDE * last.expansion.gradient / np.linalg.norm(last.expansion.gradient)
+    change = response.gradient(last.point + ahead)[1] - response.gradient(last.point - ahead)[1]
+    missed = np.linalg.norm(change - 2.0 * last.expansion.hessian @ ahead)
+    if missed > _JUMPS * np.linalg.norm(change):
+        return JUMPING
     return "where the response has its bound or folds"
 
 
 class Unreached(NumericalError):
-    """The curve of most probable points ends before a threshold; ``last``: at which point."""
+    """The curve of most probable points ends before a threshold; ``last``: at which point, ``why``."""
 
-    def __init__(self, last: MostProbablePoint, threshold: float) -> None:
+    def __init__(self, last: MostProbablePoint, threshold: float, why: str) -> None:
         far = float(np.linalg.norm(last.point))
         what = f"the curve of most probable points from the mean does not come to {threshold:.6g}: it ends at "
-        what += f"{last.threshold:.6g}, {far:.3g} standard deviations out, {why_it_ends(last)}"
+        what += f"{last.threshold:.6g}, {far:.3g} standard deviations out, {why}"
         super().__init__(what, "a threshold nearer to the mean, or Monte Carlo without most probable points")
-        self.last = last
+        self.last, self.why = last, why
 
 
 def _followed(
@@ -211,18 +226,22 @@ def _followed(
         rest = threshold - last.threshold
         ahead = np.sign(rest) * min(abs(rest), stride * slope)
         wanted = last.threshold + ahead if abs(ahead) < abs(rest) else threshold
-        reached = _newton(response, before, last, wanted)
+        rough = last.aside > 0.0 or stride < _ROUGH * _STRIDE
+        reached = _newton(response, before, last, wanted, rough=rough)
         if reached is None:
             stride *= 0.5
             if stride < 1e-3 * _STRIDE:
-                raise Unreached(last, threshold)
+                raise Unreached(last, threshold, _why_it_ends(response, last))
             continue
         if reached.threshold == threshold:
             return last, reached
         if np.linalg.norm(reached.point) > FARTHEST:
-            raise Unreached(reached, threshold)
+            raise Unreached(reached, threshold, _why_it_ends(response, reached))
         before, last = last, reached
-        stride = min(2.0 * stride, _LONGEST) if reached.iterations <= _EASY else stride
+        if reached.aside:
+            stride = _STRIDE
+        elif reached.iterations <= _EASY:
+            stride = min(2.0 * stride, _LONGEST)
 
 
 def _rates(at: MostProbablePoint) -> Array:
@@ -260,9 +279,16 @@ def _continued(
 
 
 def _newton(
-    response: Response, before: MostProbablePoint | None, last: MostProbablePoint, threshold: float
+    response: Response,
+    before: MostProbablePoint | None,
+    last: MostProbablePoint,
+    threshold: float,
+    *,
+    rough: bool = False,
 ) -> MostProbablePoint | None:
-    """Return the most probable point next to another; None where Newton's method does not come to it.
+    """Return the most probable point next to another; None if Newton's method does not come to it.
+
+    ``rough``: an iterate that is off by little counts as the point, as beside jumps of the gradient.
 
     A gradient costs a run and its adjoint, a Hessian as many tangents as there are variables: so it is corrected on the
     way by what the gradient changes along each step, and taken anew where that takes long.
@@ -280,6 +306,10 @@ def _newton(
             close = iteration > 1 and length <= _CLOSE * (1.0 + np.linalg.norm(z))
             if close or _solved(z, multiplier, value, threshold, gradient):
                 return MostProbablePoint(threshold, z, multiplier, response.expansion(z), iteration)
+            aside = float(np.linalg.norm(z + multiplier * gradient))
+            hit = abs(value - threshold) <= _ROUGHLY_OFF * float(np.linalg.norm(gradient))
+            if rough and hit and aside <= _ROUGHLY_ASIDE:
+                return MostProbablePoint(threshold, z, multiplier, response.expansion(z), iteration, aside)
             if iteration % _RENEWED == 0:
                 hessian = response.expansion(z).hessian.copy()
             else:

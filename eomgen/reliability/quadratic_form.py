@@ -80,6 +80,11 @@ class QuadraticForm:
         _, second, _, fourth = self.cumulants()
         return float(fourth / second**2) if second**2 > 0.0 else float("nan")
 
+    def values(self, points: Array) -> Array:
+        """Return y (m,) at points (m, n)."""
+        bent = np.einsum("mi,ij,mj->m", points, self.hessian, points, optimize=True)
+        return np.asarray(self.value + points @ self.gradient + 0.5 * bent)
+
     def covariance(self, other: QuadraticForm) -> float:
         """Return the covariance with another quadratic form of the same variables."""
         return float(self.gradient @ other.gradient + 0.5 * np.sum(self.hessian * other.hessian))

@@ -1,16 +1,21 @@
-"""Small probabilities by importance sampling about a most probable point."""
+"""Small probabilities by importance sampling about a most probable point, and corrections of quadratic forms by it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.reliability.quadratic_form import QuadraticForm
 from eomgen.reliability.response import Response
 
 #: Samples that are asked for at once.
 _BLOCK = 4096
+#: Samples that correct a probability at least.
+FEWEST = 200
 
 
 class Estimate(NamedTuple):
@@ -42,3 +47,69 @@ def importance_sampling(
         squares += float((parts**2).sum())
     mean = total / samples
     return Estimate(mean, float(np.sqrt(np.maximum(squares / samples - mean**2, 0.0) / samples)), samples)
+
+
+@dataclass
+class Draws:
+    """Samples of normal variables about a centre that are run as they are asked for; more of them begin with the same.
+
+    Parameters
+    ----------
+    run : callable
+        From points (m, n) to results, (m,) each; the first one is the response.
+    centre : (n,)
+        Mean of the points, whose covariance is the identity.
+    seed : int
+    """
+
+    run: Callable[[Array], tuple[Array, ...]]
+    centre: Array
+    seed: int
+    _parts: list[tuple[Array, ...]] = field(default_factory=list, init=False)
+
+    def first(self, count: int) -> tuple[Array, ...]:
+        """Return at least ``count`` points, (m, n), and their results, (m,) each."""
+        have = sum(len(part[0]) for part in self._parts)
+        if have < count:
+            random = np.random.default_rng([self.seed, have])
+            points = self.centre + random.standard_normal((count - have, len(self.centre)))
+            self._parts.append((points, *self.run(points)))
+        return tuple(np.concatenate(same) for same in zip(*self._parts, strict=True))
+
+
+def corrected_tail(
+    draws: Draws, form: QuadraticForm, of_form: float, threshold: float, *, above: bool, accuracy: float, most: int
+) -> Estimate:
+    """Return P(y > threshold), or P(y <= threshold): that of a quadratic form and a correction by samples.
+
+    Both limit states are nearly the same one if the form is good, and their difference then needs few samples. These
+    are doubled until the standard error is half of ``accuracy``, relative to the probability, or twice as many would be
+    more than ``most``. One more sample between both limit states counts as seen.
+
+    Parameters
+    ----------
+    draws : Draws
+        About a point near the limit state.
+    form : QuadraticForm
+    of_form : float
+        Its probability.
+
+    References
+    ----------
+    Hammersley, Handscomb: Monte Carlo Methods (1964), 5.5: control variates.
+    """
+    count = FEWEST
+    while True:
+        z, y, *_ = draws.first(count)
+        count = len(z)
+        if np.isnan(y).any():
+            return Estimate(float("nan"), float("nan"), count)
+        weights = np.exp(0.5 * draws.centre @ draws.centre - z @ draws.centre)
+        ours, theirs = (form.values(z) > threshold) == above, (y > threshold) == above
+        apart = weights * (1.0 * theirs - 1.0 * ours)
+        typical = float(weights[ours].mean()) if ours.any() else float(weights.mean())
+        found = max(of_form + float(apart.mean()), 0.0)
+        error = float(np.sqrt((apart.var() + typical**2 / count) / count))
+        if error <= 0.5 * accuracy * max(found, 0.1 * of_form) or 2 * count > most:
+            return Estimate(found, error, count)
+        count *= 2

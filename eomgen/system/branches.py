@@ -18,6 +18,7 @@ from eomgen.system.system import System
 #: Functions whose jumps move a run.
 OF_RUNS = ("residual", "internal_rate")
 _COMPARED = {Op.SIGN: "a sign", Op.LT: "a comparison", Op.LE: "a comparison"}
+_KINKED = {Op.ABS: "an absolute value", Op.MIN: "a smallest value", Op.MAX: "a largest value"}
 
 Values = Mapping[str, NDArray[Any]]
 
@@ -97,6 +98,17 @@ class Branches:
     def branches(self) -> list[Branch]:
         """All branches; arrays of sides have a column for each."""
         return [branch for branch, *_ in self._found]
+
+    @property
+    def kinks(self) -> list[Branch]:
+        """Operations whose values are continuous, and whose slopes jump: absolute, smallest and largest values."""
+        tape, found = self._tape, []
+        for node in tape.live(self._equations):
+            if (what := _KINKED.get(tape.op[node])) is None:
+                continue
+            label, symbols = tape.label(node), frozenset(tape.depends_on(tape.operands(node)))
+            found.append(Branch(f"{what} in {label}" if label else what, symbols))
+        return found
 
     def arguments(self, values: Values) -> NDArray[np.float64]:
         """Return what is compared, the first operand less the second, (n, branches).

@@ -2,30 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import special
 
 from eomgen.arrays import Array
 from eomgen.reliability import (
     INVERSIONS,
+    JUMPING,
+    Draws,
     MostProbablePoint,
     QuadraticForm,
     Response,
     Unreached,
     breitung,
+    corrected_tail,
     first_order,
     hohenbichler_rackwitz,
     importance_sampling,
     rivals,
-    why_it_ends,
 )
 from eomgen.studies.vibration.findings import Distribution
 from eomgen.studies.vibration.run_response import RunResponse
 
+#: Samples about the mean at least.
+_FEW = 200
 #: Directions in which a second most probable point is looked for.
 _DIRECTIONS = 2
+#: Accuracy of probabilities that samples correct, relative; samples about a most probable point and about the mean at
+#: most. A form that is good needs 200.
+ACCURACY, _MOST, _MOST_ABOUT_MEAN = 0.1, 4000, 8000
+#: Distance of a most probable point from the mean below which samples about the mean tell its probability.
+_NEAREST = 1.5
+#: Probability of samples about the mean below which they contradict a probability.
+_CHANCE = 1e-4
 #: Standard errors of samples, and share of the probability, by which a form may be off.
 _SURE, _LIKE = 3.0, 0.2
 _NONE: Array = np.zeros(0)
@@ -62,7 +74,7 @@ def doubts_of(response: Response, reached: Sequence[MostProbablePoint], seed: in
     """Return notes on most probable points that are not the nearest ones, or not the only ones."""
     notes = []
     for one in reached:
-        if not one.nearest:
+        if not one.nearest and not one.aside:  # Hessians beside jumps of the gradient lack these
             notes.append(f"the most probable point of {one.threshold:.6g} is no nearest one: trust samples there")
     for one in {id(one): one for one in (reached[0], reached[-1])}.values():
         others = rivals(response, one, _DIRECTIONS, seed)
@@ -75,29 +87,118 @@ def doubts_of(response: Response, reached: Sequence[MostProbablePoint], seed: in
     return notes
 
 
-def unreached(missed: Mapping[int, Unreached], thresholds: Array) -> list[str]:
-    """Return notes on thresholds that have no most probable point, one for each end of the curve of these."""
+def unreached(missed: Mapping[int, Unreached], thresholds: Array, kinks: Callable[[], Sequence[str]]) -> list[str]:
+    """Return notes on thresholds that have no most probable point, one for each end of the curve of these.
+
+    ``kinks``: returns the operations of the scene at which slopes jump, in words.
+    """
     ends: dict[int, list[int]] = {}
     for k in sorted(missed, key=lambda k: float(thresholds[k])):
         ends.setdefault(id(missed[k].last), []).append(k)
     notes = []
     for places in ends.values():
-        last = missed[places[0]].last
+        last, why = missed[places[0]].last, missed[places[0]].why
+        if why == JUMPING and (found := kinks()):
+            why = f"{why}: by {', '.join(found)}"
         names = ", ".join(f"{thresholds[k]:.6g}" for k in places)
         far = float(np.linalg.norm(last.point))
         notes.append(
             f"the curve of most probable points ends at {last.threshold:.6g}, {far:.3g} standard deviations out,"
-            f" {why_it_ends(last)}: {names} have none, trust samples there"
+            f" {why}: {names} have none, trust samples there"
         )
     return notes
 
 
-def disagreements(reached: Sequence[MostProbablePoint], form: Distribution, sampled: Distribution) -> dict[int, str]:
-    """Return by place the thresholds whose quadratic form gives another probability than samples about their point."""
-    sides = ["above" if one.index >= 0.0 else "below" for one in reached]
-    found = _apart([one.threshold for one in reached], sides, form, sampled)
-    ending = "samples: the response is no quadratic form there, which is left out; trust samples"
+def corrected(
+    response: RunResponse, reached: Sequence[MostProbablePoint], form: Distribution, about_mean: Draws, seed: int
+) -> Distribution:
+    """Return probabilities of quadratic forms corrected by samples, with bounds of 95 % confidence.
+
+    Samples are drawn about each most probable point; about the mean for points near to it, whose regions are too wide
+    for samples elsewhere, the same samples for all of these.
+    """
+    count = len(reached)
+    below, above, low, high = (np.empty(count) for _ in range(4))
+    for k, one in sorted(enumerate(reached), key=lambda pair: abs(pair[1].index)):  # those that need the mean's first
+        upper, near = one.index >= 0.0, abs(one.index) < _NEAREST
+        draws = about_mean if near else Draws(lambda z: (response.values(z),), one.point, seed + k)
+        of_form = float((form.above if upper else form.below)[k])
+        most = _MOST_ABOUT_MEAN if near else _MOST
+        threshold = one.threshold
+        found = corrected_tail(draws, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=most)
+        if found.standard_error > 0.5 * ACCURACY * found.probability and not near:
+            other = corrected_tail(about_mean, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_FEW)
+            found = min(found, other, key=lambda estimate: estimate.standard_error)
+        tail, bound = min(found.probability, 1.0), 1.96 * found.standard_error
+        above[k] = tail if upper else 1.0 - tail
+        below[k] = 1.0 - tail if upper else tail
+        low[k], high[k] = max(below[k] - bound, 0.0), min(below[k] + bound, 1.0)
+    return Distribution(below, above, low, high)
+
+
+def counted_instead(wanted: Array, found: Distribution, about_mean: Draws) -> tuple[Distribution, list[str]]:
+    """Return a corrected distribution with counts of the samples about the mean at thresholds where these contradict
+    it, and notes on that."""
+    z, y, *_ = about_mean.first(_FEW)
+    count, notes = len(z), []
+    below, above, low, high = (part.copy() for part in (found.below, found.above, found.low, found.high))
+    for k, threshold in enumerate(wanted.tolist()):
+        if np.isnan(below[k]) or np.isnan(y).any():
+            continue
+        upper = above[k] <= 0.5
+        seen = int(np.count_nonzero(y > threshold) if upper else np.count_nonzero(y <= threshold))
+        least, most = (1.0 - high[k], 1.0 - low[k]) if upper else (low[k], high[k])
+        more = special.bdtrc(seen - 1, count, most) if seen else 1.0
+        fewer = special.bdtr(seen, count, least)
+        if min(more, fewer) > _CHANCE:
+            continue
+        sign, told = (">", above[k]) if upper else ("<=", below[k])
+        share = seen / count
+        notes.append(
+            f"P(y {sign} {threshold:.6g}) is {told:.3g} by samples about its most probable point and {share:.3g} by"
+            f" {count} samples about the mean, which is taken: there are other regions that lead there"
+        )
+        below[k], above[k] = (1.0 - share, share) if upper else (share, 1.0 - share)
+        under = count - seen if upper else seen
+        low[k], high[k] = _bounds(under, count)
+    return Distribution(below, above, low, high), notes
+
+
+def relative_errors(one: Distribution, true: Distribution) -> Array:
+    """Return the error of a distribution at each threshold, relative to the true one on its less probable side."""
+    upper = true.above <= 0.5
+    ours, theirs = np.where(upper, one.above, one.below), np.where(upper, true.above, true.below)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray((ours - theirs) / theirs)
+
+
+def disagreements(thresholds: Sequence[float], form: Distribution, true: Distribution) -> dict[int, str]:
+    """Return by place the thresholds whose quadratic form is far from its correction by samples."""
+    sides = ["above" if above <= 0.5 else "below" for above in true.above]
+    found = _apart(thresholds, sides, form, true)
+    ending = "samples: the response is no quadratic form there, which is left out; take `corrected`"
     return {k: f"{text} by {ending}" for k, text in found.items()}
+
+
+def doubts_of_forms(thresholds: Array, errors: Mapping[str, Array], true: Distribution) -> list[str]:
+    """Return notes on quadratic forms that are off by more than a tenth, and on corrections that are not accurate."""
+    notes = []
+    off, of_form = np.nan_to_num(np.abs(errors["quadratic"])), errors["form"]
+    tail = np.fmin(true.below, true.above)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spread = 0.5 * (true.high - true.low) / tail
+    worst = int(np.argmax(off))
+    if off[worst] > ACCURACY and off[worst] > spread[worst]:
+        notes.append(
+            f"probabilities of `quadratic` are off by up to {100.0 * off[worst]:.2g} %, at {thresholds[worst]:.6g}"
+            f" ({100.0 * errors['quadratic'][worst]:+.2g} %; `form` {100.0 * of_form[worst]:+.2g} %): take `corrected`"
+        )
+    vague = [k for k in range(len(spread)) if spread[k] > 1.5 * ACCURACY]
+    if vague:
+        names = ", ".join(f"{thresholds[k]:.6g} (+- {100.0 * spread[k]:.2g} %)" for k in vague)
+        hint = "samples=... or tail_samples=... (--monte-carlo, --tail-samples)"
+        notes.append(f"`corrected` probabilities are known less well at {names}; try: {hint}")
+    return notes
 
 
 def against_samples(wanted: Array, form: Distribution, counted: Distribution) -> dict[int, str]:
@@ -142,16 +243,12 @@ def spread(one: Distribution, places: Sequence[int], count: int) -> Distribution
     return Distribution(*(wide(part) if len(part) else part for part in (one.below, one.above, one.low, one.high)))
 
 
-def tails_of(
-    response: RunResponse, reached: Sequence[MostProbablePoint], samples: int, seed: int, *, nearest: float = 0.0
-) -> Distribution:
-    """Return probabilities by samples about most probable points; about the mean of those nearer to it, whose regions
-    are too wide for samples elsewhere."""
+def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], samples: int, seed: int) -> Distribution:
+    """Return probabilities by samples about most probable points."""
     below, above, low, high = (np.empty(len(reached)) for _ in range(4))
     for k, one in enumerate(reached):
         upper = one.index >= 0.0
-        centre = one.point if abs(one.index) >= nearest else 0.0 * one.point
-        estimate = importance_sampling(response, centre, one.threshold, above=upper, samples=samples, seed=seed + k)
+        estimate = importance_sampling(response, one.point, one.threshold, above=upper, samples=samples, seed=seed + k)
         tail, spread = estimate.probability, 1.96 * estimate.standard_error
         above[k] = tail if upper else 1.0 - tail
         below[k] = 1.0 - tail if upper else tail
@@ -163,9 +260,7 @@ def of_samples(y: Array, thresholds: Array) -> tuple[Distribution, tuple[float, 
     """Return the empirical distribution with bounds of Clopper and Pearson, and moments."""
     count = len(y)
     under = np.array([np.count_nonzero(y <= threshold) for threshold in thresholds])
-    with np.errstate(invalid="ignore"):
-        low = np.where(under > 0, special.betaincinv(under, count - under + 1.0, 0.025), 0.0)
-        high = np.where(under < count, special.betaincinv(under + 1.0, count - under, 0.975), 1.0)
+    low, high = _bounds(under, count)
     below = under / count
     mean, deviation = float(y.mean()), float(y.std())
     shape = (np.nan, np.nan)
@@ -174,3 +269,17 @@ def of_samples(y: Array, thresholds: Array) -> tuple[Distribution, tuple[float, 
         shape = float(np.mean(scaled**3)), float(np.mean(scaled**4)) - 3.0
     moments = mean, deviation, *shape
     return Distribution(below, 1.0 - below, low, high), moments
+
+
+def _bounds(under: ArrayLike, count: int) -> tuple[Array, Array]:
+    """Return bounds of 95 % confidence of a probability whose event came ``under`` times among ``count`` samples.
+
+    References
+    ----------
+    Clopper, Pearson: The use of confidence or fiducial limits, Biometrika 26 (1934).
+    """
+    under = np.asarray(under, dtype=float)
+    with np.errstate(invalid="ignore"):
+        low = np.where(under > 0, special.betaincinv(under, count - under + 1.0, 0.025), 0.0)
+        high = np.where(under < count, special.betaincinv(under + 1.0, count - under, 0.975), 1.0)
+    return low, high

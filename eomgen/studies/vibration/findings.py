@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eomgen.arrays import Array
+from eomgen.results.sample_errors import SampleErrors
 
 
 @dataclass(frozen=True)
@@ -58,9 +59,13 @@ class Findings:
     distributions : of each method
     indices : reliability index of each threshold, (n,), not a number where none was looked for
     times, autocovariance : (m,) in s, and the covariance with the output at ``t`` by method, (m,)
-    first_passage : of each level: its probability over the run by method
+    first_passage : of each level: its probability over the run by method; ``preferred`` is the one to take
     costs : by method
     notes : what is in doubt
+    error : SampleErrors
+        Estimated discretisation errors of a few samples.
+    errors : of each method: its error relative to the corrected probability at each threshold, on the side that is
+        less probable, (n,); NaN if there is no corrected one
     """
 
     scene: str
@@ -77,3 +82,5 @@ class Findings:
     first_passage: Mapping[float, Mapping[str, float]]
     costs: Mapping[str, Cost]
     notes: Sequence[str]
+    error: SampleErrors
+    errors: Mapping[str, Array]

@@ -10,6 +10,9 @@ from scipy import special
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 
+#: Probability of samples below which they contradict a rate of crossings, and the part by which both may differ.
+_CHANCE, _LIKE = 1e-3, 0.2
+
 
 def rows_at(t: Array, times: Sequence[float]) -> list[int]:
     rows = [int(np.argmin(np.abs(t - time))) for time in times]
@@ -46,3 +49,37 @@ def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
     begun = float(special.ndtr(-distance[0])) if spread[0] > 0.0 else float(y[0] > level)
     integral = float(np.sum(0.5 * (crossings[1:] + crossings[:-1]) * np.diff(t)))
     return begun + (1.0 - begun) * -float(np.expm1(-integral))
+
+
+def judged_passage(level: float, of_rate: float, passed: int, samples: int) -> tuple[float, str]:
+    """Return the probability of a first passage to take, and a note where samples contradict the rate of crossings.
+
+    Parameters
+    ----------
+    level : of the output
+    of_rate : probability by the rate of crossings
+    passed, samples : how many of the samples pass the level within the run
+    """
+    share = passed / samples
+    more = float(special.bdtrc(passed - 1, samples, of_rate)) if passed else 1.0
+    fewer = float(special.bdtr(passed, samples, of_rate))
+    if min(more, fewer) > _CHANCE or abs(share - of_rate) <= _LIKE * max(share, of_rate):
+        return of_rate, ""
+    by = f"{of_rate:.3g} by the rate of crossings of a normal process and {share:.3g} by {samples} samples"
+    return (
+        share,
+        f"the first passage of {level:.6g} has probability {by}, which is preferred: the response is not normal",
+    )
+
+
+def not_normal(y: Array, mean: float, deviation: float) -> str:
+    """Return how samples y (n,) differ from a normal distribution two standard deviations out; empty if they may be of
+    it."""
+    beyond, chance = int(np.count_nonzero(np.abs(y - mean) > 2.0 * deviation)), 2.0 * float(special.ndtr(-2.0))
+    more = float(special.bdtrc(beyond - 1, len(y), chance)) if beyond else 1.0
+    if min(more, float(special.bdtr(beyond, len(y), chance))) > _CHANCE:
+        return ""
+    return (
+        f"it takes the response as normal, and {100.0 * beyond / len(y):.2g} % of {len(y)} samples lie more than two"
+        f" standard deviations out, not {100.0 * chance:.2g} %"
+    )

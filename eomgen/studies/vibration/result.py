@@ -13,7 +13,12 @@ from eomgen.studies.vibration.findings import Findings
 from eomgen.text import json_text
 
 #: What moments the message names, and how these are known.
-_ORDER = {"second_order": "to second order", "projected": "to projected second order", "monte_carlo": "by samples"}
+_ORDER = {
+    "corrected": "by a form and samples",
+    "second_order": "to second order",
+    "projected": "to projected second order",
+    "monte_carlo": "by samples",
+}
 
 
 class RandomVibration(Findings):
@@ -25,7 +30,7 @@ class RandomVibration(Findings):
         name = next(name for name in _ORDER if name in self.moments)
         mean, deviation, *_ = self.moments[name]
         text = f"{self.output} at t = {self.t:.6g} s has mean {mean:.6g} and standard deviation {deviation:.6g}"
-        return "; ".join([f"{text}{f' {self.unit}' if self.unit else ''} {_ORDER[name]}", *self.notes])
+        return "; ".join([f"{text}{f' {self.unit}' if self.unit else ''} {_ORDER[name]}", str(self.error), *self.notes])
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data."""
@@ -48,6 +53,8 @@ class RandomVibration(Findings):
             "first_passage": {f"{level:.9g}": dict(found) for level, found in self.first_passage.items()},
             "costs": {name: vars(cost) for name, cost in self.costs.items()},
             "notes": list(self.notes),
+            "error": self.error.summary(),
+            "errors": {name: values.tolist() for name, values in self.errors.items()},
             "message": self.message,
         }
 

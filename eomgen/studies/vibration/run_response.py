@@ -16,7 +16,9 @@ from eomgen.simulation.sensitivities.functionals import component
 from eomgen.simulation.sensitivities.linearise import newton_settings
 
 if TYPE_CHECKING:
+    from eomgen.ensembles import Ensemble
     from eomgen.model import Model
+    from eomgen.results.sample_errors import SampleErrors
     from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
     from eomgen.simulation.sensitivities.stationary_run import StationaryRun
 
@@ -79,19 +81,42 @@ class RunResponse:
 
     def samples(self, points: Array) -> tuple[Array, Array]:
         """Return the output at the end of runs (m,), and its largest value within each, at points (m, n)."""
+        found = self._run_many(points, error_estimate=False)
+        return self._of_column(found)
+
+    def examined(self, points: Array) -> tuple[tuple[Array, Array], SampleErrors, tuple[str, ...]]:
+        """Return ``samples``, with the estimated errors of a few of them and notes on their steps."""
+        found = self._run_many(points, error_estimate=True)
+        return self._of_column(found), found.error, found.notes
+
+    def _run_many(self, points: Array, *, error_estimate: bool) -> Ensemble:
         self.spend(len(points))
-        table = dict(zip(self.variables, points.T, strict=True))
         found = self.model.simulate_many(
             *self.span,
-            table=table,
-            columns=[f"output.{self.output}"],
+            table=dict(zip(self.variables, points.T, strict=True)),
+            columns=[self._column],
             points=2,
-            error_estimate=False,
+            error_estimate=error_estimate,
             **self.options,
         )
         self.failed += len(found.failed)
-        final, highest = (found.results[f"output.{self.output}.{which}"] for which in ("final", "max"))
+        return found
+
+    def _of_column(self, found: Ensemble) -> tuple[Array, Array]:
+        final, highest = (found.results[f"{self._column}.{which}"] for which in ("final", "max"))
         return np.asarray(final, dtype=float), np.asarray(highest, dtype=float)
+
+    @property
+    def _column(self) -> str:
+        return f"output.{self.output}"
+
+    def kinks(self) -> list[str]:
+        """Return operations of the equations at which slopes jump with the motion, in words."""
+        if self.model.branches is None:
+            return []
+        moving = {"q", "v", "z"}
+        found = self.model.branches().kinks
+        return list(dict.fromkeys(one.what for one in found if moving & {symbol.block for symbol in one.symbols}))
 
     def expansion(self, point: Array) -> Expansion:
         """Return the output with its gradient (n,) and Hessian (n, n): one run, its tangents in all directions, and one

@@ -15,21 +15,29 @@ from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.reliability import (
+    JUMPING,
+    Draws,
+    MostProbablePoint,
     Projected,
     QuadraticForm,
     hermite_projection,
     leading_directions,
     points_on_curve,
 )
+from eomgen.results.sample_errors import SampleErrors
 from eomgen.simulation.sensitivities.crossings import CrossedJump
 from eomgen.studies.vibration.distributions import (
     against_samples,
     at_points,
+    corrected,
+    counted_instead,
     disagreements,
     doubts_of,
+    doubts_of_forms,
     moments_of,
     of_form,
     of_samples,
+    relative_errors,
     spread,
     tails_of,
     unreached,
@@ -48,19 +56,24 @@ from eomgen.studies.vibration.inputs import (
     span_of,
     thresholds_of,
 )
-from eomgen.studies.vibration.over_time import first_passage, rows_at
+from eomgen.studies.vibration.over_time import first_passage, judged_passage, not_normal, rows_at
 from eomgen.studies.vibration.result import RandomVibration
 from eomgen.studies.vibration.run_response import RunResponse
 
 if TYPE_CHECKING:
     from eomgen.model import Model
 
-#: Samples about each most probable point that its form is held against, where no more are asked for.
-_FEW = 200
-#: Distance of a most probable point from the mean below which these samples are about the mean.
-_NEAREST = 1.5
-#: Samples that the form about the mean is held against; what it may miss of them, by their standard deviation.
-_TRIED, _MISSED = 32, 0.5
+#: Samples about the mean that the form there is held against, and part of their standard deviation by which it may be
+#: off before more of them correct its moments.
+_TRIED, _MISSED, _CORRECTING = 32, 0.1, 400
+#: Samples about the mean that first passages are held against.
+_OF_LEVELS = 1000
+#: Samples that pass a level below which they do not tell its probability.
+_FEW_PASSED = 10
+#: Part of the output's standard deviation from which on the errors of steps are noted.
+_OF_STEPS = 0.03
+#: Distributions that are samples' own.
+_SAMPLED = ("corrected", "importance_sampling", "monte_carlo")
 
 
 def random_vibration(
@@ -138,13 +151,16 @@ def random_vibration(
     study.notes += doubts_of_spread(mean, deviation, varies=varies)
     study.distributions = {name: of_form(one, wanted) for name, one in forms.items()}
     study.moments = {name: moments_of(one) for name, one in forms.items()}
-    indices = study.about_points(wanted, tail_samples, samples) if points else np.full(len(wanted), np.nan)
+    others = bool(samples or len(times) or levels)
+    indices = study.about_points(wanted, tail_samples, samples, others) if points else np.full(len(wanted), np.nan)
     passage: dict[float, dict[str, float]] = {float(level): {} for level in levels}
     if samples:
         study.by_samples(samples, wanted, passage)
     covariance = study.along(times, passage, forms) if forms and (len(times) or levels) else {}
     if form is not None:
         study.check_form(form)
+    study.check_passages(passage, forms.get("first_order"))
+    study.check_steps(output, deviation)
     if study.response.reason:
         study.notes.append(f"Hessians are differences of gradients: {study.response.reason}")
     units = {item.name: item.unit for item in model.description.outputs}
@@ -163,6 +179,8 @@ def random_vibration(
         passage,
         study.costs,
         study.notes,
+        study.error,
+        study.errors,
     )
 
 
@@ -183,13 +201,31 @@ class _Study:
     distributions: dict[str, Distribution] = field(default_factory=dict, init=False)
     costs: dict[str, Cost] = field(default_factory=dict, init=False)
     notes: list[str] = field(default_factory=list, init=False)
+    errors: dict[str, Array] = field(default_factory=dict, init=False)
+    error: SampleErrors = field(default_factory=SampleErrors, init=False)
+    _of_steps: list[str] = field(default_factory=list, init=False)
     _samples: tuple[Array, Array] | None = field(default=None, init=False)
 
     @contextmanager
     def _counted(self, name: str) -> Iterator[None]:
         before = self.response.spent
         yield
-        self.costs[name] = Cost(*(now - then for now, then in zip(self.response.spent, before, strict=True)))
+        spent = [now - then for now, then in zip(self.response.spent, before, strict=True)]
+        if name in self.costs:
+            spent = [now + then for now, then in zip(spent, vars(self.costs[name]).values(), strict=True)]
+        self.costs[name] = Cost(*spent)
+
+    @cached_property
+    def about_mean(self) -> Draws:
+        """Samples about the mean, the first of which are run with estimates of the errors of steps."""
+        return Draws(self._run_about_mean, np.zeros(self.response.size), self.seed + 1)
+
+    def _run_about_mean(self, points: Array) -> tuple[Array, ...]:
+        if self.error.available or self._of_steps:
+            return self.response.samples(points)
+        found, self.error, notes = self.response.examined(points)
+        self._of_steps = [*notes] or [""]
+        return found
 
     @cached_property
     def _run(self) -> tuple[Array, Array, Array]:
@@ -221,60 +257,145 @@ class _Study:
 
     def varies(self) -> bool:
         """Return whether a few samples differ."""
-        points = np.random.default_rng(self.seed + 1).standard_normal((_TRIED, self.response.size))
-        y = self.response.values(points)
+        _, y, _ = self.about_mean.first(_TRIED)
         known = y[np.isfinite(y)]
         return len(known) > 0 and bool(np.ptp(known) > 0.0)
 
     def check_form(self, form: QuadraticForm) -> None:
-        """Note where the form about the mean is far from what a few samples are."""
-        points = np.random.default_rng(self.seed + 1).standard_normal((_TRIED, self.response.size))
+        """Compare the form about the mean with samples; if it is far from them, correct its moments by more of them."""
         with self._counted("check"):
-            y = self.response.values(points)
-        bent = 0.5 * np.einsum("mi,ij,mj->m", points, form.hessian, points)
-        off = y - (form.value + points @ form.gradient + bent)
+            z, y, _ = self.about_mean.first(_TRIED)
         failed = int(np.count_nonzero(~np.isfinite(y)))
         if failed:
-            self.notes.append(f"{failed} of {_TRIED} samples fail, so what is said of the output leaves them out")
-        if _TRIED - failed < 2:
+            self.notes.append(f"{failed} of {len(y)} samples fail, so what is said of the output leaves them out")
+        if len(y) - failed < 2 or not np.nanvar(y) > 0.0:
             return
-        missed = float(np.sqrt(np.nanmean(off**2) / np.nanvar(y))) if np.nanvar(y) > 0.0 else 0.0
-        if missed > _MISSED:
-            self.notes.append(
-                f"the quadratic form about the mean misses {_TRIED - failed} samples by {missed:.2g} of their standard"
-                " deviation: its moments are no more than a guess, and so are distributions near the mean"
-            )
+        if float(np.sqrt(np.nanmean((y - form.values(z)) ** 2) / np.nanvar(y))) <= _MISSED:
+            return
+        with self._counted("check"):
+            z, y, _ = self.about_mean.first(_CORRECTING)
+        known = np.isfinite(y)
+        y, ours = y[known], form.values(z[known])
+        missed = float(np.sqrt(np.mean((y - ours) ** 2) / np.var(y)))
+        squares = (y - y.mean()) ** 2 - (ours - ours.mean()) ** 2
+        variance = form.standard_deviation**2 + float(squares.mean())
+        error = float(squares.std()) / np.sqrt(len(y))
+        plain = (y - y.mean()) ** 2
+        if not variance > 0.0 or float(plain.std()) / np.sqrt(len(y)) < error:  # the form tells nothing of the variance
+            variance, error = float(np.var(y)), float(plain.std()) / np.sqrt(len(y))
+        deviation = float(np.sqrt(variance))
+        self.moments["corrected"] = form.mean + float(np.mean(y - ours)), deviation, float("nan"), float("nan")
+        self.notes.append(
+            f"the quadratic form about the mean misses {len(y)} samples by {missed:.2g} of their standard deviation:"
+            f" these correct the standard deviation from {form.standard_deviation:.4g} to {deviation:.4g} +-"
+            f" {error / deviation:.1g}, and distributions about the mean are a guess"
+        )
 
-    def about_points(self, wanted: Array, tail_samples: int, samples: int) -> Array:
-        """Find the most probable points of thresholds and the distributions about them; return their indices."""
+    def check_steps(self, output: str, deviation: float) -> None:
+        """Note the discretisation errors of samples, and random processes that the steps do not resolve."""
+        with self._counted("check"):
+            self.about_mean.first(_TRIED)
+        off = self.error.columns.get(f"output.{output}", float("nan"))
+        if off > _OF_STEPS * deviation > 0.0:
+            self.notes.append(
+                f"the steps put the output off by up to {off:.2g}, {100.0 * off / deviation:.2g} % of its standard"
+                f" deviation; try: a step smaller than {self.response.span[1]:.3g} s"
+            )
+        self.notes += filter(None, self._of_steps)
+
+    def check_passages(self, passage: dict[float, dict[str, float]], normal: QuadraticForm | None) -> None:
+        """Compare probabilities of first passages by rates of crossings with samples, and choose."""
+        if not passage:
+            return
+        with self._counted("check"):
+            _, y, highest = self._first_passages()
+        known = np.isfinite(y) & np.isfinite(highest)
+        y, highest = y[known], highest[known]
+        bent = "" if normal is None else not_normal(y, normal.mean, normal.standard_deviation)
+        for level, values in passage.items():
+            passed = int(np.count_nonzero(highest > level))
+            if self._samples is None:
+                values["samples"] = passed / len(highest)
+            if "crossing_rate" not in values:
+                values["preferred"] = values["monte_carlo"]
+                continue
+            values["preferred"], note = judged_passage(level, values["crossing_rate"], passed, len(highest))
+            if not note and bent and passed < _FEW_PASSED:
+                note = f"the first passage of {level:.6g} by the rate of crossings is a guess: {bent}"
+            self.notes += [note] if note else []
+
+    def _first_passages(self) -> tuple[Array, ...]:
+        """Return points, the output and its largest value of the samples that tell first passages."""
+        if self._samples is not None and len(self._samples[0]) >= _OF_LEVELS:
+            return (np.zeros(0), *self._samples)
+        return self.about_mean.first(_OF_LEVELS)
+
+    def about_points(self, wanted: Array, tail_samples: int, samples: int, others: bool) -> Array:
+        """Find the most probable points of thresholds and the distributions about them; return their indices.
+
+        ``others``: whether more is asked for, which a search that finds nothing leaves.
+        """
+        none = np.full(len(wanted), np.nan)
         try:
             with self._counted("most_probable_points"):
                 found, missed = points_on_curve(self._expanded, wanted.tolist())
         except (CrossedJump, NumericalError) as error:
             self.left_to_samples(error, samples, "most probable points are left out")
-            return np.full(len(wanted), np.nan)
+            return none
+        if not found and not others:
+            error = missed[min(missed)]
+            if error.why == JUMPING and (kinks := self.response.kinks()):
+                problem = error.problems[0]
+                raise NumericalError(f"{problem.what}: by {', '.join(kinks)}", problem.hint)
+            raise error
+        self.notes += unreached(missed, wanted, self.response.kinks)
         if not found:
-            raise missed[min(missed)]
-        self.notes += unreached(missed, wanted)
+            return none
         places, reached = sorted(found), [found[k] for k in sorted(found)]
+        self.notes += self._doubts_of_rough(reached)
         with self._counted("other_points"):
             self.notes += doubts_of(self._expanded, reached, self.seed)
         about = at_points(reached)
-        with self._counted("importance_sampling"):
-            failed, nearest = self.response.failed, 0.0 if tail_samples else _NEAREST
-            sampled = tails_of(self.response, reached, tail_samples or _FEW, self.seed, nearest=nearest)
-            failed = self.response.failed - failed
-        wrong = disagreements(reached, about["quadratic"], sampled)
+        failed = self.response.failed
+        with self._counted("corrected"):
+            true = corrected(self.response, reached, about["quadratic"], self.about_mean, self.seed)
+            true, contradicted = counted_instead(wanted[places], true, self.about_mean)
+            self.notes += contradicted
+        if tail_samples:
+            with self._counted("importance_sampling"):
+                about["importance_sampling"] = tails_of(self.response, reached, tail_samples, self.seed)
+        failed = self.response.failed - failed
+        errors = {name: relative_errors(one, true) for name, one in about.items() if name not in _SAMPLED}
+        self.notes += doubts_of_forms(wanted[places], errors, true)
+        wrong = disagreements(wanted[places].tolist(), about["quadratic"], true)
         self.notes += wrong.values()
         about["quadratic"] = without(about["quadratic"], wrong)
-        if tail_samples:
-            about["importance_sampling"] = sampled
+        about["corrected"] = true
         if failed:
             self.notes.append(f"{failed} samples about most probable points failed: thresholds with such have none")
+        of_forms = {name: one for name, one in self.distributions.items() if name not in _SAMPLED}
         self.distributions |= {name: spread(one, places, len(wanted)) for name, one in about.items()}
-        indices = np.full(len(wanted), np.nan)
+        whole = self.distributions["corrected"]
+        self.errors = {name: relative_errors(one, whole) for name, one in of_forms.items()}
+        for name, values in errors.items():
+            self.errors[name] = none.copy()
+            self.errors[name][places] = values
+        indices = none.copy()
         indices[places] = [one.index for one in reached]
         return indices
+
+    def _doubts_of_rough(self, reached: Sequence[MostProbablePoint]) -> list[str]:
+        """Return a note on points beside which the gradient jumps."""
+        rough = [one for one in reached if one.aside]
+        if not rough:
+            return []
+        by = ", ".join(self.response.kinks())
+        names = ", ".join(f"{one.threshold:.6g}" for one in rough)
+        aside = max(one.aside for one in rough)
+        return [
+            f"most probable points of {names} are known to {aside:.1g} standard deviations alone: the gradient jumps"
+            f" there{f' by {by}' if by else ''}; quadratic forms lack the jump, and samples correct them"
+        ]
 
     def left_to_samples(self, error: CrossedJump | NumericalError, samples: int, left: str) -> None:
         """Note what is left where derivatives are none. Raises the error where there are no samples."""
