@@ -226,6 +226,7 @@ DOORS: dict[str, set[str]] = {
         "arrays",
         "calls",
         "compiled",
+        "ensembles",
         "errors",
         "figures",
         "files",

@@ -79,8 +79,9 @@ def _spectrum(model: CompiledModel, process: RandomProcess, start: float, end: f
         rows = np.array([weight * mode(place) for weight, mode in zip(process.weights, process.modes, strict=True)])
     else:
         rows = _realised(model, process, times)
-    power = np.sum(np.abs(np.fft.rfft(np.hanning(count) * rows, axis=1)) ** 2, axis=0)
-    return np.fft.rfftfreq(count, (end - start) / count), np.asarray(power, dtype=float)
+    power: Array = np.sum(np.abs(np.fft.rfft(np.hanning(count) * rows, axis=1)) ** 2, axis=0)
+    frequencies: Array = np.asarray(np.fft.rfftfreq(count, (end - start) / count), dtype=float)
+    return frequencies, power
 
 
 def _realised(model: CompiledModel, process: RandomProcess, times: Array) -> Array:

@@ -343,11 +343,11 @@ class _Study:
             self.left_to_samples(error, samples, "most probable points are left out")
             return none
         if not found and not others:
-            error = missed[min(missed)]
-            if error.why == JUMPING and (kinks := self.response.kinks()):
-                problem = error.problems[0]
+            first = missed[min(missed)]
+            if first.why == JUMPING and (kinks := self.response.kinks()):
+                problem = first.problems[0]
                 raise NumericalError(f"{problem.what}: by {', '.join(kinks)}", problem.hint)
-            raise error
+            raise first
         self.notes += unreached(missed, wanted, self.response.kinks)
         if not found:
             return none
