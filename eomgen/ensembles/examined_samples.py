@@ -12,6 +12,7 @@ from eomgen.arrays import Array
 from eomgen.ensembles.samples import Samples
 from eomgen.errors import EomgenError
 from eomgen.results.error_estimate import ErrorEstimate
+from eomgen.results.finding import WARNING
 from eomgen.results.sample_errors import SampleErrors
 from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
@@ -20,12 +21,17 @@ from eomgen.simulation.simulate import simulate
 _MOST, _FOR_EACH = 4, 8
 #: First samples of a design among which these are chosen.
 _CANDIDATES = 4096
+#: Name of the finding on estimated errors, which ``SampleErrors`` tells.
+_OF_ERROR = "discretisation_error"
 #: Attributes of a solution that an estimate has under the same name.
 _STATES = ("q", "v", "z", "multipliers")
 
 
-def sample_errors(work: Samples, nominal: Solution, *, examined: bool) -> SampleErrors:
-    """Return the estimated errors of the run without variations and, if ``examined``, of a few samples of ``work``."""
+def sample_errors(work: Samples, nominal: Solution, *, examined: bool) -> tuple[SampleErrors, list[str]]:
+    """Return the estimated errors of the run without variations and, if ``examined``, of a few samples of ``work``.
+
+    The second result has the warnings of these samples that the run without variations has not, the first of each kind.
+    """
     began = time.perf_counter()
     solutions = _with_estimates(work) if examined else {}
     estimates = {number: one.error for number, one in solutions.items()}
@@ -33,7 +39,13 @@ def sample_errors(work: Samples, nominal: Solution, *, examined: bool) -> Sample
     places = {} if work.alike is None else work.alike.places
     columns = {name: _of_column(every, *places[name]) for name in work.columns if name in places}
     step = float(nominal.metadata["settings"]["step"])
-    return SampleErrors(nominal.error, estimates, columns, step, time.perf_counter() - began)
+    known, told = {finding.name for finding in nominal.findings} | {_OF_ERROR}, []
+    for number, one in solutions.items():
+        for finding in one.findings:
+            if finding.severity == WARNING and finding.name not in known:
+                known.add(finding.name)
+                told.append(f"sample {number}: {finding}")
+    return SampleErrors(nominal.error, estimates, columns, step, time.perf_counter() - began), told
 
 
 def _with_estimates(work: Samples) -> dict[int, Solution]:

@@ -40,6 +40,7 @@ from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.files import make_folder
 from eomgen.locks import sole_use
 from eomgen.progress import Progress, shown
+from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution
 from eomgen.simulation.row_times import row_times
 from eomgen.simulation.side_by_side import Alike
@@ -126,6 +127,7 @@ def simulate_many(
             interrupted = _reduced(blocks, journal, reduction, drawn.samples, reported)
     how = work.how if machines is None else "; ".join(sorted(machines.how))
     units, notes = pilot.units(), () if machines is None else machines.notes
+    errors, of_samples = sample_errors(work, pilot, examined=error_estimate and not interrupted)
     unresolved = unresolved_processes(model, pilot, options.get("inputs") or {}) if error_estimate else []
     return Ensemble(
         scene=model.name,
@@ -143,8 +145,8 @@ def simulate_many(
         journal=journal,
         method=str(pilot.metadata["method"]),
         how=how,
-        notes=tuple(filter(None, (unbalanced(name, samples), *unresolved, _doubts(pilot), *notes))),
-        error=sample_errors(work, pilot, examined=error_estimate and not interrupted),
+        notes=tuple(filter(None, (unbalanced(name, samples), *unresolved, _doubts(pilot), *of_samples, *notes))),
+        error=errors,
     )
 
 
@@ -160,7 +162,7 @@ def _doubts(pilot: Solution) -> str:
     """Return the warnings of the run without variations; empty if it has none."""
     if not pilot.success:
         return f"the run without variations fails: {pilot.message}"
-    warnings = pilot.message.partition("; ")[2]
+    warnings = "; ".join(str(finding) for finding in pilot.findings if finding.severity == WARNING)
     return f"the run without variations: {warnings}" if warnings else ""
 
 

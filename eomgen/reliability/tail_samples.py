@@ -82,6 +82,8 @@ def corrected_tail(
 ) -> Estimate:
     """Return P(y > threshold), or P(y <= threshold): that of a quadratic form and a correction by samples.
 
+    Of samples alone if their error is less, as beside a form that is far off.
+
     Both limit states are nearly the same one if the form is good, and their difference then needs few samples. These
     are doubled until the standard error is half of ``accuracy``, relative to the probability, or twice as many would be
     more than ``most``. One more sample between both limit states counts as seen.
@@ -106,10 +108,18 @@ def corrected_tail(
             return Estimate(float("nan"), float("nan"), count)
         weights = np.exp(0.5 * draws.centre @ draws.centre - z @ draws.centre)
         ours, theirs = (form.values(z) > threshold) == above, (y > threshold) == above
-        apart = weights * (1.0 * theirs - 1.0 * ours)
         typical = float(weights[ours].mean()) if ours.any() else float(weights.mean())
-        found = max(of_form + float(apart.mean()), 0.0)
-        error = float(np.sqrt((apart.var() + typical**2 / count) / count))
-        if error <= 0.5 * accuracy * max(found, 0.1 * of_form) or 2 * count > most:
-            return Estimate(found, error, count)
+        found = min(
+            (_mean(weights * (1.0 * theirs - 1.0 * ours), of_form, typical), _mean(weights * theirs, 0.0, typical)),
+            key=lambda one: one.standard_error,
+        )
+        if found.standard_error <= 0.5 * accuracy * max(found.probability, 0.1 * of_form) or 2 * count > most:
+            return found
         count *= 2
+
+
+def _mean(parts: Array, known: float, typical: float) -> Estimate:
+    """Return a known probability plus the mean of parts (m,), one more of which of typical size counts as seen."""
+    count = len(parts)
+    error = float(np.sqrt((parts.var() + typical**2 / count) / count))
+    return Estimate(max(known + float(parts.mean()), 0.0), error, count)

@@ -22,7 +22,7 @@ from eomgen.studies import RandomVibration, random_vibration
 from eomgen.studies.vibration.distributions import against_samples, without
 from eomgen.studies.vibration.findings import Distribution
 from eomgen.studies.vibration.inputs import processes_of
-from eomgen.studies.vibration.over_time import first_passage
+from eomgen.studies.vibration.over_time import first_passage, judged_passage, not_normal
 from eomgen.studies.vibration.plots import _covariance, _modes
 from eomgen.studies.vibration.run_response import RunResponse
 from eomgen.text import told_apart
@@ -161,11 +161,11 @@ def test_projected_second_order_costs_a_tangent_and_an_adjoint_for_each_directio
     assert vars(found.costs["along_the_run"]) == {"runs": 0, "adjoints": 0, "tangents": 0}
     assert found.distributions["projected"].below == pytest.approx(found.distributions["second_order"].below, abs=4e-3)
     alone = study(swinging, thresholds=[1.1862], points=False, projected=0.99, whole=False, times=[10.0])
-    assert list(alone.moments) == ["first_order", "projected"]
+    assert list(alone.moments) == ["first_order", "projected", "corrected"]
     assert alone.moments["projected"] == projected
     assert alone.autocovariance["projected"] == pytest.approx(found.autocovariance["second_order"], rel=2e-3)
     assert vars(alone.costs["autocovariance"]) == {"runs": 1, "adjoints": 2 + 9, "tangents": 9}
-    assert "to projected second order" in alone.message
+    assert "the quadratic form about the mean misses" in alone.message and "corrected" in alone.moments
 
 
 @pytest.mark.slow
@@ -193,7 +193,11 @@ def test_the_distribution_at_most_probable_points_is_that_of_the_oracle(duffing:
     assert found.moments["monte_carlo"][1] == pytest.approx(0.5333, rel=0.05)
     passage = found.first_passage[1.5]
     assert passage["crossing_rate"] == pytest.approx(passage["monte_carlo"], abs=0.08)
-    assert found.notes == []
+    assert [note[:36] for note in found.notes] == ["the quadratic form about the mean mi"]
+    assert found.moments["corrected"][1] == pytest.approx(0.5333, rel=0.03)
+    true = found.distributions["corrected"]
+    assert true.low[0] < 0.00100 < true.high[0] and 0.00085 < true.below[0] < 0.00115
+    assert np.all(np.abs(found.errors["quadratic"]) < 0.15) and abs(found.errors["form"][0] - 0.6) < 0.15
     assert found.indices[0] < 0.0 < found.indices[1]
 
 
@@ -332,7 +336,9 @@ def test_a_bistable_scene_says_that_its_forms_are_none() -> None:
     text = text.replace("duration = 15", "duration = 10")
     text = text.replace("force - q.slide - cubic * q.slide**3 - 0.2", "force + q.slide - q.slide**3 - 0.3")
     found = random_vibration(built(text), "x", 10.0, 0.05, thresholds=[0.0, -1.0], samples=400, method="trapezoidal")
-    assert "P(y <= 0) is 0.8" in found.message and "by samples: the response is no quadratic form there" in found.message
+    assert (
+        "P(y <= 0) is 0.8" in found.message and "by samples: the response is no quadratic form there" in found.message
+    )
     assert np.isnan(found.distributions["quadratic"].below[0]) and np.isnan(found.distributions["quadratic"].above[0])
     assert found.distributions["form"].below[0] > 0.0
     assert re.search(r"misses \d+ samples by 1\.", found.message)
@@ -427,3 +433,34 @@ def test_few_good_samples_are_no_statistics(duffing: eomgen.Model, monkeypatch: 
     monkeypatch.setattr(RunResponse, "samples", failing)
     with pytest.raises(NumericalError, match="81 of 100 samples of Monte Carlo fail"):
         random_vibration(duffing, "x", 1.0, 0.05, method="trapezoidal", samples=100, points=False)
+
+
+def test_steps_that_do_not_resolve_the_process_are_named() -> None:
+    """A band from 9 to 11 Hz at steps of 0.1 s; the closed form of the deviation is 345 times less."""
+    text = scene(0.0, 0.9).replace("force - q.slide", "force + q.slide * 0 - q.slide")
+    text = text.replace('"squared_exponential"\ncorrelation_time = "1 s"', '"band"\nband = [9, 11]')
+    text = text.replace('translation = "0.5 * (1 + 0.3 * g)**2"\n', "").replace("position = 0.5", "position = 0")
+    text = text.replace("duration = 15", "duration = 1")
+    model = built(text)
+    found = random_vibration(model, "x", 1.0, 0.1, thresholds=[0.01], points=False, method="trapezoidal")
+    told = (
+        "100 % of the variance of the process force lies above 5 Hz, the highest frequency that steps of 0.1 s resolve"
+    )
+    assert told in found.message and "varies faster than the steps resolve" in found.message
+    fine = random_vibration(model, "x", 1.0, 0.005, thresholds=[0.01], points=False, method="trapezoidal")
+    assert "lies above" not in fine.message
+    assert fine.error.available and fine.error.relative < 0.1
+    assert f"the estimated error of samples is {fine.error.worst[1]}" in fine.message
+    assert fine.to_dict()["error"]["columns"]["output.x"] == fine.error.columns["output.x"]
+
+
+def test_samples_contradict_rates_of_crossings_of_responses_that_are_not_normal() -> None:
+    assert judged_passage(1.0, 0.1, 100, 1000) == (0.1, "")
+    assert judged_passage(1.0, 0.1, 110, 1000) == (0.1, "")
+    value, note = judged_passage(5.0, 2.4e-9, 10, 1000)
+    assert value == 0.01 and "has probability 2.4e-09 by the rate of crossings of a normal process and 0.01 by" in note
+    value, note = judged_passage(5.0, 0.1, 0, 1000)
+    assert value == 0.0 and note
+    normal = np.random.default_rng(1).standard_normal(1000)
+    assert not not_normal(3.0 + 2.0 * normal, 3.0, 2.0)
+    assert "samples lie more than two standard deviations out, not 4.6 %" in not_normal(normal**3, 0.0, 1.0)
