@@ -67,10 +67,11 @@ def discontinuity_times(model: Evaluated, start: float, end: float, *, order: in
     return np.unique(np.concatenate(found)) + 0.0  # no minus zero
 
 
-def jumps_between(model: Evaluated, t: Array, near: float) -> Array:
-    """Return times (n,) of jumps of forces: of each wave one per interval of times t (m,), wider by ``near`` (s)."""
+def jumps_between(model: Evaluated, t: Array, near: float, *, order: int = 0) -> Array:
+    """Return times (n,) at which a derivative of forces up to an order jumps: of each wave one per interval of times t
+    (m,), wider by ``near`` (s)."""
     found: list[Array] = [np.zeros(0)]
-    for time, period in _jumps(model, 0):
+    for time, period in _jumps(model, order):
         if period == 0.0:
             found.append(np.array([time]))
             continue

@@ -4,6 +4,7 @@ __all__ = [
     "curves",
     "discontinuities",
     "evaluate",
+    "features",
     "infix",
     "jumps",
     "law_values",

@@ -42,6 +42,14 @@ class Bump:
         """Return where the curve is not smooth, as ``Curve.kinks``: its second derivative jumps at both ends."""
         return [(self.position, 2), (self.position + self.length, 2)]
 
+    def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
+        """Return the bump, or a derivative of it, at x (...)."""
+        along = (np.asarray(x, dtype=float) - self.position) / self.length
+        rate = 2.0 * math.pi
+        wave = np.cos(rate * along + derivative * math.pi / 2.0)
+        value = 0.5 * self.height * ((1.0 if derivative == 0 else 0.0) - (rate / self.length) ** derivative * wave)
+        return np.where((along < 0.0) | (along >= 1.0), 0.0, value)
+
 
 @dataclass(frozen=True)
 class Waves:
@@ -56,6 +64,15 @@ class Waves:
     def kinks(self) -> list[tuple[float, int]]:
         """Return nothing: the curve is smooth."""
         return []
+
+    def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
+        """Return the sum, or a derivative of it, at x (...)."""
+        places = np.asarray(x, dtype=float)
+        value = np.zeros(places.shape)
+        for amplitude, frequency, phase in self.harmonics:
+            angle = frequency * places + phase + derivative * math.pi / 2.0
+            value += amplitude * frequency**derivative * np.cos(angle)
+        return value
 
 
 @dataclass(frozen=True, eq=False)

@@ -84,7 +84,9 @@ def evaluate(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
     return apply(formula.name, [evaluate(argument, value_of) for argument in formula.arguments])
 
 
-def evaluate_batch(formula: Formula, value_of: Callable[[Symbol], ArrayLike]) -> NDArray[np.float64]:
+def evaluate_batch(
+    formula: Formula, value_of: Callable[[Symbol], ArrayLike], *, along_motion: bool = False
+) -> NDArray[np.float64]:
     """Return the values of a formula for a batch of values of its symbols, of their broadcast shape.
 
     NaN stands where ``evaluate`` raises; so of a ``select`` only the branch that is taken counts here, too.
@@ -93,19 +95,24 @@ def evaluate_batch(formula: Formula, value_of: Callable[[Symbol], ArrayLike]) ->
     ----------
     value_of : callable
         Gives an array, or a number, for a symbol.
+    along_motion : bool
+        Whether curves have values, since the values are those of a motion.
     """
     with np.errstate(all="ignore"):
-        return _values(formula, value_of)
+        return _values(formula, value_of, along_motion=along_motion)
 
 
-def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike]) -> NDArray[np.float64]:
+def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike], *, along_motion: bool) -> NDArray[np.float64]:
     if isinstance(formula, Number):
         return np.asarray(formula.value, dtype=np.float64)
     if isinstance(formula, Symbol):
         return np.asarray(value_of(formula), dtype=np.float64)
     if isinstance(formula, Application):
-        return np.asarray(np.nan)
-    arguments = [_values(argument, value_of) for argument in formula.arguments]
+        if not along_motion:
+            return np.asarray(np.nan)
+        argument = _values(formula.argument, value_of, along_motion=True)
+        return np.asarray(formula.curve(argument, formula.derivative), dtype=np.float64)
+    arguments = [_values(argument, value_of, along_motion=along_motion) for argument in formula.arguments]
     if formula.name == "select":
         condition, then, otherwise = arguments
         return np.where(np.isnan(condition), np.nan, np.where(condition != 0.0, then, otherwise))

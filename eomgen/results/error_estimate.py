@@ -15,7 +15,7 @@ NO_ORDER, NOTICED = 0.5, 0.03
 #: What errors are a part of, unless it is too small.
 OWN = "its motion"
 _NUMBERS = ("order", "declared_order", "relative", "seconds", "cost")
-_WORDS = ("available", "reason", "method", "unresolved", "passed_over")
+_WORDS = ("available", "reason", "remedy", "method", "unresolved", "passed_over")
 _LARGEST = ("largest", "largest_velocity", "largest_output")
 _STATES = ("q", "increment", "v", "z", "multipliers")
 
@@ -75,11 +75,13 @@ class ErrorEstimate:
     seconds : s, time that the estimate took
     cost : the same as a part of the run's own time
     unresolved : what is excited and too fast for the steps, which the numbers above leave out; empty without
+    remedy : what to try if runs at other steps tell nothing, which the run's message says then; empty otherwise
     passed_over : which event comes in another number in shorter steps, in words; empty without
     """
 
     available: bool = False
     reason: str = ""
+    remedy: str = ""
     t: Array = field(default_factory=lambda: np.zeros(0))
     q_at: Array = field(default_factory=lambda: np.zeros((0, 0)))
     increment_at: Array = field(default_factory=lambda: np.zeros((0, 0)))

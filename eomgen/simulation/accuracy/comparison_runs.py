@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -45,13 +46,14 @@ class Span:
 @dataclass(frozen=True)
 class Comparison:
     """Rows of a comparison run, the parameters there and its events; why it came no further, empty at the end or an
-    event."""
+    event; the counts of its stepper."""
 
     rows: Array
     parameters: Array
     stopped: str = ""
     interrupted: bool = False
     events: Events | None = None
+    statistics: Mapping[str, int | float] = field(default_factory=dict)
 
 
 def span_of(run: Run, rows: Array, parameters: Array) -> Span:
@@ -75,6 +77,7 @@ def comparison_run(
     *,
     multiple: float = 1.0,
     tolerance: float | None = None,
+    every: int | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
     """Run over a span with another step or tolerance; rows lie where both this run and the span have some.
@@ -82,6 +85,7 @@ def comparison_run(
     Parameters
     ----------
     multiple : of the step: 2, 4 or 1/2; where that is longer than the span, of the span, which is one step then
+    every : steps between the rows, in place of what both have
     """
     model = run.model
     changed = {} if tolerance is None else {"tolerance": tolerance}
@@ -98,7 +102,7 @@ def comparison_run(
         if status:
             return Comparison(span.rows[:0], p, stepper.status_text(status))
         whole = max(1, round(multiple))
-        every = min(round(math.lcm(span.stride, whole) / multiple), grid.steps + 1)
+        every = min(every or round(math.lcm(span.stride, whole) / multiple), grid.steps + 1)
         found = run_chunks(stepper, grid, every, run.driven, progress)
     except UsageError as error:
         return Comparison(span.rows[:0], p, str(error.problems[0]))
@@ -106,7 +110,8 @@ def comparison_run(
     times = found.rows[:, 0]
     events = table_of(found, stepper, p)
     present = parameters_over(events, model, p, times)
-    return Comparison(found.rows, present, reason or str(found.failure or ""), found.interrupted, events)
+    stopped = reason or str(found.failure or "")
+    return Comparison(found.rows, present, stopped, found.interrupted, events, stepper.statistics)
 
 
 def counted(progress: Progress | None, before: int, total: int) -> Progress | None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -35,7 +36,6 @@ from eomgen.simulation.accuracy.richardson import (
     gain_by,
     gain_of_longer,
     gain_of_shorter,
-    rounding_floor,
 )
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.run import Run
@@ -45,6 +45,8 @@ from eomgen.toolchain.library import Library
 _DOUBTFUL = 0.1
 #: Steps of a run below which comparison runs in longer steps tell nothing.
 _FEW_STEPS = 16
+#: Powers of 1/2 of the step that are tried for runs of one step, or of steps that were halved.
+_QUARTERS = (2, 4)
 #: How far the observed order may be from the method's, unless the error is a negligible part of the motion.
 _OTHER_ORDER, _NEGLIGIBLE = 0.75, 1e-10
 #: Part of the motion that no error reaches but one of a run that explodes.
@@ -86,8 +88,10 @@ class ErrorEstimation:
         parameters: Array,
         seconds: float,
         events: Events | None = None,
+        statistics: Mapping[str, int | float] | None = None,
     ) -> ErrorEstimate:
-        """Return the estimate for a run with parameters (np,), or (rows, np), and events, that took so many seconds."""
+        """Return the estimate for a run with parameters (np,), or (rows, np), events and counts of its stepper, that
+        took so many seconds."""
         began = time.perf_counter()
         try:
             if trajectory.interrupted:
@@ -97,10 +101,10 @@ class ErrorEstimation:
             if run.controllers is not None and (names := run.controllers.single):
                 what = f"the function of {names} may keep something, so no second run calls it"
                 raise NoEstimateError(f"{what}; a class, or memory in the scene, can be had anew")
-            runs = Comparisons(run, library, trajectory.rows, parameters, self.progress, events)
+            runs = Comparisons(run, library, trajectory.rows, parameters, self.progress, events, statistics or {})
             found = _by_tolerance(runs) if run.method.chooses_steps else _by_steps(runs)
         except NoEstimateError as reason:
-            return no_estimate(run, str(reason))
+            return replace(no_estimate(run, str(reason)), remedy=reason.remedy)
         except UsageError as error:  # a function of the caller that fails where it is asked again
             return no_estimate(run, str(error.problems[0]))
         except KeyboardInterrupt:  # what the run came to is kept
@@ -129,7 +133,7 @@ def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
     multiple = 0.5 if runs.events or runs.run.driven is not None else 1.0
     tries = [(-order * times, multiple) for times in _SMALLER[: None if bound else 1]]
     tries = [one for one in tries if one == tries[0] or own * math.pow(2.0, one[0]) >= _LEAST_TOLERANCE]
-    if bound and (shortened := _that_bounds(runs)):
+    if shortened := _that_bounds(runs, bound=bound):
         tries.append((-order, shortened))
     tries.append((order, multiple))
     found = None
@@ -138,24 +142,28 @@ def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
         found = runs.at(tolerance=tolerance, multiple=multiple)
         if len(found.rows) > 1 and not found.stopped:
             apart = runs.apart(runs.own, found)
-            same = float(shares(apart.kinds, runs.size).max(initial=0.0)) < rounding_floor(runs)
-            if bound and same and multiple >= 0.5:
+            if multiple >= 0.5 and runs.same(apart) and (bound or runs.same_count(found)):
                 continue
             shorter = f" and {_part(multiple)} the step" if multiple < 1.0 else ""
             gain = gain_of_shorter(-power) if power < 0.0 else gain_of_longer(power)
             pair = Pair(apart, partial(_known, gain), f"a run at a tolerance of {tolerance:.2g}{shorter}")
             return replace(estimate(runs, pair, math.nan), passed_over=_passed_over(runs, found))
     if found is not None and not found.stopped:
-        where = "where forces jump, states are sampled or rows of inputs end"
-        raise NoEstimateError(f"its steps end {where}, and those of runs at other tolerances are the same ones")
+        where = "its steps end where forces jump, states are sampled or rows of inputs end, and " if bound else ""
+        those = "those" if bound else "the steps"
+        remedy = f"a step smaller than {runs.run.settings['step']:.3g} s, from which steps of the method are at most 64"
+        raise NoEstimateError(f"{where}{those} of runs at other tolerances are the same ones", "" if bound else remedy)
     reason = f": {found.stopped}" if found is not None and found.stopped else ""
     raise NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
 
 
-def _that_bounds(runs: Comparisons) -> float:
+def _that_bounds(runs: Comparisons, *, bound: bool) -> float:
     """Return a multiple of the step whose longest own step is shorter than the parts between jumps and samples, or the
-    rows of inputs; 0 where that would be too many steps."""
+    rows of inputs, or than the steps that the run took where nothing bounds these; 0 if that would be too many
+    steps."""
     part = runs.step if runs.run.driven else (runs.parts.end - runs.parts.start) / (len(runs.parts.ends) + 1)
+    if not bound:
+        part = float(runs.own.statistics.get("largest_step", runs.step))
     multiple = min(0.25, part / (_OWN_STEPS * runs.step))
     return multiple if runs.span.steps / multiple <= _MOST_STEPS else 0.0
 
@@ -170,6 +178,9 @@ def _known(gain: float, order: float) -> Array:
 
 def _by_steps(runs: Comparisons) -> ErrorEstimate:
     order = float(runs.run.method.order)
+    halvings = runs.own.statistics.get("halvings", 0)
+    if runs.span.steps == 1 or (halvings and runs.span.steps < _FEW_STEPS):
+        return _by_much_shorter_steps(runs, order)
     if not (runs.tell(1.0, 2.0) and runs.tell(2.0, 4.0) and runs.tell(0.5, 1.0)):
         return _by_shorter_steps(runs, order)
     twice = runs.at(multiple=2.0)
@@ -188,11 +199,38 @@ def _by_steps(runs: Comparisons) -> ErrorEstimate:
     if len(half.rows) > 1 and not half.stopped:
         words = "runs at half and 2 times the step"
         apart = runs.apart(runs.own, half)
+        if (halvings or half.statistics.get("halvings", 0)) and runs.same(apart):
+            return _by_much_shorter_steps(runs, order)
         pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
         return replace(estimate(runs, pair, order), passed_over=_passed_over(runs, half))
     if found is None or not found.relative < _EXPLODED:
-        raise NoEstimateError(f"runs neither at twice nor at half the step hold: {twice.stopped or half.stopped}")
+        reason = f"runs neither at twice nor at half the step hold: {twice.stopped or half.stopped}"
+        raise NoEstimateError(reason, _smaller(runs))
     return found
+
+
+def _smaller(runs: Comparisons) -> str:
+    return f"a step smaller than {0.25 * runs.step:.2g} s"
+
+
+def _by_much_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
+    """Return what a run at a quarter of the step tells, or the first one beyond that is another run.
+
+    A run of one step has no longer ones, and steps that were halved all over are those of the run at half the step.
+    """
+    for power in _QUARTERS:
+        multiple = math.pow(0.5, power)
+        shorter = runs.at(multiple=multiple)
+        words = f"a run at 1/{1.0 / multiple:.0f} of the step"
+        if len(shorter.rows) < 2 or shorter.stopped:
+            raise NoEstimateError(f"{words} does not hold: {shorter.stopped}", _smaller(runs))
+        apart = runs.apart(runs.own, shorter)
+        halved = runs.own.statistics.get("halvings", 0) or shorter.statistics.get("halvings", 0)
+        if not (halved and runs.same(apart)):
+            found = estimate(runs, Pair(apart, gain_by(np.full(len(apart.t), 2.0 * multiple)), words), order)
+            return replace(found, passed_over=_passed_over(runs, shorter))
+    least = f"1/{math.pow(2.0, _QUARTERS[-1]):.0f} of the step"
+    raise NoEstimateError(f"its steps were halved, and runs at up to {least} are the same run", _smaller(runs))
 
 
 def _by_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:

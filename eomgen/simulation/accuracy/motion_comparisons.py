@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -13,19 +14,25 @@ from eomgen.arrays import Array
 from eomgen.progress import Progress
 from eomgen.results.events import Events
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, comparison_run, counted, span_of
-from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, differences, motion_size
+from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, differences, motion_size, shares
 from eomgen.simulation.stepping.events import acting
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.step_parts import step_parts
 from eomgen.toolchain.library import Library
 
 INTERRUPTED = "the runs that it is made from were interrupted"
+#: Differences that are rounding, in last places.
+_ROUNDING = 1e3
 #: Part of a step within which a row is at an event.
 _AT_EVENT = 1e-9
 
 
 class NoEstimateError(Exception):
-    """There is no estimate, and why."""
+    """There is no estimate, and why; ``remedy``: what to try, and then the run's message says so."""
+
+    def __init__(self, reason: str, remedy: str = "") -> None:
+        super().__init__(reason)
+        self.remedy = remedy
 
 
 def planned_steps(run: Run, steps: int) -> int:
@@ -35,13 +42,14 @@ def planned_steps(run: Run, steps: int) -> int:
 
 class ComparedMotion(NamedTuple):
     """Rows (n, width) of a run, and the outputs there; why it came no further than its last row; its events, and the
-    times of those that changed the motion, s."""
+    times of the events that changed the motion, s; the counts of its stepper."""
 
     rows: Array
     outputs: Mapping[str, Array]
     stopped: str = ""
     events: Events | None = None
     changes: Array = np.empty(0)
+    statistics: Mapping[str, int | float] = MappingProxyType({})
 
     def at(self, places: NDArray[np.intp]) -> ComparedMotion:
         return self._replace(rows=self.rows[places], outputs={name: one[places] for name, one in self.outputs.items()})
@@ -65,11 +73,12 @@ class Comparisons:
         parameters: Array,
         progress: Progress | None,
         events: Events | None,
+        statistics: Mapping[str, int | float],
     ) -> None:
         self.run, self._library, self._progress = run, library, progress
         self.events = "events" in library.layout["method"]
         self.span = span_of(run, rows, parameters)
-        self.own = self._motion(self.span.rows, self.span.parameters, events)
+        self.own = self._motion(self.span.rows, self.span.parameters, events)._replace(statistics=statistics)
         self.size: MotionSize = motion_size(run.model, rows, self.own.outputs)
         begin, end = (float(t) for t in self.span.rows[[0, -1], 0])
         self.parts = step_parts(library.layout["method"], begin, end, float(run.method.order), self.own.changes)
@@ -109,7 +118,22 @@ class Comparisons:
         )
         if found.interrupted:
             raise NoEstimateError(INTERRUPTED)
-        return self._motion(found.rows, found.parameters, found.events)._replace(stopped=found.stopped)
+        motion = self._motion(found.rows, found.parameters, found.events)
+        return motion._replace(stopped=found.stopped, statistics=found.statistics)
+
+    def same(self, apart: Apart) -> bool:
+        """Return whether differences are rounding of a motion that is more than that."""
+        return not self.size.still and float(shares(apart.kinds, self.size).max(initial=0.0)) < self.rounding
+
+    def same_count(self, other: ComparedMotion) -> bool:
+        """Return whether another run took as many steps of the method's own."""
+        return bool(self.own.statistics) and self.own.statistics.get("own_steps") == other.statistics.get("own_steps")
+
+    @property
+    def rounding(self) -> float:
+        """The part of the motion that rounding may be."""
+        single = self.run.model.library.real == "float"
+        return _ROUNDING * float(np.finfo(np.float32 if single else np.float64).eps)
 
     def tell(self, multiple: float, other: float) -> bool:
         """Return whether runs at two multiples of the step, the second one the larger, are different runs all over."""

@@ -22,8 +22,6 @@ from eomgen.simulation.accuracy.motion_size import Kinds, shares
 
 #: Differences above this part of the motion are too large to follow powers of the step.
 _SATURATED = 0.1
-#: Differences that are rounding, in last places.
-_ROUNDING = 1e3
 #: What errors are a part of where a component hardly moves, and of outputs.
 SMALL, RANGE = "{least}, the least that counts as its motion", "its range"
 NONE = "its motion, which is none"
@@ -73,7 +71,7 @@ def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
         if pair.near is not None and pair.far is not None:
             with np.errstate(all="ignore"):
                 far, near = ((differ.t, differ.kinds[kind] / size.sizes[kind]) for differ in (pair.far, pair.near))
-            orders[kind] = observed_order(far, near, rounding_floor(runs), pair.refinement)
+            orders[kind] = observed_order(far, near, runs.rounding, pair.refinement)
         used = declared if math.isnan(orders[kind]) else min(max(orders[kind], 1.0), declared)
         errors[kind] = apart * pair.gain(used)
     share = shares(errors, size)
@@ -167,12 +165,6 @@ def _largest_output(runs: Comparisons, errors: Kinds, times: Array) -> Largest |
             Largest(label, float(array[row, place]), units[name], float(times[row]), float(share[row, place]), RANGE)
         )
     return max(found, key=lambda item: item.share, default=None)
-
-
-def rounding_floor(runs: Comparisons) -> float:
-    """Return the part of the motion that rounding may be."""
-    single = runs.run.model.library.real == "float"
-    return _ROUNDING * float(np.finfo(np.float32 if single else np.float64).eps)
 
 
 def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: float, ratio: float = 2.0) -> float:

@@ -25,6 +25,8 @@ _ROWS = 5
 _MARGIN = 4.0
 #: What is out of balance in fewer than one of so many intervals between rows happens between them and not by each step.
 _FEW = 20
+#: How many times more than all that was there, and that power at the rows can bring, no run gains in a few rows.
+_EXPLODED = 1e3
 #: Part of the time in which the work has to be known.
 _KNOWN = 0.5
 
@@ -81,10 +83,12 @@ def energy_balance(
     finite = np.isfinite(energy["total"]) & np.isfinite(energy["power"]) & np.isfinite(energy["base_power"])
     if not np.all(finite):
         return Balance(None, "the energy is beyond the finite numbers", float(t[np.argmin(finite)]))
+    moving = float(np.ptp(energy["potential"]) + np.max(energy["kinetic"]))
     if len(t) < (2 if conservative else _ROWS):
+        if len(t) > 1 and (gained := _out_of_nothing(t, energy, moving)):
+            return Balance(gained, gain=gained)
         return Balance(None, f"{len(t)} row{'s' * (len(t) != 1)} tell too little of the work in between")
     total = energy["total"]
-    moving = np.ptp(energy["potential"]) + np.max(energy["kinetic"])
     floor = max(1e-9, 100.0 * epsilon) * (np.max(np.abs(energy["potential"])) + np.max(energy["kinetic"]))
     if conservative:
         return _shares(total - total[0], moving) if moving > floor else Balance(0.0)
@@ -107,6 +111,15 @@ def energy_balance(
     if (error <= uncertain and uncertain > REPORTED * swing) or (pulse and error > REPORTED * swing):
         return Balance(None, APART)
     return _shares(change - work, swing)
+
+
+def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> float:
+    """Return the share of the energies at work that no power at few rows and no energy before explains; 0 unless that
+    is very many times what there was."""
+    known = energy["kinetic"][0] + np.ptp(energy["potential"])
+    known += (t[-1] - t[0]) * np.max(np.maximum(energy["power"] + energy["base_power"], 0.0))
+    gain = float(np.max(energy["total"] - energy["total"][0]))
+    return float(gain / moving) if gain > _EXPLODED * known else 0.0
 
 
 def _shares(off: Array, swing: float) -> Balance:

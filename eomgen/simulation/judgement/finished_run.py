@@ -15,7 +15,9 @@ from eomgen.compiled.initial_state import InitialState
 from eomgen.integrators.events import STOPPED
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
+from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate
+from eomgen.simulation.accuracy.unseen_laws import unseen_law
 from eomgen.simulation.judgement.constraint_violation import Violation, largest_violation
 from eomgen.simulation.judgement.energy_balance import APART, REPORTED, Balance, energy_balance
 from eomgen.simulation.judgement.fast_motions import unresolved_motion
@@ -28,6 +30,9 @@ from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed, states_of
 from eomgen.simulation.stepping.step_parts import StepParts, step_parts
 from eomgen.simulation.stepping.stepper import Stepper
+
+#: Estimated errors, as parts of the motion, from which on an energy that is out of balance may be the motion's fault.
+_SMALL = 0.01
 
 
 class Beginning(NamedTuple):
@@ -123,10 +128,12 @@ class FinishedRun:
         run, trajectory = self.run, self.trajectory
         if self._estimation is None:
             return no_estimate(run)
-        estimate = self._estimation.of(run, self.stepper.library, trajectory, self.present, self.wall, self.events)
+        statistics = self.statistics
+        estimate = self._estimation.of(
+            run, self.stepper.library, trajectory, self.present, self.wall, self.events, statistics
+        )
         if not estimate.available:
             return estimate
-        statistics = self.statistics
         taken = statistics.get("own_steps") or statistics.get("expansions") or max(trajectory.steps, 1)
         average = (float(self.states.t[-1]) - run.grid.start) / taken
         fast = unresolved_motion(run, trajectory.rows, average, self.events, self.changes, self.jumps)
@@ -150,8 +157,12 @@ class FinishedRun:
     @cached_property
     def jumps(self) -> Array:
         """Times at which forces jump, s."""
+        return self._known_jumps(0)
+
+    def _known_jumps(self, order: int) -> Array:
+        """Return the times at which forces jump, or a derivative of them up to an order, s."""
         t = self.states.t
-        known = self.run.model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0))
+        known = self.run.model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0), order=order)
         return np.concatenate([known, self.changes])
 
     @property
@@ -182,7 +193,7 @@ class FinishedRun:
         balance = energy_balance(
             self.states.t,
             self.energy,
-            self.jumps,
+            self._known_jumps(1),
             conservative=self.conservative,
             sparse=self.rows_are_sparse,
             epsilon=float(np.finfo(np.float32 if self.single else np.float64).eps),
@@ -191,7 +202,15 @@ class FinishedRun:
         working = off and any(np.any(self.energy[name]) for name in ("power", "base_power"))
         if working and self.rows_are_sparse and untold_between_rows(self.states, self.run.model.factors):
             return Balance(None, APART)
+        if working and self.error.relative < _SMALL and self.unseen_law is None:  # then the power at the rows is off
+            return Balance(None, APART)
         return Balance(0.0) if off and self.at_rest else balance
+
+    @cached_property
+    def unseen_law(self) -> Finding | None:
+        """A law that acts between the steps."""
+        library, rows = self.stepper.library, self.trajectory.rows
+        return unseen_law(self.run, library, rows, self.present, self.statistics, self.parts.ends, self.changes)
 
     @cached_property
     def violation(self) -> Violation | None:

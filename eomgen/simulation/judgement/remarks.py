@@ -58,6 +58,16 @@ def _fast_law(run: FinishedRun) -> Iterator[Finding]:
         yield found
 
 
+def _unseen_law(run: FinishedRun) -> Iterator[Finding]:
+    if run.unseen_law is not None:
+        yield run.unseen_law
+
+
+def _unknown_error(run: FinishedRun) -> Iterator[Finding]:
+    if run.error.remedy:
+        yield Finding(text=f"the discretisation error is not known: {run.error.reason}", hint=run.error.remedy)
+
+
 def _passed_spring(run: FinishedRun) -> Iterator[Finding]:
     found = passed_springs(run.run.model, run.states.t, run.states.q, run.run.parameters)
     if found is not None:
@@ -110,9 +120,11 @@ ROWS = (
     ),
     Check("turned_element", _turned_element, ("two rows", "exact beams"), severity=FAILURE),
     Check("unbounded_growth", _unbounded_growth, unless=FAULTS),
+    Check("unknown_error", _unknown_error, unless=(ANY_FAILURE,)),
     Check("unresolved_motion", _unresolved_motion, unless=(ANY_FAILURE,)),
     Check("missed_event", _missed_event, ("complete", "events"), unless=(ANY_FAILURE,)),
     Check("fast_law", _fast_law, ("complete", "two rows")),
+    Check("unseen_law", _unseen_law, ("complete", "two rows"), unless=("fast_law",)),
     Check("passed_spring", _passed_spring, ("complete", "two rows", "lines")),
     Check("undefined_output", _undefined_output, ("complete", "outputs")),
     Check("singular_passage", _singular_passage, ("complete", "constraints"), severity=NOTE),

@@ -1,0 +1,132 @@
+"""Places at which a formula may change faster than the numbers that it is made of: jumps, kinks, points, centres.
+
+A tree tells more than samples do: where the argument of a comparison passes 0, or the base of a square, which is the
+centre of a Gaussian, a narrow feature is found however narrow it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.formula.curves import Bump, Curve, Waves
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Application, Formula, Number, Operation, WaveQuantity
+
+#: Kinds of symbols that do not change within a run.
+_HELD = ("parameter", "number", "place", "local")
+#: Operations by which a formula changes about as fast as its arguments; products and whole powers up to this one, too.
+_PLAIN = ("add", "sub", "mul", "neg")
+_SMOOTH_POWER = 4.0
+#: Functions with a step or a corner where their argument is 0; with two arguments, where these are equal.
+_AT_ZERO = ("sign", "abs", "tanh", "atan", "cosh")
+_WHERE_EQUAL = ("lt", "le", "min", "max")
+
+
+@dataclass(frozen=True)
+class Feature:
+    """An argument, and the values (n,) at which something happens; again after every ``period`` unless it is 0.
+
+    ``curve``: the places are points of a curve, of which two have to be passed for a part of it to be passed over.
+    """
+
+    argument: Formula
+    places: Array
+    period: float = 0.0
+    curve: bool = False
+
+    @property
+    def least(self) -> int:
+        """Places that an argument passes at least where something may be passed over."""
+        return 2 if self.curve else 1
+
+    def sides(self, argument: Array) -> Array:
+        """Return how many places lie at or below values of the argument, of their shape."""
+        if not self.period:
+            return np.searchsorted(self.places, argument, side="right").astype(float)
+        turns = np.floor((argument - self.places[0]) / self.period)
+        within = np.searchsorted(self.places, argument - turns * self.period, side="right")
+        found: Array = turns * len(self.places) + within
+        return found
+
+    def between(self, low: float, high: float, most: int) -> Array:
+        """Return the places from low to high, at most so many."""
+        if not self.period:
+            inside: Array = self.places[(self.places >= low) & (self.places <= high)]
+            return inside[:most]
+        first = np.floor((low - self.places[-1]) / self.period)
+        turns = first + np.arange(min(most, int((high - low) / self.period) + 3))
+        every = (self.places + self.period * turns[:, np.newaxis]).ravel()
+        passed: Array = every[(every >= low) & (every <= high)]
+        return passed[:most]
+
+
+def changes(formula: Formula) -> bool:
+    """Return whether the value of a formula changes within a run."""
+    return any(symbol.kind not in _HELD for symbol in symbols(formula))
+
+
+def may_be_fast(formula: Formula) -> bool:
+    """Return whether a formula may change much faster than its symbols: all but polynomials of low degree may."""
+    if isinstance(formula, Application):
+        return may_be_fast(formula.argument) or (changes(formula) and not isinstance(formula.curve, Waves))
+    if isinstance(formula, WaveQuantity):  # as sums of harmonics: comparison runs tell what is in all steps
+        return any(may_be_fast(argument) for argument in formula.arguments)
+    if not isinstance(formula, Operation) or not changes(formula):
+        return False
+    if any(may_be_fast(argument) for argument in formula.arguments):
+        return True
+    if formula.name in _PLAIN:
+        return False
+    *_, last = formula.arguments
+    if formula.name == "div":
+        return changes(last)
+    if formula.name == "pow" and isinstance(last, Number):
+        return not (last.value == round(last.value) and 0.0 <= last.value <= _SMOOTH_POWER)
+    return True
+
+
+def summands(formula: Formula) -> Iterator[Formula]:
+    """Yield the summands of a formula without their signs; a small one may be fast beside a large one that is not."""
+    if isinstance(formula, Operation) and formula.name in ("add", "sub", "neg"):
+        for argument in formula.arguments:
+            yield from summands(argument)
+    else:
+        yield formula
+
+
+def features(formula: Formula) -> Iterator[Feature]:
+    """Yield the features of a formula, also of its arguments."""
+    zero = np.zeros(1)
+    if isinstance(formula, Application):
+        if changes(formula.argument):
+            yield from _of_curve(formula)
+        yield from features(formula.argument)
+    if not isinstance(formula, Operation):
+        return
+    first = formula.arguments[0]
+    if formula.name in _WHERE_EQUAL and changes(formula):
+        yield Feature(first - formula.arguments[1], zero)
+    elif (formula.name in _AT_ZERO or _is_square(formula)) and changes(first):
+        yield Feature(first, zero)
+    for argument in formula.arguments:
+        yield from features(argument)
+
+
+def _is_square(formula: Operation) -> bool:
+    first, last = formula.arguments[0], formula.arguments[-1]
+    if formula.name == "pow" and isinstance(last, Number):
+        return last.value != 0.0 and last.value % 2.0 == 0.0
+    return formula.name == "mul" and first == last and not isinstance(first, Number)
+
+
+def _of_curve(formula: Application) -> Iterator[Feature]:
+    curve = formula.curve
+    if isinstance(curve, Curve):
+        places = curve.breaks
+        yield Feature(formula.argument, places[:-1] if curve.period else places, curve.period, curve=True)
+    elif isinstance(curve, Bump):
+        yield Feature(formula.argument, curve.position + curve.length * np.array([0.0, 0.5, 1.0]), curve=True)

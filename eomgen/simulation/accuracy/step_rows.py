@@ -1,0 +1,73 @@
+"""Rows at the ends of the steps of a run, also of one that records fewer, or whose method chooses its steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.simulation.accuracy.comparison_runs import Span, comparison_run
+from eomgen.simulation.stepping.run import Run
+from eomgen.toolchain.library import Library
+
+#: Steps at most that are taken again, and pieces of the run that they are taken in.
+_MOST, _PIECES = 20_000, 8
+
+
+class StepRows(NamedTuple):
+    """Rows (n, width), parameters there, (np,) or (n, np), and numbers of the rows at which pieces of the run end."""
+
+    rows: Array
+    parameters: Array
+    breaks: NDArray[np.intp]
+
+
+def step_rows(
+    run: Run,
+    library: Library,
+    rows: Array,
+    parameters: Array,
+    statistics: Mapping[str, int | float],
+    *,
+    finer: float = 1.0,
+) -> StepRows | None:
+    """Return rows at the ends of steps; None if they cannot be taken again.
+
+    Steps of the method's own end between rows of the time grid; then rows are as close as these steps are on average,
+    or ``finer``, along the method's own dense output. Of long runs some pieces are taken.
+
+    Parameters
+    ----------
+    rows, parameters : as recorded
+    statistics : counts of the stepper
+    """
+    step, duration = run.settings["step"], float(rows[-1, 0] - rows[0, 0])
+    own = 0.0
+    if run.method.chooses_steps:
+        own = float(statistics.get("own_steps") or statistics.get("expansions") or 0.0)
+    parts = max(1, math.ceil(finer * own * step / duration - 1e-9))
+    if parts == 1 and run.every == 1:
+        return StepRows(rows, parameters, np.empty(0, dtype=np.intp))
+    if run.controllers is not None:
+        return None
+    steps = duration / step * parts
+    count = 1 if steps <= _MOST else _PIECES
+    width = max(1, int((len(rows) - 1) * min(1.0, _MOST / steps) / count))
+    begins = np.unique(np.linspace(0, len(rows) - 1 - width, count).astype(int)) if count > 1 else [0]
+    found, present, breaks = [], [], []
+    for begin in begins:
+        last = min(begin + width, len(rows) - 1) if count > 1 else len(rows) - 1
+        held = parameters if parameters.ndim == 1 else parameters[[begin, last]]
+        span = Span(rows[[begin, last]], held, 1, max(1, round((rows[last, 0] - rows[begin, 0]) / step)))
+        piece = comparison_run(run, library, span, multiple=1.0 / parts, every=1)
+        if piece.interrupted or len(piece.rows) < 2:
+            return None
+        found.append(piece.rows)
+        present.append(np.broadcast_to(piece.parameters, (len(piece.rows), piece.parameters.shape[-1])))
+        breaks.append(len(piece.rows))
+    joined = present[0][0] if parameters.ndim == 1 else np.concatenate(present)
+    return StepRows(np.concatenate(found), joined, np.cumsum(breaks)[:-1] - 1)

@@ -1,0 +1,593 @@
+"""Laws that act between the steps of a run: forces and rates that the steps pass over, or meet in the same phase.
+
+A run sees forces at its steps alone, and runs at other steps may pass over the same barrier, or meet a periodic force
+in the same phase. So the equations are evaluated along the interpolant of the steps: the impulse that they have there
+less the change of velocity that the step made is the defect of the step. Formulas tell the steps that are looked at:
+where one of them leaves the line through its values at the ends of a step, and where an argument passes a comparison,
+a point of a table or a centre. Deuflhard and Bornemann, Scientific Computing with ODEs (2002), 3.2, on defects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.arrays import Array
+from eomgen.errors import EomgenError
+from eomgen.formula.discontinuities import breakpoints
+from eomgen.formula.evaluate import evaluate_batch, symbols
+from eomgen.formula.features import Feature, features, may_be_fast, summands
+from eomgen.formula.infix import infix
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.integrators.families.adaptive import LONGEST
+from eomgen.lie import product
+from eomgen.results.dense_output import Rows, state_at
+from eomgen.results.finding import Finding
+from eomgen.simulation.accuracy.motion_size import motion_size
+from eomgen.simulation.accuracy.step_rows import step_rows
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.states import states_of
+from eomgen.system.description import Description
+from eomgen.toolchain.library import Library
+
+#: Steps at most that formulas are sampled in, samples of all steps, and of one.
+_STEPS, _SAMPLES, _LEAST, _MOST = 4096, 32768, 8, 64
+#: How many times fewer samples there are of laws that only the equations know.
+_COSTLY = 4
+#: Deviation from the line between the ends of a step, as a part of a formula's range over the run, that is looked into.
+_BENT = 0.1
+#: Steps at most whose defects are evaluated, intervals of each, and features that are met within one.
+_HOT, _INTERVALS, _MET = 128, 24, 8
+#: Halvings of the distance to a feature, at which a narrow one is looked for.
+_CLOSER = 24
+#: Part of the velocities, or of the ranges of internal states, that defects sum up to, and that one step lacks within
+#: itself, from which on a law is told of. A barrier of a fourth of the velocity has half the kinetic energy.
+_UNSEEN, _WITHIN = 0.05, 0.25
+#: Ranges below this part of the largest value are rounding.
+_ROUNDING = 1e-6
+#: Steps whose partials tell how a stiff motion forgets defects, states of each, and the part of states that they span.
+_PARTIALS, _STATES, _DIFFERENCE = 32, 8, 1e-6
+#: Steps to the width of what is not seen.
+_RESOLVED = 8.0
+#: How many times closer to one another rows are for a second look at a method that chooses its steps, if a law seems to
+#: be unseen: where these are shorter than on average.
+_FINER = (8.0,)
+#: Letters of a formula in a message.
+_LETTERS = 70
+
+
+class _Defects(NamedTuple):
+    """Defects of steps: their numbers (m,), what lacks at their ends (m, nv + nz), the largest that lacks within (m, nv
+    + nz), and when it arises (m,), s."""
+
+    steps: NDArray[np.intp]
+    net: Array
+    within: Array
+    times: Array
+
+
+def laws_between_steps(description: Description, given: Sequence[str] = ()) -> list[Formula]:
+    """Return the formulas of forces, rates and inputs that may change much within a step.
+
+    Parameters
+    ----------
+    given : names of inputs that the caller gives in the place of the scene's
+    """
+    prescribed = {law.formula for law in description.laws}
+    inputs = [item.formula for item in description.inputs if item.formula is not None and item.name not in given]
+    formulas = (formula for formula in (*description.formulas, *inputs) if formula not in prescribed)
+    return list(dict.fromkeys(part for formula in formulas for part in summands(formula) if may_be_fast(part)))
+
+
+def unseen_law(
+    run: Run,
+    library: Library,
+    rows: Array,
+    parameters: Array,
+    statistics: Mapping[str, int | float],
+    ends: Array,
+    changes: Array,
+) -> Finding | None:
+    """Return a finding on a law that acts between the steps of a run and is not seen by them; None if there is none.
+
+    Parameters
+    ----------
+    library : with the stepper
+    rows : (n, width) of the record
+    parameters : (np,), or (n, np), at the rows
+    statistics : counts of the stepper
+    ends : (n,) s, at which steps end besides, because forces jump or bend there
+    changes : (n,) s, of events that change the motion
+    """
+    laws = laws_between_steps(run.model.description, list(run.signals.given))
+    if not laws or len(rows) < 2:
+        return None
+    found = None
+    try:
+        for finer in (1.0, *_FINER) if run.method.chooses_steps else (1.0,):
+            taken = step_rows(run, library, rows, parameters, statistics, finer=finer)
+            if taken is None:
+                return None
+            path = _Path(run, taken.rows, taken.parameters)
+            found = _Examination(path, laws, ends, changes, taken.breaks).finding()
+            if found is None:
+                return None
+        return found
+    except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
+        return None
+
+
+class _Blocks:
+    """Numbers of a run at times (m,) within steps (m,), or at the rows; each evaluated when it is first asked for."""
+
+    def __init__(self, path: _Path, t: Array, steps: NDArray[np.intp]) -> None:
+        self._path, self.t, self.steps = path, t, steps
+
+    @cached_property
+    def states(self) -> tuple[Array, Array, Array]:
+        """q, v and z."""
+        return self._path.between(self.t, self.steps)
+
+    @cached_property
+    def p(self) -> Array:
+        known = self._path.parameters
+        return known if known.ndim == 1 else known[self.steps]
+
+    @cached_property
+    def u(self) -> Array:
+        """Inputs, (m, nu): formulas that may be fast as they are, others on the line between rows."""
+        path = self._path
+        rows, t = path.inputs, path.states.t
+        after = np.minimum(self.steps + 1, len(t) - 1)
+        share = (self.t - t[self.steps]) / np.where(after > self.steps, t[after] - t[self.steps], 1.0)
+        found: Array = rows[self.steps] + share[:, np.newaxis] * (rows[after] - rows[self.steps])
+        for column, formula in path.fast_inputs.items():
+            found[:, column] = path.values(formula, self)
+        return found
+
+
+class _Path:
+    """The interpolant of the steps of a run, and what its equations are along it.
+
+    Parameters
+    ----------
+    rows : (n, width), at the ends of steps
+    parameters : (np,), or (n, np)
+    """
+
+    def __init__(self, run: Run, rows: Array, parameters: Array) -> None:
+        self.run, self.rows, self.parameters = run, rows, parameters
+        t, q, v, a, _, z = states_of(rows, run.model)
+        self.states = Rows(t, q, v, np.where(np.isfinite(a), a, 0.0), z)
+        self.at_rows = _Blocks(self, t, np.arange(len(t)))
+        self.at_rows.states = q, v, z
+
+    @cached_property
+    def _places(self) -> dict[tuple[str, str], int]:
+        model = self.run.model
+        found = {("state", name): k for k, name in enumerate(model.states)}
+        found |= {("input", name): k for k, name in enumerate(model.inputs)}
+        for factor in () if model.description.joints else model.factors:
+            found |= {("q", factor.name): factor.q_start, ("v", factor.name): factor.v_start}
+        return found
+
+    @cached_property
+    def inputs(self) -> Array:
+        """Inputs at the rows, (n, nu)."""
+        run, t = self.run, self.states.t
+        found = run.signals.rows(t) if run.takes_rows else run.model.input_values(t, parameters=self.parameters)
+        return np.array(np.broadcast_to(found, (len(t), run.model.nu)))
+
+    @cached_property
+    def fast_inputs(self) -> dict[int, Formula]:
+        """Formulas of inputs that may be fast, by column."""
+        known = {
+            item.name: item.formula
+            for item in self.run.model.description.inputs
+            if item.formula is not None and item.name not in self.run.signals.given and may_be_fast(item.formula)
+        }
+        columns = {k: known[name] for k, name in enumerate(self.run.model.inputs) if name in known}
+        return {k: one for k, one in columns.items() if self.knows(one) and not _of_inputs(one)}
+
+    @cached_property
+    def _slopes(self) -> Array:
+        """Rates of internal states at the rows, by differences: jumps of forces are none of theirs."""
+        t, z = self.states.t, self.states.z
+        rise = np.diff(z, axis=0) / np.maximum(np.diff(t), np.finfo(float).tiny)[:, np.newaxis]
+        found: Array = 0.5 * (np.concatenate([rise[:1], rise]) + np.concatenate([rise, rise[-1:]]))
+        return found
+
+    def at(self, times: Array, steps: NDArray[np.intp]) -> _Blocks:
+        return _Blocks(self, times, steps)
+
+    def between(self, times: Array, steps: NDArray[np.intp]) -> tuple[Array, Array, Array]:
+        """Return q, v and z at times (m,) within steps (m,)."""
+        t, q, v, a, z = self.states
+        h = (t[steps + 1] - t[steps])[:, np.newaxis]
+        s = np.clip((times - t[steps])[:, np.newaxis] / h, 0.0, 1.0)
+        model = self.run.model
+        if all(factor.group == "R" for factor in model.factors):
+            q_there, v_there = _quintic((q, v, a), steps, h, s)
+        else:
+            factors = [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors]
+            state = state_at(self.states, {"factors": factors, "dense_output": "hermite_5"}, times)
+            q_there, v_there = state.q, state.v
+        if not model.nz:
+            return q_there, v_there, np.zeros((len(times), 0))
+        first, last = self._slopes[steps], self._slopes[steps + 1]
+        rise = z[steps + 1] - z[steps]
+        bend, twist = 3.0 * rise - h * (2.0 * first + last), h * (first + last) - 2.0 * rise
+        z_there = z[steps] + s * (h * first + s * (bend + s * twist))
+        return q_there, v_there, z_there
+
+    def knows(self, formula: Formula) -> bool:
+        """Return whether a formula is one of time, coordinates, velocities, states, inputs and parameters."""
+        own = ("time", "parameter")
+        return all(symbol.kind in own or (symbol.kind, symbol.name) in self._places for symbol in symbols(formula))
+
+    def values(self, formula: Formula, blocks: _Blocks) -> Array:
+        """Return a formula at blocks, (n,)."""
+        description, tunable = self.run.model.description, list(self.run.model.parameters)
+        letters = {"q": 0, "v": 1, "state": 2}
+
+        def value_of(symbol: Symbol) -> ArrayLike:
+            if symbol.kind == "time":
+                return blocks.t
+            if symbol.kind == "parameter":
+                fixed = description.fixed
+                return fixed[symbol.name] if symbol.name in fixed else blocks.p[..., tunable.index(symbol.name)]
+            place = self._places[symbol.kind, symbol.name] + symbol.index
+            return blocks.u[:, place] if symbol.kind == "input" else blocks.states[letters[symbol.kind]][:, place]
+
+        return np.broadcast_to(evaluate_batch(formula, value_of, along_motion=True), blocks.t.shape)
+
+    def rates(self, blocks: _Blocks, states: tuple[Array, Array, Array] | None = None) -> Array:
+        """Return accelerations and rates of internal states, (n, nv + nz), at other states (q, v, z) if given."""
+        model = self.run.model
+        q, v, z = states or blocks.states
+        given = {"u": blocks.u if model.nu else None, "z": z, "parameters": blocks.p}
+        with np.errstate(all="ignore"):
+            a = model.forward_dynamics(q, v, blocks.t, **given)
+            return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **given)]) if model.nz else a
+
+    def known_times(self, laws: Sequence[Formula]) -> Array:
+        """Return the times of the run, (n,), at which comparisons and curves of formulas have breakpoints in time."""
+        p = self.parameters if self.parameters.ndim == 1 else self.parameters[0]
+        values = self.run.model.description.values(dict(zip(self.run.model.parameters, p.tolist(), strict=True)))
+        start, end = float(self.states.t[0]), float(self.states.t[-1])
+        found: list[Array] = [np.zeros(0)]
+        for law in laws:
+            for point in breakpoints(law, lambda symbol: values.get(symbol.name)):
+                if not point.period:
+                    found.append(np.array([point.time]))
+                elif (end - start) / point.period < _STEPS:
+                    first = np.ceil((start - point.time) / point.period)
+                    found.append(point.time + point.period * (first + np.arange((end - start) / point.period + 1.0)))
+        times = np.unique(np.concatenate(found))
+        inside: Array = times[(times > start) & (times < end)]
+        return inside
+
+
+def _of_inputs(formula: Formula) -> bool:
+    return any(symbol.kind == "input" for symbol in symbols(formula))
+
+
+def _quintic(rows: tuple[Array, Array, Array], steps: NDArray[np.intp], h: Array, s: Array) -> tuple[Array, Array]:
+    """Return q and v at parts s, (m, 1), of steps of h, (m, 1), by quintics through q, v and a at their ends."""
+    q, v, a = rows
+    rise = q[steps + 1] - q[steps]
+    first, last = h * v[steps], h * v[steps + 1]
+    bend, bent = 0.5 * h * h * a[steps], 0.5 * h * h * a[steps + 1]
+    off, slope, curve = rise - first - bend, last - first - 2.0 * bend, bent - bend
+    c3 = 10.0 * off - 4.0 * slope + curve
+    c4, c5 = -15.0 * off + 7.0 * slope - 2.0 * curve, 6.0 * off - 3.0 * slope + curve
+    way = s * (first + s * (bend + s * (c3 + s * (c4 + s * c5))))
+    speed = first + s * (2.0 * bend + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))
+    return q[steps] + way, speed / h
+
+
+class _Examination:
+    """Steps in which laws are bent, and their defects."""
+
+    def __init__(
+        self, path: _Path, laws: Sequence[Formula], ends: Array, changes: Array, breaks: NDArray[np.intp]
+    ) -> None:
+        self._path, self._model = path, path.run.model
+        self._known = [law for law in laws if path.knows(law)]
+        self._opaque = len(self._known) < len(laws)
+        self._features = [one for law in self._known for one in features(law) if path.knows(one.argument)]
+        self._t = path.states.t
+        self._ends = np.unique(np.concatenate([ends, path.known_times(laws)]))
+        near = 1e-9 * (self._t[-1] - self._t[0])
+        split = np.searchsorted(ends, self._t[:-1] + near) < np.searchsorted(ends, self._t[1:] - near)
+        self._split: NDArray[np.bool_] = np.asarray(split)
+        begins, last = np.searchsorted(np.sort(changes), [self._t[:-1] - near, self._t[1:] + near])
+        self._whole = np.setdiff1d(np.flatnonzero((np.diff(self._t) > near) & (begins == last)), breaks)
+        size = motion_size(self._model, path.rows, {}).sizes
+        sampled = np.array([state.sampling is not None for state in self._model.description.states], dtype=bool)
+        self._sizes = np.concatenate([size["v"], np.where(sampled, np.inf, size["z"])])
+        self._left_out = np.concatenate([np.zeros(self._model.nv, dtype=bool), sampled])
+
+    # -- where laws are bent ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def _met(self) -> NDArray[np.bool_]:
+        """Steps between whose ends an argument passes a feature, or in which a known time lies, (steps,)."""
+        before, after = np.searchsorted(self._ends, self._t[:-1]), np.searchsorted(self._ends, self._t[1:])
+        found: NDArray[np.bool_] = after > before
+        for feature in self._features:
+            sides = feature.sides(self._path.values(feature.argument, self._path.at_rows))
+            found |= np.abs(sides[1:] - sides[:-1]) >= feature.least
+        return found
+
+    def finding(self) -> Finding | None:
+        """Return the law that is not seen, with what to try; None if there is none."""
+        steps = self._whole
+        if len(steps) > _STEPS:
+            spread = steps[np.unique(np.linspace(0, len(steps) - 1, _STEPS).astype(int))]
+            steps = np.union1d(spread, steps[self._met[steps]][:_STEPS])
+        if not len(steps):
+            return None
+        most = _SAMPLES // (_COSTLY if self._opaque else 1)
+        count = int(np.clip(most // len(steps), _LEAST, _MOST))
+        places = (np.arange(count) + np.modf(0.6180339887 * np.arange(1, count + 1))[0]) / count
+        grid = np.concatenate([[0.0], places, [1.0]])
+        blocks, ends = self._sampled(steps, places), self._path.at_rows
+        bent, met = np.zeros(len(steps)), self._met[steps]
+        for inside, at_ends in self._laws(blocks, ends):
+            values = np.nan_to_num(self._with_ends(inside, at_ends, steps), posinf=0.0, neginf=0.0)
+            span = float(np.ptp(values))
+            if span > _ROUNDING * float(np.abs(values).max()):
+                line = values[:, :1] + grid * (values[:, -1:] - values[:, :1])
+                bent = np.maximum(bent, np.abs(values - line).max(axis=1) / span)
+        arguments = []
+        for feature in self._features:
+            inside, at_ends = (self._path.values(feature.argument, one) for one in (blocks, ends))
+            arguments.append(self._with_ends(inside, at_ends, steps))
+            met = met | (np.ptp(feature.sides(arguments[-1]), axis=1) >= feature.least)
+        looked = np.flatnonzero((bent > _BENT) | met)
+        if not len(looked):
+            return None
+        chosen = np.sort(looked[np.lexsort((-bent[looked], ~met[looked]))][:_HOT])
+        meshes = self._meshes(steps[chosen], grid, [table[chosen] for table in arguments])
+        share = len(looked) / len(chosen) * len(self._whole) / len(steps)
+        return self._judged(steps[chosen], meshes, share)
+
+    def _laws(self, blocks: _Blocks, ends: _Blocks) -> Iterator[tuple[Array, Array]]:
+        """Yield the values of laws at both; rates stand for formulas of what only the equations know."""
+        for law in self._known:
+            yield self._path.values(law, blocks), self._path.values(law, ends)
+        if self._opaque:
+            yield from zip(self._path.rates(blocks).T, self._path.rates(ends).T, strict=True)
+
+    def _sampled(self, steps: NDArray[np.intp], places: Array) -> _Blocks:
+        h = self._t[steps + 1] - self._t[steps]
+        times = (self._t[steps][:, np.newaxis] + h[:, np.newaxis] * places).ravel()
+        return self._path.at(times, np.repeat(steps, len(places)))
+
+    @staticmethod
+    def _with_ends(inside: Array, at_ends: Array, steps: NDArray[np.intp]) -> Array:
+        """Return values within steps with the values at their ends, (steps, samples + 2)."""
+        return np.column_stack([at_ends[steps], inside.reshape(len(steps), -1), at_ends[steps + 1]])
+
+    def _meshes(self, steps: NDArray[np.intp], grid: Array, arguments: Sequence[Array]) -> list[Array]:
+        """Return the ends of intervals of steps, from 0 to 1, that are narrow beside features: an array for each."""
+        even = np.linspace(0.0, 1.0, _INTERVALS + 1)
+        found = [[even, self._inside(int(step))] for step in steps]
+        closer = np.ldexp(1.0 / len(grid), -np.arange(_CLOSER))
+        for feature, table in zip(self._features, arguments, strict=True):
+            places, numbers = self._passed(feature, table, grid, steps)
+            for place, number in zip(places, numbers, strict=True):
+                at = np.array([place])
+                found[number] += [at] if feature.curve else [at, place - closer, place + closer]
+        return [_in_order(np.concatenate(parts)) for parts in found]
+
+    def _inside(self, step: int) -> Array:
+        """Return where known times lie within a step, from 0 to 1."""
+        begin, end = self._t[step], self._t[step + 1]
+        first, last = np.searchsorted(self._ends, begin, side="right"), np.searchsorted(self._ends, end)
+        inside: Array = (self._ends[first : min(last, first + _STEPS)] - begin) / (end - begin)
+        return inside
+
+    def _passed(
+        self, feature: Feature, table: Array, grid: Array, steps: NDArray[np.intp]
+    ) -> tuple[Array, NDArray[np.intp]]:
+        """Return where within steps an argument passes its feature, from 0 to 1, and the places of these steps.
+
+        Parameters
+        ----------
+        table : (steps, samples + 2), the argument within each step at the parts ``grid`` of it
+        """
+        sides = feature.sides(table)
+        numbers, samples = np.nonzero(sides[:, 1:] != sides[:, :-1])
+        found = []
+        for row, sample in zip(numbers.tolist(), samples.tolist(), strict=True):
+            ends = sorted((float(table[row, sample]), float(table[row, sample + 1])))
+            found += [(row, sample, float(level)) for level in feature.between(ends[0], ends[1], _MET)]
+        found = found[: _MET * len(steps)]
+        if not found:
+            return np.zeros(0), np.zeros(0, dtype=np.intp)
+        number, k = (np.array([one[place] for one in found], dtype=np.intp) for place in (0, 1))
+        level = np.array([one[2] for one in found])
+        first, last, low, high = grid[k], grid[k + 1], table[number, k], table[number, k + 1]
+        begin, h = self._t[steps[number]], np.diff(self._t)[steps[number]]
+        place = first
+        for _ in range(3):  # secants within the bracket
+            with np.errstate(all="ignore"):
+                share = np.nan_to_num((level - low) / (high - low), nan=0.5)
+            place = first + np.clip(share, 0.0, 1.0) * (last - first)
+            value = self._path.values(feature.argument, self._path.at(begin + place * h, steps[number]))
+            before = (value < level) == (low < level)
+            first, low = np.where(before, place, first), np.where(before, value, low)
+            last, high = np.where(before, last, place), np.where(before, high, value)
+        return place, number
+
+    # -- what they lack --------------------------------------------------------------------------------------------
+
+    def _judged(self, steps: NDArray[np.intp], meshes: Sequence[Array], share: float) -> Finding | None:
+        defects = self._defects(steps, meshes)
+        if self._excess(defects, share) <= 1.0:
+            return None
+        lasting = self._forgotten(defects)
+        return self._told(lasting, meshes, share) if self._excess(lasting, share) > 1.0 else None
+
+    def _defects(self, steps: NDArray[np.intp], meshes: Sequence[Array]) -> _Defects:
+        h = np.diff(self._t)[steps]
+        nodes = (0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0))
+        places = [(mesh[:-1, np.newaxis] + np.diff(mesh)[:, np.newaxis] * nodes).ravel() for mesh in meshes]
+        times = np.concatenate([self._t[s] + h[k] * x for k, (s, x) in enumerate(zip(steps, places, strict=True))])
+        rates = self._path.rates(self._path.at(times, np.repeat(steps, [len(x) for x in places])))
+        rates = np.where(np.isfinite(rates), rates, 0.0)
+        edges = np.concatenate([self._t[s] + h[k] * m[1:] for k, (s, m) in enumerate(zip(steps, meshes, strict=True))])
+        numbers = np.repeat(steps, [len(mesh) - 1 for mesh in meshes])
+        _, *inside = self._path.at(np.minimum(edges, self._t[numbers + 1]), numbers).states
+        shown = np.hstack(inside)
+        rows = np.hstack([self._path.states.v, self._path.states.z])
+        net, within, when = [], [], []
+        first = last = 0
+        for k, (step, mesh) in enumerate(zip(steps, meshes, strict=True)):
+            last = first + len(mesh) - 1
+            pieces = 0.5 * (rates[2 * first : 2 * last : 2] + rates[2 * first + 1 : 2 * last : 2])
+            impulse = np.cumsum(h[k] * np.diff(mesh)[:, np.newaxis] * pieces, axis=0)
+            shown[last - 1] = rows[step + 1]
+            lacks = impulse - (shown[first:last] - rows[step])
+            lacks[:, self._left_out] = 0.0
+            net.append(lacks[-1])
+            # where the step ended in between, the interpolant through its ends is not the way that it took
+            within.append(np.zeros(lacks.shape[1]) if self._split[step] else np.abs(lacks).max(axis=0))
+            place = np.argmax(np.abs(np.diff(lacks, axis=0, prepend=0.0))[:, :].max(axis=1))
+            when.append(self._t[step] + h[k] * mesh[place + 1])
+            first = last
+        return _Defects(steps, np.array(net), np.array(within), np.array(when))
+
+    def _shares(self, lacking: Array) -> Array:
+        """Return what lacks, (..., nv + nz), as a part of the motion; 1 of what does not move."""
+        with np.errstate(all="ignore"):
+            measured = np.abs(lacking) / self._sizes
+        resting = ~np.isfinite(self._sizes) & ~self._left_out
+        return np.where(resting & (np.abs(lacking) > 0.0), 1.0, measured)
+
+    def _excess(self, defects: _Defects, share: float) -> float:
+        """Return by how much defects are beyond what is told of."""
+        summed = share * float(self._shares(np.cumsum(defects.net, axis=0)).max())
+        return max(summed / _UNSEEN, float(self._shares(defects.within).max()) / _WITHIN)
+
+    def _forgotten(self, defects: _Defects) -> _Defects:
+        """Return defects as sums of which a stiff motion forgets what is before, as an L-stable step does.
+
+        Partials are medians over states within a step, so that what is narrow does not count as stiffness.
+        """
+        nv, nz = self._model.nv, self._model.nz
+        chosen = np.unique(np.linspace(0, len(defects.steps) - 1, _PARTIALS).astype(int))
+        partials = self._partials(defects.steps[chosen])
+        size = 2 * nv + nz
+        error, sums, within = np.zeros(size), [], []
+        for k, step in enumerate(defects.steps):
+            J = partials[int(np.argmin(np.abs(chosen - k)))]
+            h = float(self._t[step + 1] - self._t[step])
+            half = np.linalg.solve(np.eye(size) - 0.5 * h * J, np.eye(size))
+            whole = np.linalg.solve(np.eye(size) - h * J + 0.5 * h * h * J @ J, np.eye(size))
+            kicked = half @ np.concatenate([np.zeros(nv), defects.net[k]])
+            error = whole @ error + kicked
+            sums.append(error[nv:])
+            within.append(np.minimum(np.abs(half[nv:, nv:]) @ defects.within[k], defects.within[k]))
+        total = np.array(sums)
+        return defects._replace(net=np.diff(total, axis=0, prepend=0.0), within=np.array(within))
+
+    def _partials(self, steps: NDArray[np.intp]) -> Array:
+        """Return partials of the rates of (increments of q, v, z), (steps, size, size)."""
+        nv, nz = self._model.nv, self._model.nz
+        places = (np.arange(_STATES) + 0.5) / _STATES
+        blocks = self._sampled(steps, places)
+        columns = []
+        for part, width in enumerate((nv, nv, nz)):
+            size = _DIFFERENCE * (1.0 + (np.abs(blocks.states[part]).max(initial=0.0) if part else 0.0))
+            for k in range(width):
+                way = np.zeros((len(blocks.t), width))
+                way[:, k] = size
+                ahead, behind = (self._path.rates(blocks, self._moved(blocks, part, shift)) for shift in (way, -way))
+                columns.append((ahead - behind) / (2.0 * size))
+        rates = np.nan_to_num(np.stack(columns, axis=-1))
+        middle = np.median(rates.reshape(len(steps), _STATES, nv + nz, 2 * nv + nz), axis=1)
+        found = np.zeros((len(steps), 2 * nv + nz, 2 * nv + nz))
+        found[:, :nv, nv : 2 * nv] = np.eye(nv)
+        found[:, nv:] = middle
+        return found
+
+    def _moved(self, blocks: _Blocks, part: int, shift: Array) -> tuple[Array, Array, Array]:
+        """Return states of which q (0), v (1) or z (2) is shifted."""
+        q, v, z = blocks.states
+        if part == 0:
+            return product.update(self._model.factors, q, shift), v, z
+        return (q, v + shift, z) if part == 1 else (q, v, z + shift)
+
+    # -- how it is told --------------------------------------------------------------------------------------------
+
+    def _told(self, defects: _Defects, meshes: Sequence[Array], share: float) -> Finding:
+        summed = share * np.cumsum(defects.net, axis=0)
+        parts, inside = self._shares(summed), self._shares(defects.within)
+        within = float(inside.max()) / _WITHIN > float(parts.max()) / _UNSEEN
+        table = inside if within else parts
+        row, column = (int(place) for place in np.unravel_index(int(np.argmax(table)), table.shape))
+        if not within:
+            row = int(np.argmax(self._shares(defects.net)[:, column]))
+        lacking = float(defects.within[row, column] if within else np.abs(summed[:, column]).max())
+        name = (*self._model.v_names, *self._model.z_names)[column]
+        unit = (*self._model.v_units, *self._model.z_units)[column]
+        law, width = self._culprit(int(defects.steps[row]), meshes[row], name)
+        size, time = float(self._sizes[column]), float(defects.times[row])
+        part = f", {100.0 * lacking / size:.3g} % of its motion" if np.isfinite(size) else ", which does not move"
+        amount = f"{name} by {lacking:.2g}{'' if unit in ('', '1') else f' {unit}'}{part}"
+        change = f"within the step it changes {amount}" if within else f"it would change {amount}"
+        text = f"{law} acts between the steps at t = {time:.6g} s and is not seen by them: {change}"
+        value = float(table[row, column] if within else parts[:, column].max())
+        return Finding(value=value, time=time, text=text, hint=self._remedy(width / _RESOLVED))
+
+    def _remedy(self, step: float) -> str:
+        run = self._path.run
+        if run.method.chooses_steps:
+            return f"a step of {step / LONGEST:.2g} s: the longest of {run.name} is {LONGEST:.0f} times as long"
+        return f"a step of {step:.2g} s"
+
+    def _culprit(self, step: int, mesh: Array, name: str) -> tuple[str, float]:
+        """Return the law that is bent most within a step, in words, and the width of what is not seen of it, s."""
+        begin, h = self._t[step], float(self._t[step + 1] - self._t[step])
+        middles = 0.5 * (mesh[1:] + mesh[:-1])
+        blocks = self._path.at(begin + h * middles, np.full(len(middles), step))
+        ends = self._path.at_rows
+        found = []
+        for law in self._known:
+            values = self._path.values(law, blocks)
+            low, high = (float(self._path.values(law, ends)[k]) for k in (step, step + 1))
+            found.append((f"the formula {_shortened(infix(law))}", values, low + middles * (high - low)))
+        if self._opaque or not found:
+            inside, at_ends = self._path.rates(blocks), self._path.rates(ends)[[step, step + 1]]
+            for column, one in enumerate((*self._model.v_names, *self._model.z_names)):
+                if one == name:
+                    line = at_ends[0, column] + middles * (at_ends[1, column] - at_ends[0, column])
+                    found.append((f"what drives {name}", inside[:, column], line))
+        best = (0.0, f"what drives {name}", h)
+        for words, values, line in found:
+            off = np.nan_to_num(np.abs(values - line))
+            top, span = float(off.max()), float(np.abs(np.nan_to_num(values)).max()) or 1.0
+            if top / span > best[0]:
+                area = float(np.sum(off * np.diff(mesh))) / top
+                varied = float(np.sum(np.abs(np.diff(np.nan_to_num(values - line))))) / (2.0 * top)
+                best = (top / span, words, h * min(1.0, area) / max(1.0, varied))
+        return best[1], best[2]
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LETTERS else f"{text[:_LETTERS]}..."
+
+
+def _in_order(edges: Array) -> Array:
+    """Return edges within 0 to 1 in order, each once."""
+    found = np.unique(edges)
+    found = found[(found >= 0.0) & (found <= 1.0)]
+    kept: Array = found[np.append(True, np.diff(found) > 1e-13)]
+    return kept

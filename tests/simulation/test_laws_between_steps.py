@@ -1,0 +1,262 @@
+"""Laws that act between the steps of a run are named, resolved ones are not; runs compared with themselves tell no
+error. References: SciPy's DOP853 in small steps on equations typed here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.formula.features import features, may_be_fast, summands
+from eomgen.formula.nodes import Formula
+from eomgen.scene.formula.parser import read_formula
+from eomgen.scene.formula.scope import TIME, Names
+
+#: Findings that say that a run may be wrong.
+DOUBTS = {
+    *("unseen_law", "fast_law", "discretisation_error", "unknown_error", "halved_steps", "energy_balance"),
+}
+#: Parameters of all laws; amplitudes are 0 unless a test gives them.
+NONE = {
+    **dict.fromkeys(("cog", "barrier", "box", "pulse", "ramp", "hill", "stiffness", "aside", "wave", "dose"), 0.0),
+    **{"period": 1.0, "phase": 0.0, "place": 0.5, "width": 0.01, "time": 0.5},
+}
+EFFORT = (
+    "cog*sin(2*pi*q.x/period + phase)"
+    " + barrier*(q.x - place)/width*exp(-((q.x - place)/width)**2)"
+    " + (box if place < q.x < place + width else 0)"
+    " + (pulse if time < t < time + width else 0)"
+    " + ramp*tent((t - time)/width) + hill*tent((q.x - place)/width) - stiffness*q.x"
+)
+
+
+@cache
+def sliders() -> eomgen.Model:
+    """Return a slider x of 1 kg under every law, one aside that is driven by the place of x, and a dosed state w."""
+    tent = {"points": [[-1e6, 0], [0, 0], [0.25, 0.5], [0.5, 1], [0.75, 0.5], [1, 0], [1e6, 0]]}
+    rail = {"type": "prismatic", "parent": "base"}
+    return eomgen.build(
+        {
+            "format": 1,
+            "name": "sliders",
+            "gravity": [0, 0, 0],
+            "simulation": {"duration": 2.0, "step": 0.01},
+            "parameters": {name: {"value": value, "tunable": True} for name, value in NONE.items()},
+            "bodies": {"a": {"mass": 1.0}, "b": {"mass": 1.0}},
+            "curves": {"tent": {**tent, "interpolation": "linear"}},
+            "states": {"w": {"rate": "wave*cos(2*pi*t/period) + (dose if time < t < time + width else 0)"}},
+            "joints": {
+                "x": {**rail, "child": "a", "axis": [1, 0, 0], "initial": {"velocity": 1.0}},
+                "y": {**rail, "child": "b", "axis": [0, 1, 0]},
+            },
+            "efforts": {
+                "along": {"joint": "x", "effort": EFFORT},
+                "across": {"joint": "y", "effort": "aside*cos(2*pi*q.x/period + phase)"},
+            },
+        },
+        profile="quick",
+    )
+
+
+def true_motion(given: Mapping[str, float], t: Array) -> Array:
+    """Return [x, y, w] of the sliders at times."""
+    p = {**NONE, **given}
+
+    def tent(s: float) -> float:
+        return float(np.interp(s, [0.0, 0.5, 1.0], [0.0, 1.0, 0.0]))
+
+    def rates(time: float, state: Array) -> list[float]:
+        x, _, v, across, _ = state.tolist()
+        way, begun = (x - p["place"]) / p["width"], (time - p["time"]) / p["width"]
+        angle = 2.0 * math.pi * x / p["period"] + p["phase"]
+        force = p["cog"] * math.sin(angle) - p["stiffness"] * x + p["barrier"] * way * math.exp(-min(way * way, 700.0))
+        force += p["box"] * (0.0 < way < 1.0) + p["pulse"] * (0.0 < begun < 1.0)
+        force += p["ramp"] * tent(begun) + p["hill"] * tent(way)
+        dosed = p["wave"] * math.cos(2.0 * math.pi * time / p["period"]) + p["dose"] * (0.0 < begun < 1.0)
+        return [v, across, force, p["aside"] * math.cos(angle), dosed]
+
+    narrow = p["barrier"] or p["box"] or p["hill"]
+    longest = 0.3 * p["width"] if narrow else 0.1 * p["period"] if p["cog"] or p["aside"] or p["wave"] else np.inf
+    ends = np.unique(np.clip([0.0, *(p["time"] + part * p["width"] for part in (0.0, 0.5, 1.0)), t[-1]], 0.0, t[-1]))
+    found, state = np.zeros((len(t), 5)), np.array([0.0, 0.0, 1.0, 0.0, 0.0])
+    for begin, end in pairwise(ends):
+        inner = t[(t >= begin) & (t <= end)]
+        asked = np.unique([*inner, end])
+        solved = solve_ivp(rates, (begin, end), state, "DOP853", asked, max_step=longest, rtol=1e-6, atol=1e-9)
+        found[np.searchsorted(t, inner)] = solved.y.T[np.searchsorted(asked, inner)]
+        state = solved.y[:, -1]
+    return found[:, [0, 1, 4]]
+
+
+def off(run: eomgen.Solution, given: Mapping[str, float]) -> float:
+    """Return the largest error of a run as a part of the motion, of the largest in m at least a thousandth."""
+    true = true_motion(given, run.t)
+    size = np.ptp(true, axis=0)
+    size[:2] = np.maximum(size[:2], 1e-3 * size[:2].max())
+    size[2] = max(size[2], given.get("wave", 0.0) * given.get("period", 0.0) / 6.28, 1e-9)
+    return float((np.abs(np.hstack([run.q, run.z]) - true) / size).max())
+
+
+LAWS = {  # parameters, step at which it is not seen, and one that resolves it
+    "cogging, whole periods": ({"aside": 100.0, "period": 0.005}, 0.01, 2e-4),
+    "barrier": ({"barrier": 100.0, "width": 0.02}, 0.1, 5e-4),
+    "box": ({"box": -300.0, "place": 0.503, "width": 0.001}, 0.05, 2e-5),
+    "kick at a tunable time": ({"pulse": 500.0, "time": 0.512}, 0.1, 2e-4),
+    "kick of 1 us": ({"pulse": 1e6, "time": 0.512, "width": 1e-6}, 0.05, None),
+    "linear table over time": ({"ramp": 200.0, "time": 0.503}, 0.05, 2e-4),
+    "linear table over place": ({"hill": 100.0, "place": 0.503}, 0.05, 2e-4),
+    "rate, whole periods": ({"wave": 1e3, "period": 0.005}, 0.01, 2e-4),
+    "dose": ({"dose": 1e3, "time": 0.5123, "width": 1e-4}, 0.01, None),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "rk45"])
+def test_a_law_that_steps_pass_over_is_named(law: str, method: str) -> None:
+    given, step, finer = LAWS[law]
+    run = sliders().simulate(0.8, step, method=method, parameters=given)
+    wrong = off(run, given) > 0.1
+    assert wrong or method == "rk45" or law == "barrier"
+    said = [finding.name for finding in run.findings]
+    assert bool({"unseen_law", "fast_law", "discretisation_error"} & {*said}) == wrong, run.message
+    if "unseen_law" in said:
+        (found,) = (finding for finding in run.findings if finding.name == "unseen_law")
+        assert "acts between the steps at t = " in found.text and "is not seen by them: " in found.text
+        assert found.hint.startswith("a step of ") and found.value > 0.05
+    if finer is not None and method == "generalized_alpha":
+        resolved = sliders().simulate(0.8, finer, method=method, parameters=given)
+        assert off(resolved, given) < 0.02
+        assert "unseen_law" not in [finding.name for finding in resolved.findings], resolved.message
+
+
+def test_the_message_names_law_time_size_and_step() -> None:
+    run = sliders().simulate(0.8, 0.1, method="rk4", parameters=LAWS["kick at a tunable time"][0])
+    (found,) = (finding for finding in run.findings if finding.name == "unseen_law")
+    assert found.text.startswith("the formula pulse if (time < t) * (t < time + width) else 0 acts between the steps")
+    assert 0.512 <= found.time <= 0.522 and "v.x by 5 m/s" in found.text
+    assert 2e-4 < float(found.hint.split()[3]) < 5e-3
+    assert str(found) in run.message
+
+
+def test_steps_between_sparse_rows_are_examined_and_not_the_rows() -> None:
+    cogging = {"cog": 2.0, "period": 0.126}  # rows see one in three periods
+    resolved = sliders().simulate(0.8, 2e-3, method="rk4", record_every=20, parameters=cogging)
+    assert off(resolved, cogging) < 1e-3 and resolved.message == "reached t = 0.8 s in 400 steps"
+    passed, _, _ = LAWS["cogging, whole periods"]
+    run = sliders().simulate(0.8, 0.01, method="rk4", record_every=20, parameters=passed)
+    assert off(run, passed) > 0.1 and "is not seen by them" in run.message
+
+
+@cache
+def machine_at_rest() -> eomgen.Model:
+    points = [[0, 0], [0.5, 0], [0.505, 5], [0.51, 10], [0.515, 5], [0.52, 0], [3, 0]]
+    builder = eomgen.SceneBuilder("machine", gravity=[0, 0, 0]).body("sled", 1.0)
+    builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0])
+    builder.curve("bump", points=points, interpolation="linear")
+    return eomgen.build(builder.effort("push", joint="rail", effort="bump(t)").build(), profile="quick")
+
+
+@pytest.mark.parametrize("step", [0.1, 0.04])
+def test_known_bends_that_enclose_a_bump_are_not_passed_by(step: float) -> None:
+    run = machine_at_rest().simulate(2.0, step, method="generalized_alpha")
+    assert abs(run.q[-1, 0]) < 1e-12  # the true motion goes 0.149 m
+    assert "the formula bump(t) acts between the steps" in run.message
+    # steps of fourth order end at bends; the power of the bump is between rows, which is no failure of the run
+    exact = machine_at_rest().simulate(2.0, step, method="rk4")
+    assert exact.success and exact.q[-1, 0] == pytest.approx(0.149, rel=1e-6)
+    assert exact.message == f"reached t = 2 s in {round(2.0 / step)} steps"
+
+
+@cache
+def arm() -> eomgen.Model:
+    builder = eomgen.SceneBuilder("arm").body("upper", 1.2, center_of_mass=[0, 0, -0.25], inertia=[0.03, 0.03, 0.001])
+    builder.body("lower", 0.8, center_of_mass=[0, 0, -0.2], inertia=[0.02, 0.02, 0.001])
+    builder.joint("shoulder", "revolute", "base", "upper", axis=[0, 1, 0], damping=0.1, initial={"position": 0.5})
+    builder.joint(
+        "elbow", "revolute", "upper", "lower", position=[0, 0, -0.5], axis=[0, 1, 0], damping=0.05,
+        initial={"position": 1.0},
+    )  # fmt: skip
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@pytest.mark.parametrize(("method", "start"), [("rk4", 0.5), ("generalized_alpha", 2.0), ("generalized_alpha", 0.5)])
+@pytest.mark.parametrize("step", [0.2, 0.3, 0.5, 1.0, 3.0])
+@pytest.mark.parametrize("steps", [1, 2])
+def test_few_steps_are_not_compared_with_themselves(method: str, start: float, step: float, steps: int) -> None:
+    run = arm().simulate(steps * step, step, method=method, initial={"shoulder": start})
+    solved = solve_ivp(
+        arm().rhs, (0.0, run.t[-1]), [*run.q[0], *run.v[0]], "DOP853", rtol=1e-9, atol=1e-9, max_step=0.05
+    )
+    wrong = np.abs(run.q[-1] - solved.y[:2, -1]).max() / np.ptp(solved.y[:2], axis=1).max()
+    if run.success and wrong > 0.1:
+        names = {finding.name for finding in run.findings}
+        assert names & DOUBTS, run.message
+        assert not (run.error.available and run.error.relative == 0.0)
+    if not run.error.available and run.success:
+        assert f"the discretisation error is not known: {run.error.reason}; try: a step smaller" in run.message
+
+
+def test_rest_and_uniform_motion_are_exact_and_quiet() -> None:
+    for method in ("generalized_alpha", "rk4", "rk45"):
+        for parameters, end, step in (({}, 2.0, 0.01), ({}, 1.0, 1.0), ({}, 4.0, 1.0)):
+            run = sliders().simulate(end, step, method=method, parameters=parameters)
+            assert run.success and run.error.available and run.error.relative < 1e-9
+            assert {finding.name for finding in run.findings} <= {"doubtful_call"}, run.message
+
+
+def test_formulas_that_cannot_be_fast_are_not_examined() -> None:
+    def formula(text: str) -> Formula:
+        return read_formula(text, Names(), TIME)
+
+    assert not any(may_be_fast(formula(text)) for text in ("2*t + 1", "t**3 - 4*t", "-t*t"))
+    assert all(may_be_fast(formula(text)) for text in ("sin(t)", "1/t", "t**9", "abs(t)", "1 if t < 3 else 0"))
+    assert [len(list(summands(formula(text)))) for text in ("1 + t - (t*t - sin(t))", "t*(1 + t)")] == [4, 1]
+    (one,) = features(formula("exp(-((t - 0.5)/0.01)**2)"))
+    assert one.sides(np.array([-1.0, 1.0])).tolist() == [0.0, 1.0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    methods = ["generalized_alpha", "rk4", "rk45", "rosenbrock", "trapezoidal", "tdg1", "rattlie", "adaptive"]
+    for _ in range(40):
+        law = str(random.choice(["cog", "barrier", "box", "pulse", "ramp", "hill", "aside", "wave", "dose"]))
+        over_time = law in ("pulse", "ramp", "dose")
+        width = 10.0 ** random.uniform(-4.0 if over_time else -2.3, -0.5)
+        strength = 10.0 ** random.uniform(-2.0, 1.0) / (1.0 if law in ("cog", "aside", "wave") else width)
+        given = {
+            law: strength * random.choice([-1.0, 1.0]) * (10.0 if law in ("cog", "aside", "wave") else 1.0),
+            "width": width,
+            "period": 10.0 ** random.uniform(-1.7, -0.2),
+            "phase": random.uniform(0.0, 6.0),
+            "place": random.uniform(0.1, 0.9),
+            "time": random.uniform(0.1, 1.2),
+            "stiffness": random.choice([0.0, random.uniform(1.0, 20.0)]),
+        }
+        method, every = str(random.choice(methods)), int(random.choice([1, 1, 1, 4]))
+        step, tolerance = 10.0 ** random.uniform(-2.7, -1.0), 10.0 ** random.uniform(-7.0, -3.0)
+        options = {"method": method} if method != "adaptive" else {"method": "generalized_alpha"}
+        if method in ("rk45", "adaptive"):
+            options["tolerance"] = tolerance
+        run = sliders().simulate(1.5, step, parameters=given, record_every=every, **options)
+        if not run.success:
+            continue
+        error, names = off(run, given), {finding.name for finding in run.findings}
+        told = names & {
+            "unseen_law",
+            "fast_law",
+            "discretisation_error",
+            "unknown_error",
+            "halved_steps",
+            "energy_balance",
+        }
+        assert told or error < 0.1, (given, method, step, every, error, run.message)
+        assert error > 0.01 or "unseen_law" not in names, (given, method, step, every, error, run.message)
