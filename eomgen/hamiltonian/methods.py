@@ -8,7 +8,7 @@ from typing import Literal
 
 from eomgen.errors import Problem, UsageError
 from eomgen.hamiltonian.collocation import HIGHEST_ORDER, gauss_collocation
-from eomgen.integrators.compositions import Composition, composition_named
+from eomgen.integrators.compositions import Composition, composition_named, names_composition
 from eomgen.integrators.compositions import compositions as every_composition
 from eomgen.integrators.families.dormand_prince import EMBEDDED, NODES, STAGES
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
@@ -161,9 +161,11 @@ def _collocation(name: str, order: int, fractions: tuple[float, ...], source: st
 
 
 def _composition(name: str, first: str) -> Composition:
+    if not names_composition(name):
+        known = [*(item.name for item in every_composition()), MIDPOINT, *_OF_GAUSS, *EXPLICIT]
+        hint = ELSEWHERE.get(name) or nearest(name, known)
+        raise UsageError([Problem("method", f"there is no method {name!r} of Hamiltonian systems", hint)])
     try:
         return composition_named(name, "drift" if first == "drift" else "kick")
     except UsageError as error:
-        known = [*(item.name for item in every_composition()), MIDPOINT, *_OF_GAUSS, *EXPLICIT]
-        hint = ELSEWHERE.get(name) or nearest(name, known)
-        raise UsageError([Problem("method", f"there is no method {name!r} of Hamiltonian systems", hint)]) from error
+        raise UsageError([Problem("method", problem.what, problem.hint) for problem in error.problems]) from None

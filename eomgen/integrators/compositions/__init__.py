@@ -1,7 +1,12 @@
 """Symplectic compositions of drifts and kicks: coefficients by rule, order conditions, stability limits, errors."""
 
-__all__ = ["Composition", "composition_named", "compositions", "leapfrog_recursion", "order_of"]
+__all__ = ["Composition", "composition_named", "compositions", "leapfrog_recursion", "names_composition", "order_of"]
 
 from eomgen.integrators.compositions.composition import Composition
 from eomgen.integrators.compositions.order_conditions import order_of
-from eomgen.integrators.compositions.table import composition_named, compositions, leapfrog_recursion
+from eomgen.integrators.compositions.table import (
+    composition_named,
+    compositions,
+    leapfrog_recursion,
+    names_composition,
+)

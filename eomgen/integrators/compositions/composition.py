@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -38,6 +38,8 @@ class Composition:
     first : what a step begins and ends with
     fractions : of a step, of drifts and kicks in turn, beginning with ``first``
     source : where it was published
+    levels : of a recursion of leapfrogs: sizes of the steps of order m of which one of order m + 2 is made, for m = 2,
+        4, ...; its order and its matrix for the oscillator follow level by level
 
     Raises
     ------
@@ -50,17 +52,29 @@ class Composition:
     first: Part
     fractions: tuple[float, ...]
     source: str = ""
+    levels: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.fractions) % 2 == 0 or self.fractions != self.fractions[::-1]:
             raise _wrong(self.name, "is not symmetric: a step backwards would not undo it", "the order of its list")
-        for part, sums in (("drifts", math.fsum(self.drifts)), ("kicks", math.fsum(self.kicks))):
-            if abs(sums - 1) > 4e-15:
-                raise _wrong(self.name, f"has {part} that sum up to {sums:.15g} instead of 1", "its coefficients")
-        order = order_of(self.fractions, self.order)
+        for part, values in (("drifts", self.drifts), ("kicks", self.kicks)):
+            if abs((total := math.fsum(values)) - 1) > _rounding(values):
+                raise _wrong(self.name, f"has {part} that sum up to {total:.15g} instead of 1", "its coefficients")
+        order = self._order_of_levels() if self.levels else order_of(self.fractions, self.order)
         if order != self.order:
             what = f"is said to have order {self.order}, and its coefficients have order {order}"
             raise _wrong(self.name, what, "its coefficients, and whether its list begins with a drift or a kick")
+
+    def _order_of_levels(self) -> int:
+        """Return the order of a recursion: sizes that sum up to 1 while their powers m + 1 cancel raise an even order m
+        of symmetric steps by 2 (Yoshida, Phys. Lett. A 150 (1990) 262)."""
+        order = 2
+        for sizes in self.levels:
+            powers = [size ** (order + 1) for size in sizes]
+            if abs(math.fsum(sizes) - 1) > _rounding(sizes) or abs(math.fsum(powers)) > (order + 1) * _rounding(powers):
+                break
+            order += 2
+        return order
 
     @property
     def drifts(self) -> tuple[float, ...]:
@@ -109,7 +123,7 @@ class Composition:
     def exchanged(self) -> Composition:
         """Return the same fractions with kicks for drifts and drifts for kicks, which has the same order."""
         other: Part = "kick" if self.first == "drift" else "drift"
-        return Composition(self.name, self.order, other, self.fractions, self.source)
+        return Composition(self.name, self.order, other, self.fractions, self.source, self.levels)
 
     def oscillator(self, steps: Array) -> Array:
         """Return the matrices by which steps change (q, p) of the oscillator q'' = -q, shape (..., 2, 2).
@@ -118,14 +132,16 @@ class Composition:
         ----------
         steps : any shape; in 1/omega
         """
-        matrices = np.broadcast_to(np.eye(2), (*np.shape(steps), 2, 2)).copy()
-        for part, fraction in self.parts():
-            moved = np.asarray(steps) * fraction
-            if part == "drift":
-                matrices[..., 0, :] += moved[..., None] * matrices[..., 1, :]
-            else:
-                matrices[..., 1, :] -= moved[..., None] * matrices[..., 0, :]
-        return matrices
+        return self._nested(np.asarray(steps), len(self.levels)) if self.levels else _turned(self.parts(), steps)
+
+    def _nested(self, steps: Array, level: int) -> Array:
+        """Return the matrices of the oscillator for steps of a level of a recursion; 0: leapfrogs."""
+        if level == 0:
+            other: Part = "kick" if self.first == "drift" else "drift"
+            return _turned([(self.first, 0.5), (other, 1.0), (self.first, 0.5)], steps)
+        sizes = self.levels[level - 1]
+        inner = {size: self._nested(size * steps, level - 1) for size in dict.fromkeys(sizes)}
+        return functools.reduce(np.matmul, (inner[size] for size in sizes))
 
     @functools.cached_property
     def stability_limit(self) -> float:
@@ -166,6 +182,23 @@ class Composition:
             moved, by, sign = (0, 1, 1.0) if part == "drift" else (1, 0, -1.0)
             rows[moved, :, 1:] += sign * fraction * rows[by, :, :-1]
         return float(abs(rows[0, 1, -1] + rows[1, 0, -1]) / math.sqrt(2.0))
+
+
+def _turned(parts: Iterable[tuple[Part, float]], steps: Array) -> Array:
+    """Return the matrices by which drifts and kicks in turn change (q, p) of the oscillator q'' = -q."""
+    matrices = np.broadcast_to(np.eye(2), (*np.shape(steps), 2, 2)).copy()
+    for part, fraction in parts:
+        moved = np.asarray(steps) * fraction
+        if part == "drift":
+            matrices[..., 0, :] += moved[..., None] * matrices[..., 1, :]
+        else:
+            matrices[..., 1, :] -= moved[..., None] * matrices[..., 0, :]
+    return matrices
+
+
+def _rounding(values: Sequence[float]) -> float:
+    """Return how far from its value the sum of numbers may be that are each rounded to a double."""
+    return 4e-15 + 2.0**-52 * math.fsum(map(abs, values))
 
 
 def _bisected(beyond: Callable[[Array], Array], inside: float, outside: float) -> float:

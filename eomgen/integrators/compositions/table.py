@@ -14,8 +14,8 @@ from eomgen.text import nearest, shown
 
 #: Digits with which coefficients are worked out before they are rounded.
 _DIGITS = 40
-#: Orders up to which a recursion is made: 3^9 leapfrogs are no method.
-HIGHEST_ORDER = 12
+#: Orders up to which a recursion is made, and leapfrogs that one may take.
+HIGHEST_ORDER, MOST_LEAPFROGS = 12, 100_000
 _RECURSION = "Creutz and Gocksch 1989; Suzuki 1990; Yoshida 1990"
 #: Recursions by name: leapfrogs on either side of the backward one.
 _FORWARD: Mapping[str, int] = {"yoshida": 1, "suzuki": 2}
@@ -41,13 +41,22 @@ def leapfrog_recursion(order: int, forward: int, first: Part = "drift", name: st
     if order not in range(2, HIGHEST_ORDER + 1, 2) or forward < 1:
         what = f"there is no recursion of leapfrogs of order {order} with {forward} on either side"
         raise UsageError(Problem("composition", what, f"an even order of 2 to {HIGHEST_ORDER}, and at least 1"))
+    count = (2 * forward + 1) ** (order // 2 - 1)
+    if count > MOST_LEAPFROGS:
+        what = f"a step of order {order} with {forward} leapfrogs on either side has {count} of them"
+        fewer = int((MOST_LEAPFROGS ** (1.0 / (order // 2 - 1)) - 1.0) / 2.0)
+        raise UsageError(
+            Problem("composition", what, f"at most {fewer} on either side at this order, or a lower order")
+        )
     label = name or (f"creutz_gocksch{order}_{forward}" if order > 2 else "leapfrog")
-    return Composition(label, order, first, _recursion(order, forward), _RECURSION)
+    fractions, levels = _recursion(order, forward)
+    return Composition(label, order, first, fractions, _RECURSION, levels)
 
 
-@functools.cache
-def _recursion(order: int, forward: int) -> tuple[float, ...]:
-    """Return the fractions of a recursion, half steps of adjacent leapfrogs merged."""
+@functools.lru_cache(maxsize=16)
+def _recursion(order: int, forward: int) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
+    """Return the fractions of a recursion, half steps of adjacent leapfrogs merged, and the sizes of its levels."""
+    levels = []
     with localcontext() as context:
         context.prec = _DIGITS
         leapfrogs = [Decimal(1)]
@@ -55,11 +64,13 @@ def _recursion(order: int, forward: int) -> tuple[float, ...]:
             back = Decimal(2 * forward) ** (Decimal(1) / Decimal(level + 1))
             ahead = 1 / (2 * forward - back)
             sides = [ahead] * forward
-            leapfrogs = [outer * inner for outer in (*sides, -back * ahead, *sides) for inner in leapfrogs]
+            sizes = (*sides, -back * ahead, *sides)
+            levels.append(tuple(map(float, sizes)))
+            leapfrogs = [outer * inner for outer in sizes for inner in leapfrogs]
         halves = [Decimal(0), *(leapfrog / 2 for leapfrog in leapfrogs), Decimal(0)]
         between = [before + after for before, after in itertools.pairwise(halves)]
         turns = [value for pair in zip(between, leapfrogs, strict=False) for value in pair] + [between[-1]]
-        return tuple(float(value) for value in turns)
+        return tuple(float(value) for value in turns), tuple(levels)
 
 
 def _symmetric(*half: Decimal) -> tuple[float, ...]:
@@ -223,8 +234,18 @@ def composition_named(name: str, first: Part = "drift") -> Composition:
     UsageError
         An unknown name, with the nearest ones, or an order that the rule does not make.
     """
+    return _made(_key(name), first)
+
+
+def names_composition(name: str) -> bool:
+    """Return whether a name is one of the table, or made as the rules make them, whatever its order."""
+    rule = _BY_RULE.fullmatch(_key(name))
+    return _key(name) in _TABULATED or (rule is not None and (rule[1] in _FORWARD) != bool(rule[3]))
+
+
+def _key(name: str) -> str:
     key = str(name).lower().replace("-", "_")
-    return _made(_ALIASES.get(key, key), first)
+    return _ALIASES.get(key, key)
 
 
 @functools.lru_cache(maxsize=256)
@@ -235,7 +256,7 @@ def _made(name: str, first: Part) -> Composition:
         order, source, lists = _TABULATED[name]
         return Composition(name, order, first, lists.get(first, lists["drift"]), source)
     rule = _BY_RULE.fullmatch(name)
-    if rule is None or (rule[1] in _FORWARD) == bool(rule[3]):
+    if rule is None or not names_composition(name):
         known = dict.fromkeys((*_TABULATED, "yoshida4", "yoshida6", "suzuki4", "suzuki6"))
         hint = nearest(name, known) or "yoshida<order>, suzuki<order> or one of " + ", ".join(_TABULATED)
         raise UsageError(Problem("composition", f"there is no composition {shown(name)}", hint))
