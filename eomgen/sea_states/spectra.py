@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_call, checked_calls
@@ -26,6 +26,8 @@ REPEATED_AFTER = 32.0
 MOST_WAVES = 1_000_000
 #: Exponent of a spreading from which on directions are less than a tenth of a degree apart.
 MOST_EXPONENT = 1e6
+#: Under which name directions of waves have their variables.
+_DIRECTIONS = "directions of waves"
 #: Gauss-Legendre's nodes in each of the pieces into which parts of a band are cut.
 _NODES, _PIECES = 4, 4
 
@@ -187,13 +189,14 @@ class DiscreteSpectrum:
     """Wave vectors (n, 2) in rad/m with the variance of elevation of each, (n,) in m^2.
 
     ``band`` has the lowest and the highest frequency in rad/s: moments of slope and curvature grow with the latter;
-    ``depth`` is that of the water in m.
+    ``depth`` is that of the water in m. ``directions`` waves have the same wave number each, one behind the other.
     """
 
     vectors: Array
     energy: Array
     band: tuple[float, float]
     depth: float = math.inf
+    directions: int = 1
 
     def check_deep(self, where: str, hint: str) -> None:
         """Raise UsageError where the waves at the peak feel the bottom: in less water than half of their length."""
@@ -209,15 +212,35 @@ class DiscreteSpectrum:
 
     def realisation(self, seed: int, amplitudes: Literal["gaussian", "fixed"] = "gaussian") -> Components:
         """Return components by seed: ``gaussian`` cosine and sine amplitudes, which the tails of a sea need, or
-        ``fixed`` amplitudes sqrt(2 E) with phases alone at random."""
+        ``fixed`` amplitudes sqrt(2 E) with phases alone at random.
+
+        Of fixed amplitudes each wave number has one direction, drawn by its share of the energy, and all of the energy:
+        elevations at every place then have the variance of the spectrum over time, which waves of one frequency and
+        several directions do not (Jefferys, Applied Ocean Research 9 (1987) 186).
+        """
         if amplitudes not in ("gaussian", "fixed"):
             raise UsageError(Problem("realisation: amplitudes", f"there is no {amplitudes!r}", "gaussian, or fixed"))
         check_whole("realisation: seed", seed, 0, 2**63)
         n = len(self.energy)
         normal = standard_normals(seed, 2 * n, WAVES).reshape(n, 2)
         radius, phase = np.hypot(*normal.T), np.arctan2(normal[:, 1], normal[:, 0])
-        amplitude = np.sqrt(self.energy) * (radius if amplitudes == "gaussian" else math.sqrt(2.0))
-        return Components(self.vectors, amplitude, phase)
+        if amplitudes == "gaussian":
+            return Components(self.vectors, np.sqrt(self.energy) * radius, phase)
+        energy = self.energy.reshape(-1, self.directions)
+        kept = np.arange(len(energy)) * self.directions + self._drawn_directions(seed, energy)
+        return Components(self.vectors[kept], np.sqrt(energy.sum(axis=1)) * math.sqrt(2.0), phase[kept])
+
+    def _drawn_directions(self, seed: int, energy: Array) -> NDArray[np.int64]:
+        """Return the place of the direction of each wave number, (n,), by seed.
+
+        As many wave numbers take a direction as its share of the energy says: quantiles of equal parts of the
+        distribution, in random order.
+        """
+        if self.directions == 1:
+            return np.zeros(len(energy), dtype=np.int64)
+        rank = np.argsort(np.argsort(standard_normals(seed, len(energy), _DIRECTIONS)))
+        below = np.cumsum(energy, axis=1) / energy.sum(axis=1, keepdims=True)
+        return np.asarray(np.sum(below[:, :-1] < ((rank + 0.5) / len(energy))[:, None], axis=1))
 
 
 @checked_call()
@@ -276,7 +299,7 @@ def discretized(
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
     vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
     return DiscreteSpectrum(
-        vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), (float(w[0]), float(w[-1])), depth
+        vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), (float(w[0]), float(w[-1])), depth, len(angles)
     )
 
 
@@ -370,4 +393,4 @@ def divided(
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
     vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
     found = np.outer(energy, shares).ravel()
-    return DiscreteSpectrum(vectors.reshape(-1, 2), found, (float(edges[0]), float(edges[-1])), depth)
+    return DiscreteSpectrum(vectors.reshape(-1, 2), found, (float(edges[0]), float(edges[-1])), depth, len(angles))

@@ -12,6 +12,7 @@ from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.sea_states.bound_waves import beyond_second_order
 from eomgen.sea_states.components import STANDARD_GRAVITY, Components
+from eomgen.sea_states.steepness import breaking_height, too_steep_together
 from eomgen.waves.pairs import ENTRIES
 
 #: Bytes of the table of pairs at most.
@@ -58,6 +59,12 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
         number = int(np.argmax(steep))
         what = f"component {number} has k A coth(k h) = {steep[number]:.4g}; from 1 on a wave crosses itself"
         raise UsageError(Problem(where, what, f"an amplitude below {amplitude[number] / steep[number]:.4g} m"))
+    highest = np.array([0.5 * breaking_height(float(one), depth) for one in k])
+    if order == 2 and np.any(amplitude > highest):
+        number = int(np.argmax(amplitude / highest))
+        what = f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of"
+        what = f"{what} {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m"
+        raise UsageError(Problem(where, what, "a smaller amplitude, or order = 1: Gerstner's waves do not break"))
     if order == 2 and 4.0 * len(k) ** 2 * len(ENTRIES) > MOST_MEMORY:
         what = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes"
         need = 4.0 * len(k) ** 2 * len(ENTRIES) / 1e9
@@ -65,7 +72,11 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
         raise UsageError(Problem(where, f"{what} {need:.3g} GB", hint))
 
 
-def warn_of_shallow_water(vectors: Array, amplitude: Array, depth: float) -> None:
-    """Warn where second order is not enough for the largest of some waves."""
-    if what := beyond_second_order(vectors, amplitude, depth):
-        warnings.warn(f"Sea: {what}", RuntimeWarning, stacklevel=4)
+def warn_of_doubtful_waves(vectors: Array, amplitude: Array, depth: float, order: int) -> None:
+    """Warn of water too shallow for second order, and of several waves that break together."""
+    k = np.hypot(*vectors.T)
+    shallow = beyond_second_order(vectors, amplitude, depth) if order == 2 else ""
+    steep = too_steep_together(k, amplitude, depth, alone=False) if len(k) > 1 else ""
+    for what in (shallow, steep):
+        if what:
+            warnings.warn(f"Sea: {what}", RuntimeWarning, stacklevel=4)

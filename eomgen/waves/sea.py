@@ -15,7 +15,7 @@ from eomgen.calls import checked_calls
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.sea_states.components import STANDARD_GRAVITY, Components
 from eomgen.sea_states.numbers import check_number
-from eomgen.waves.limits import check_points, check_sea, warn_of_shallow_water
+from eomgen.waves.limits import check_points, check_sea, warn_of_doubtful_waves
 from eomgen.waves.motion import BoundWaves, Complex, Motion, Surface
 from eomgen.waves.pairs import COLUMNS, OWN, Case, Dispersion, gravity_waves
 from eomgen.waves.profiles import Profile, harmonics, multiples
@@ -86,8 +86,7 @@ class Sea:
         columns = columns[:, order_of]
         self.frequency = columns[COLUMNS.index("w")]
         self.current, self.restoring = self._current_and_restoring(columns)
-        if order == 2:
-            warn_of_shallow_water(self.vectors, self.amplitude, self.depth)
+        warn_of_doubtful_waves(self.vectors, self.amplitude, self.depth, order)
 
     @classmethod
     def of_one_wave(
@@ -199,7 +198,18 @@ class Sea:
         moved[:, :2] += np.asarray(labels, dtype=float) + self.current * time
         moved[:, 2] += c
         velocity[:, :2] += self.current
-        return Motion(moved, velocity, acceleration, row["p"] - self.restoring * c)
+        return Motion(moved, velocity, acceleration, row["p"] - self.restoring * c + self._pressure_of_orbits(c))
+
+    def _pressure_of_orbits(self, c: float) -> float:
+        """Return the pressure over density that waves of first order in deep water lack, m^2/s^2.
+
+        It is -w^2 A^2 (1 - exp(2 k c))/2 of each component: with it one wave is Gerstner's in pressure too. Order 2
+        has it in its sums over pairs.
+        """
+        if self.order == 2 or math.isfinite(self.depth):
+            return 0.0
+        k = np.hypot(*self.vectors.T)
+        return 0.5 * self.restoring * float(np.sum(k * self.amplitude**2 * np.expm1(2.0 * k * c)))
 
     def profile(self, count: int, time: float) -> Profile:
         """Return the surface of a sea of one direction at equally spaced labels, by FFT.

@@ -1,4 +1,4 @@
-"""What heights of waves must be: below that from which on they break."""
+"""Rule that the waves at the peak of a sea do not break."""
 
 from __future__ import annotations
 
@@ -10,15 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from eomgen.arrays import Flags, Numbers
-from eomgen.formula.wave_fields import WaveComponent
-
-#: Height over wave length from which on a wave breaks, in deep water (Miche 1944): over a bottom tanh k h of it.
-_STEEPEST = 0.142
-
-
-def breaking_height(k: float, depth: float) -> float:
-    """Return the height in m from which on a wave of the wave number k, rad/m, breaks."""
-    return _STEEPEST * 2.0 * math.pi / k * math.tanh(min(k * depth, 700.0))
+from eomgen.sea_states.steepness import breaking_height
 
 
 @dataclass(frozen=True)
@@ -36,24 +28,3 @@ class UnbrokenSea:
         length, most = 2.0 * math.pi / self.k, breaking_height(self.k, self.depth)
         what = f"at the peak waves of {length:.4g} m break from a height of {most:.4g} m on, and the significant height"
         return f"{what} is {numbers[0]:.4g} m", "a smaller height, or a longer period"
-
-
-def too_steep_together(components: Sequence[WaveComponent], depth: float, *, alone: bool, unit: bool) -> list[str]:
-    """Return a note on waves each of which stands, and which break together: that are told one by one, by the sum of
-    their slopes; of a spectrum by their significant slope, the mean of the highest third.
-
-    Parameters
-    ----------
-    alone : whether the waves are told one by one
-    unit : whether amplitudes are those of variables of 1, whose squares have the mean 2
-    """
-    kx, ky, _, amplitude, _, _ = np.array(components).T
-    k = np.hypot(kx, ky)
-    slopes = k * amplitude / np.tanh(np.minimum(k * depth, 700.0))
-    slope = float(np.sum(slopes) if alone else 2.0 * math.sqrt((1.0 if unit else 0.5) * np.sum(slopes**2)))
-    most = _STEEPEST * math.pi
-    if (alone and len(components) < 2) or not slope > most:
-        return []
-    what = f"where crests meet the slope comes to {slope:.3g}" if alone else f"the significant slope is {slope:.3g}"
-    what += f", and waves break from {most:.3g} on: forces there are those of no water"
-    return [what if alone else f"{what}. A lower sea, or a band that ends before its shortest waves"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.waves import schema as written
-from eomgen.scene.waves.breaking import UnbrokenSea, breaking_height, too_steep_together
+from eomgen.scene.waves.breaking import UnbrokenSea
 from eomgen.sea_states.bound_waves import beyond_second_order, bound_waves, members_of_bound_waves
 from eomgen.sea_states.components import Components
 from eomgen.sea_states.spectra import (
@@ -31,6 +31,7 @@ from eomgen.sea_states.spectra import (
     frequency_and_group_velocity,
     wave_number,
 )
+from eomgen.sea_states.steepness import breaking_height, low_crest_of_first_order, too_steep_together
 from eomgen.system.random_processes import variables_of
 from eomgen.system.signals import Parameter
 from eomgen.text import key_of
@@ -91,8 +92,7 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
             components, factor = _irregular(key, entry, depth, gravity, values)
     free = len(components)
     if components and len(report.found) == before:
-        told = too_steep_together(components, depth, alone=entry.regular is not None, unit=entry.variables)
-        values.note(f"{key}: {text}" for text in told)
+        values.note(f"{key}: {text}" for text in _steep(components, depth, entry) if text)
     if entry.order == 2 and len(report.found) == before:
         components = [*components, *_bound(key, components, depth, gravity, values)]
     if len(report.found) > before or not components:
@@ -104,6 +104,16 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
         return whole
     drawn = [(place, -1, 1) for place in range(free)] + (members_of_bound_waves(free) if entry.order == 2 else [])
     return replace(whole, variables=variables_of(name, 2 * free), drawn=tuple(drawn))
+
+
+def _steep(components: Sequence[WaveComponent], depth: float, entry: written.SeaWaves) -> Iterator[str]:
+    """Yield notes on waves that are steep, empty ones among them."""
+    kx, ky, _, amplitude, _, _ = np.array(components).T
+    k, regular = np.hypot(kx, ky), entry.regular is not None
+    yield too_steep_together(k, amplitude, depth, alone=regular, unit=entry.variables)
+    if regular and entry.order == 1:
+        steepest = int(np.argmax(k * amplitude))
+        yield low_crest_of_first_order(float(k[steepest]), float(amplitude[steepest]), depth)
 
 
 def variables_as_parameters(waves: WaveField) -> list[Parameter]:
