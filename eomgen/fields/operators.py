@@ -7,6 +7,7 @@ adjoint is F^-1 conj(a) F W; nothing is derived, and the product <A x, y> = <x, 
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -21,6 +22,8 @@ from eomgen.fields.mesh import Complex, Mesh
 Power = Callable[[Array], ArrayLike] | Array
 #: Modes of a lognormal field's Gaussian one whose variance comes out at 0 or below have this part of the largest.
 _FLOOR = 1e-12
+#: Part of the variance that floored modes add from which on they are noted, and error of a mode's power that is named.
+_NOTED, _OFF = 1e-3, 0.1
 
 
 @dataclass(frozen=True)
@@ -31,12 +34,14 @@ class LinearOperator:
     ----------
     symbol : a(k), real or complex, shape ``mesh.half``
     mask : W, shape ``mesh.cells``
+    note : what its field lacks of what was asked for; empty if nothing
     """
 
     name: str
     mesh: Mesh
     symbol: Array | Complex | None = None
     mask: Array | None = None
+    note: str = ""
 
     def apply(self, spectrum: Complex) -> Array:
         """Return the field of cells that a spectrum gives."""
@@ -66,7 +71,8 @@ class LinearOperator:
         if self.symbol is not None and other.mask is not None:
             what = "a filter after a mask is diagonal neither in Fourier space nor in the cells"
             raise UsageError(Problem(name, what, "the mask as the last operator: mask @ filter"))
-        return LinearOperator(name, self.mesh, _times(self.symbol, other.symbol), _real(_times(self.mask, other.mask)))
+        symbol, mask = _times(self.symbol, other.symbol), _real(_times(self.mask, other.mask))
+        return LinearOperator(name, self.mesh, symbol, mask, self.note or other.note)
 
     @property
     def variance(self) -> float:
@@ -102,18 +108,57 @@ def amplitude(mesh: Mesh, power: Power) -> LinearOperator:
     return LinearOperator("amplitude", mesh, np.sqrt(_values(mesh, power) / mesh.cell_volume))
 
 
-def lognormal_amplitude(mesh: Mesh, power: Power) -> LinearOperator:
+def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> LinearOperator:
     """Return the filter of the Gaussian field s for which exp(s - variance/2) - 1 has the power spectrum P.
 
-    Its covariance is ln(1 + C) of the covariance C that P has on the mesh (Coles and Jones, MNRAS 248 (1991) 1); modes
-    whose variance that does not make positive get 1e-12 of the largest.
+    Its covariance is ln(1 + C) of the covariance C that P has on the mesh (Coles and Jones, MNRAS 248 (1991) 1). Modes
+    whose variance this does not make positive have 1e-12 of the largest: no lognormal field has such a power spectrum.
+    ``note`` of the filter has their share, and that of the power that is not as asked for.
+
+    Parameters
+    ----------
+    warn : bool
+        Whether the note is a RuntimeWarning, too.
+
+    Raises
+    ------
+    ModelError
+        P is negative or not finite at a wave number of the mesh, or C is -1 or less somewhere.
     """
-    covariance = mesh.field((_values(mesh, power) / mesh.cell_volume).astype(complex)) / math.sqrt(mesh.size)
+    wanted = _values(mesh, power) / mesh.cell_volume
+    covariance = mesh.field(wanted.astype(complex)) / math.sqrt(mesh.size)
     if float(covariance.min()) <= -1.0:
         what = f"a density contrast whose covariance is {float(covariance.min()):.3g} somewhere is not lognormal"
         raise ModelError(Problem("lognormal_amplitude: power", what, "a covariance above -1 everywhere"))
     modes = mesh.spectrum(np.log1p(covariance)).real * math.sqrt(mesh.size)
-    return LinearOperator("lognormal_amplitude", mesh, np.sqrt(np.maximum(modes, _FLOOR * float(modes.max()))))
+    floored = np.maximum(modes, _FLOOR * float(modes.max()))
+    note = _note_on_floored(mesh, wanted, modes, floored)
+    if note and warn:
+        warnings.warn(f"lognormal_amplitude: {note}", RuntimeWarning, stacklevel=2)
+    return LinearOperator("lognormal_amplitude", mesh, np.sqrt(floored), note=note)
+
+
+def _note_on_floored(mesh: Mesh, wanted: Array, modes: Array, floored: Array) -> str:
+    """Return the shares of floored modes and of the power of the density that is off by them; empty if they are small.
+
+    Parameters
+    ----------
+    wanted : variances of the modes of the density, shape ``mesh.half``
+    modes, floored : variances of the modes of the Gaussian field, before and after
+    """
+    weights = np.broadcast_to(mesh.weights, mesh.half)
+    added, whole = float(np.sum((floored - modes) * weights)), float(np.sum(modes * weights))
+    if not added > _NOTED * whole:
+        return ""
+    covariance = mesh.field(floored.astype(complex)) / math.sqrt(mesh.size)
+    made = mesh.spectrum(np.expm1(covariance)).real * math.sqrt(mesh.size)
+    off = (np.abs(made - wanted) > _OFF * wanted) & (mesh.wave_numbers > 0.0)
+    share = float(np.sum((floored > modes) * weights)) / mesh.size
+    of_power = float(np.sum(wanted[off] * weights[off]) / np.sum(wanted * weights))
+    first = float(mesh.wave_numbers[off].min()) if off.any() else math.inf
+    what = f"no lognormal field has this power spectrum: {share:.2%} of the modes of its Gaussian field would have a"
+    what += f" negative variance, and have next to none; the variance is {added / whole:.2%} larger, and the power of"
+    return f"{what} the density off by more than a tenth in modes from k = {first:.3g} on, with {of_power:.2%} of it"
 
 
 def smoothing(mesh: Mesh, radius: float) -> LinearOperator:

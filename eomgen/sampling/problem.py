@@ -75,6 +75,11 @@ class FieldProblem:
         """The field whose samples are looked at."""
         return self.system.sampling.field or self.system.fields[0]
 
+    @property
+    def notes(self) -> list[str]:
+        """What fields of the energy lack of what the file asks for, by their names."""
+        return [f"{name}: {note}" for name in self.system.fields if (note := self.operators[name].note)]
+
     def true_field(self) -> Array | None:
         """Return the field that is watched as the truth has it; None where there is none."""
         return None if self.truth is None else self.operators[self.watched].apply(self.truth)
@@ -204,7 +209,7 @@ class _Making:
             made = LinearOperator("filter", mesh, self.filter(item))
         else:
             power = self.tabled(item.table) if item.table is not None else self.power(item)
-            made = (amplitude if item.kind == "power" else lognormal_amplitude)(mesh, power)
+            made = amplitude(mesh, power) if item.kind == "power" else lognormal_amplitude(mesh, power, warn=False)
         made = made @ self.operators[item.of] if item.of else made
         if not math.isfinite(made.variance):
             raise ModelError(Problem("operator", f"the variance of the field {item.name} is {made.variance}", _SMALLER))

@@ -93,7 +93,8 @@ class FieldSamples:
         before = counted(self.warm_up.shape[1], "trajectory", "trajectories")
         whole = f"{made} of each of {counted(chains, 'chain')} after {before}"
         if not self.interrupted:
-            return f"{whole} of warm-up{self.cut}{self.lost}{self.doubt}"
+            notes = "".join(f"; {note}" for note in self.problem.notes)
+            return f"{whole} of warm-up{self.cut}{self.lost}{self.doubt}{notes}"
         missing = f"of {self.settings.samples}" if self.warm_up.shape[1] >= self.settings.warm_up else "in the warm-up"
         return f"interrupted: {whole} of warm-up, {missing}; --resume goes on to the same bits"
 
@@ -119,11 +120,14 @@ class FieldSamples:
     @property
     def doubt(self) -> str:
         """What is said of chains that do not agree; nothing where they do, or are too short to tell."""
-        worst = _quantile(self.r_hats(), 1.0) if self.count >= DOUBTED else 0.0
-        if not worst > DOUBTFUL:
+        if self.count < DOUBTED:
+            return ""
+        worst = {"a cell": _quantile(self.r_hats(), 1.0), "a bin of scales": self.r_hat_of_scales}
+        found = [f"{value:.3g} in {where}" for where, value in worst.items() if value > DOUBTFUL]
+        if not found:
             return ""
         hint = "more samples, a longer duration, or another mass"
-        return f"; chains do not agree yet: split R-hat is {worst:.3g} in a cell; try: {hint}"
+        return f"; chains do not agree yet: split R-hat is {' and '.join(found)}; try: {hint}"
 
     @property
     def calibration(self) -> tuple[float, float] | None:
@@ -140,8 +144,13 @@ class FieldSamples:
         """Return split R-hat of each cell that is watched; empty for few samples."""
         return split_r_hat(self.samples.cells) if self.count >= ENOUGH else np.empty(0)
 
+    @property
+    def r_hat_of_scales(self) -> float:
+        """The largest split R-hat of the bins that have wave numbers; NaN of few samples."""
+        return _quantile(split_r_hat(self.samples.power), 1.0) if self.count >= ENOUGH else math.nan
+
     def scales(self) -> list[Scale]:
-        """Return the bins of wave numbers; empty without samples."""
+        """Return the bins that have wave numbers; empty without samples."""
         samples, problem = self.samples, self.problem
         if not self.count:
             return []
@@ -170,7 +179,8 @@ class FieldSamples:
             samples.wave_numbers, prior, of_truth, power.mean(axis=0), power.std(axis=0), of_mean, correlation, r_hat,
             times,
         )  # fmt: skip  # as Scale has them
-        return [Scale(*map(float, row)) for row in zip(*columns, strict=True)]
+        rows = (Scale(*map(float, row)) for row in zip(*columns, strict=True))
+        return [scale for scale in rows if not math.isnan(scale.k)]  # boxes with unequal sides leave bins empty
 
     def summary(self) -> dict[str, Any]:
         """Return figures for JSON."""
@@ -210,7 +220,7 @@ class FieldSamples:
             found |= {
                 "r_hat_of_cells": _quantile(r_hats, 1.0),
                 "r_hat_of_cells_at_99_percent": _quantile(r_hats, 0.99),
-                "r_hat_of_scales": max((scale.r_hat for scale in self.scales()), default=math.nan),
+                "r_hat_of_scales": self.r_hat_of_scales,
                 "autocorrelation_of_cells": cells,
                 "autocorrelation_of_worst_scale": worst,
                 "autocorrelation_error": samples.autocorrelation_error,

@@ -45,7 +45,7 @@ def spectrum_of(k: Array) -> Array:
 def operators(mesh: Mesh) -> list[LinearOperator]:
     made = [
         amplitude(mesh, spectrum_of),
-        lognormal_amplitude(mesh, spectrum_of),
+        lognormal_amplitude(mesh, spectrum_of, warn=False),
         smoothing(mesh, 3.0),
         white(mesh),
         mask(mesh, stream().random(mesh.cells)),
