@@ -59,7 +59,8 @@ def test_spectra_of_lognormal_fields_are_not_noted(power: Callable[[Array], Arra
 
 
 def test_a_run_of_a_file_says_it() -> None:
-    floored = changed(operators={"s": {"lognormal_power": "3000*k/(0.02 + k)**2*exp(-(radius*k)**2)"}}, mesh__cells=[8, 8, 8])
+    power = "3000*k/(0.02 + k)**2*exp(-(radius*k)**2)"
+    floored = changed(operators={"s": {"lognormal_power": power}}, mesh__cells=[8, 8, 8])
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         found = sample(floored)
