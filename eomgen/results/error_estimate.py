@@ -165,10 +165,16 @@ class ErrorEstimate:
         places = np.flatnonzero(self.relative_at > part)
         return float(self.t[places[0]]) if len(places) else float("inf")
 
-    def refinement(self, aim: float) -> float:
-        """Return by what the step has to be multiplied for a relative error, by the order observed or declared."""
+    def refinement(self, aim: float, share: float) -> float:
+        """Return the factor of the step that reduces a relative error to an aim, by the order observed or declared.
+
+        Parameters
+        ----------
+        aim, share : float
+            Relative errors.
+        """
         order = np.fmin(self.order, self.declared_order)
-        return 1.0 if np.isnan(order) else float(min(1.0, (aim / self.relative) ** (1.0 / max(order, 1.0))))
+        return 1.0 if np.isnan(order) else float(min(1.0, (aim / share) ** (1.0 / max(order, 1.0))))
 
     def summary(self) -> dict[str, Any]:
         """Return what a summary says in JSON types."""

@@ -32,6 +32,10 @@ ROUNDING = 4.0
 _NO_STRETCH = ": no stretch of element "
 
 
+#: Violations of a guess are reported above this part of the extent, which positions given to seven digits reach.
+FITTED = 1e-7
+
+
 @dataclass(frozen=True)
 class Assembly:
     """A consistent state, and how far the guess was from it.
@@ -81,7 +85,7 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     limits = np.maximum(limits, np.finfo(float).tiny)  # below it numbers have no digits to be met by
     if not np.all(np.abs(left) <= limits):
         raise _contradiction(rows, system.names, left, limits, "velocities", iterations)
-    violations = _named(system.names, first, REPORTED * start.scale)
+    violations = _named(system.names, first, FITTED * start.scale)
     changed = _named(system.names, rates, REPORTED * (rows.possible @ np.abs(guess)))
     off = _named(system.names, system.constraint(q, t), REPORTED * rows.scale)
     deviations = tuple(f"{name} stays off by {by:.3g}" for name, by in off.items())

@@ -33,7 +33,7 @@ from tests.models.scenes import pendulum
 DOCS = Path(__file__).parents[2] / "docs"
 LARGE = ErrorEstimate(
     available=True, t=np.array([0.5]), relative_at=np.array([0.2]), relative=0.2, order=2.0, declared_order=2.0,
-    largest=Largest("q.hinge", 0.1, "rad", 0.5, 0.2),
+    largest=Largest("q.hinge", 0.1, "rad", 0.5, 0.2), increment_at=np.zeros((1, 1)), z_at=np.zeros((1, 0)),
 )  # fmt: skip  # two lines
 Change = Callable[[FinishedRun, pytest.MonkeyPatch], None]
 
@@ -99,6 +99,7 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     "broken_constraint": (having(violation=Violation(0.1, "the constraint pin is off", 0.05)),),
     "halved_steps": (statistics(halvings=3),),
     "discretisation_error": (having(error=LARGE),),
+    "unresolved_coordinate": (having(error=replace(LARGE, relative=0.0, increment_at=np.ones((1, 1)))),),
     "energy_balance": (having(balance=Balance(0.7, gain=0.7)),),
     "momentum_drift": (returning(doubts, "momentum_drift", Drift("momentum along x", 0.3)),),
     "constraint_violation": (having(violation=Violation(1e-5, "the constraint pin is off", 0.05)),),

@@ -15,6 +15,7 @@ from eomgen.progress import Progress
 from eomgen.results.events import Events
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, comparison_run, counted, span_of
 from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, differences, motion_size, shares
+from eomgen.simulation.accuracy.whole_turns import whole_turns
 from eomgen.simulation.stepping.events import acting
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.step_parts import step_parts
@@ -79,7 +80,8 @@ class Comparisons:
         self.events = "events" in library.layout["method"]
         self.span = span_of(run, rows, parameters)
         self.own = self._motion(self.span.rows, self.span.parameters, events)._replace(statistics=statistics)
-        self.size: MotionSize = motion_size(run.model, rows, self.own.outputs)
+        turns = whole_turns(run, self.span.rows, self.span.parameters)
+        self.size: MotionSize = motion_size(run.model, rows, self.own.outputs, turns, self._energies())
         begin, end = (float(t) for t in self.span.rows[[0, -1], 0])
         self.parts = step_parts(library.layout["method"], begin, end, float(run.method.order), self.own.changes)
         self._steps = run.grid.steps
@@ -161,6 +163,26 @@ class Comparisons:
             undefined = ~(np.isfinite(values) | np.isfinite(other.outputs[name]))
             kinds[f"output.{name}"][undefined.reshape(kinds[f"output.{name}"].shape)] = 0.0
         return Apart(times[0][found], kinds)
+
+    def _energies(self) -> float:
+        """Return the energies at work, J: the largest kinetic energy and the range of the potential energy; 0 if no
+        output is an energy."""
+        model, run = self.run.model, self.run
+        if "energy" not in model.functions or all(item["unit"] != "J" for item in model.library.layout["outputs"]):
+            return 0.0
+        t, q, v, a, z = self.span.rows[:, 0], *self._states(self.span.rows)
+        u = run.signals.rows(t) if run.takes_rows else None
+        with np.errstate(all="ignore"):
+            found = model.energy(q, v, a, t, u, z=z, parameters=self.span.parameters)
+        at_work = float(np.max(found["kinetic"]) + np.ptp(found["potential"]))
+        return at_work if math.isfinite(at_work) else 0.0
+
+    def _states(self, rows: Array) -> tuple[Array, Array, Array, Array]:
+        """Return q, v, a and z of rows."""
+        model = self.run.model
+        ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
+        _, q, v, a, _, z = np.split(rows, ends, axis=1)
+        return q, v, a, z
 
     def _motion(self, rows: Array, parameters: Array, events: Events | None) -> ComparedMotion:
         return ComparedMotion(rows, self._outputs(rows, parameters), "", events, acting(events, self._library.layout))

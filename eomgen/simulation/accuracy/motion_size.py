@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.lie import product
+from eomgen.simulation.accuracy.whole_turns import TURN
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -36,6 +38,8 @@ class MotionSize:
     sizes : kind -> (size,)
     names, units : of the components of the increment, and of z behind them
     own : of these, whether the size is that of the component itself, and not a part of the largest of its unit
+    turns : of these, whether the size is one turn, though the angle goes further
+    travel : of these, how far they go
     still : whether nothing moves, but for a tremble by the last digits of coordinates
     """
 
@@ -43,6 +47,8 @@ class MotionSize:
     names: tuple[str, ...]
     units: tuple[str, ...]
     own: tuple[bool, ...]
+    turns: tuple[bool, ...]
+    travel: Array
     still: bool
 
 
@@ -72,13 +78,20 @@ def differences(
     return apart | {f"output.{name}": np.abs(_table(ours[name]) - _table(theirs[name])) for name in ours}
 
 
-def motion_size(model: CompiledModel, rows: Array, outputs: Mapping[str, Array]) -> MotionSize:
+def motion_size(
+    model: CompiledModel,
+    rows: Array,
+    outputs: Mapping[str, Array],
+    turns: NDArray[np.bool_],
+    energies: float = 0.0,
+) -> MotionSize:
     """Return the size of the motion of recorded rows, (n, width).
 
     Of a joint's coordinate it is how far it goes, of a rotation the largest angle from where it began, of a velocity
     or a multiplier the largest value; what moves less than a thousandth of the largest of its unit counts as that much.
+    An angle whose whole turns do not matter, by ``turns`` (nv,), has the size of a turn at most.
     An output that is rounding beside all that has its unit, as the moment of a bearing beside its forces, counts as
-    that rounding.
+    that rounding; an output in J that is kept counts as a thousandth of the energies at work, ``energies`` in J.
     """
     column = columns_of(model, rows)
     travel = np.ptp(column["q"], axis=0)
@@ -93,6 +106,8 @@ def motion_size(model: CompiledModel, rows: Array, outputs: Mapping[str, Array])
             part = slice(factor.v_start + start, factor.v_start + start + 3)
             size[part] = np.max(np.linalg.norm(turned[:, part], axis=1))
             names[part], units[part] = [f"the {what} of {factor.name}"] * 3, [unit] * 3
+    travelled = size.copy()
+    size[turns] = np.minimum(size[turns], TURN)
     reach = np.array([1.0 if unit == "rad" else 0.0 for unit in units])
     reach = np.maximum(reach, _longest(column["q"], model.q_units, units))
     sizes = {"increment": _measure(size, units, _REST * reach)}
@@ -105,12 +120,16 @@ def motion_size(model: CompiledModel, rows: Array, outputs: Mapping[str, Array])
     for name, values in outputs.items():
         table = _table(values)
         least = np.maximum(np.abs(table).max(axis=0), at_work.get(units_of[name], 0.0))
-        sizes[f"output.{name}"] = _measure(np.ptp(table, axis=0), floor=_REST * least)
+        kept = _SMALL * energies if units_of[name] == "J" else 0.0
+        sizes[f"output.{name}"] = _measure(np.ptp(table, axis=0), floor=np.maximum(_REST * least, kept))
     moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
     own = moved >= np.concatenate([sizes["increment"], sizes["z"]])
     least = np.concatenate([_TREMBLING * reach, np.zeros(len(model.z_names))])
     still = bool(np.all(moved <= least))
-    return MotionSize(sizes, (*names, *model.z_names), (*units, *model.z_units), tuple(own.tolist()), still)
+    of_turns = (*turns.tolist(), *[False] * len(model.z_names))
+    travelled = np.concatenate([travelled, np.ptp(column["z"], axis=0)])
+    labels = (*names, *model.z_names), (*units, *model.z_units)
+    return MotionSize(sizes, *labels, tuple(own.tolist()), of_turns, travelled, still)
 
 
 def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, Array]]) -> dict[str, float]:

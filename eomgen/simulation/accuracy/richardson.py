@@ -23,6 +23,7 @@ from eomgen.simulation.accuracy.motion_size import Kinds, shares
 #: Differences above this part of the motion are too large to follow powers of the step.
 _SATURATED = 0.1
 #: What errors are a part of where a component hardly moves, and of outputs.
+A_TURN = "a turn"
 SMALL, RANGE = "{least}, the least that counts as its motion", "its range"
 NONE = "its motion, which is none"
 FASTEST = "the largest velocity in {unit}"
@@ -83,7 +84,13 @@ def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
         found = (size.names[component], float(error), size.units[component], float(times[row]))
         least = np.concatenate([size.sizes["increment"], size.sizes["z"]])[component]
         unit = size.units[component] if size.units[component] != "1" else ""
-        measure = OWN if size.own[component] else SMALL.format(least=f"{least:.2g} {unit}".strip())
+        measure = (
+            A_TURN
+            if size.turns[component]
+            else OWN
+            if size.own[component]
+            else SMALL.format(least=f"{least:.2g} {unit}".strip())
+        )
         measure = measure if math.isfinite(least) else NONE
         largest = Largest(*found, float(share[row, component]), measure)
     outputs = {kind.partition(".")[2]: array for kind, array in errors.items() if kind.startswith("output.")}

@@ -6,6 +6,9 @@ Findings of several of these checks form one sentence, with the hint of the last
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
 
 from eomgen.analysis.definiteness import linear_range_exceeded
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate, Largest
@@ -26,6 +29,8 @@ LARGE_ERROR, DOUBTFUL_ERROR = 0.1, 0.1 / 1.5
 WRONG_VELOCITY = 0.3
 #: The part that advice aims at, and up to which errors follow powers of the step.
 AIM, FOLLOWED = 0.01, 0.5
+#: A motion of fewer estimated errors than this is hidden by them.
+HIDDEN = 3.0
 #: The method whose multipliers have the least rounding.
 ROUNDING_LEAST = "generalized_alpha"
 #: Part of the multipliers that rounding may make.
@@ -50,32 +55,92 @@ def _discretisation_error(run: FinishedRun) -> Iterator[Finding]:
     if largest is None:
         return
     since = ""
-    if error.relative > LARGE_ERROR and largest is not error.largest_velocity:
+    if error.relative > LARGE_ERROR:
         since = f", above {100.0 * LARGE_ERROR:.0f} % from t = {error.above(LARGE_ERROR):.6g} s on"
     unordered = ", and no less at half the step" if error.unordered else ""
     text = f"the estimated error is {largest}{since}{unordered}"
-    yield Finding(value=largest.share, time=largest.time, text=text, hint=_refinement(run) or _remedy(run))
+    yield Finding(value=largest.share, time=largest.time, text=text, hint=_refinement(run, largest) or _remedy(run))
 
 
 def noticed_error(error: ErrorEstimate) -> Largest | None:
-    """Return the estimated error to report; None if errors are small, and shrink with the step."""
-    if error.largest is None or not (error.relative > DOUBTFUL_ERROR or error.unordered):
-        fast = error.largest_velocity
-        return fast if fast is not None and fast.share > WRONG_VELOCITY else None
-    if error.relative <= NOTICED and error.largest_output is not None:
-        return error.largest_output
-    return error.largest
+    """Return the estimated error to report, of coordinates before outputs and velocities; None if errors are small, and
+    shrink with the step."""
+    output, velocity = error.largest_output, error.largest_velocity
+    if error.largest is not None and error.relative > DOUBTFUL_ERROR:
+        return error.largest
+    if output is not None and output.share > DOUBTFUL_ERROR:
+        return output
+    if error.largest is not None and error.unordered:
+        return error.largest if error.relative > NOTICED or output is None else output
+    return velocity if velocity is not None and velocity.share > WRONG_VELOCITY else None
 
 
-def _refinement(run: FinishedRun) -> str:
+def _refinement(run: FinishedRun, largest: Largest) -> str:
     """Return the step that makes a large error small, by the order of the method; empty if other remedies apply."""
     error, step = run.error, run.longest_part
-    if _rounds(run) or run.run.method.chooses_steps or not error.relative > AIM or _halvings(run):
+    share = max(error.relative, largest.share if largest is error.largest_output else 0.0)
+    if _rounds(run) or run.run.method.chooses_steps or not share > AIM or _halvings(run):
         return ""
-    if error.unordered or error.relative > FOLLOWED:
+    if error.unordered or share > FOLLOWED:
         end = error.above(min(LARGE_ERROR, error.relative / 2.0))
-        return f"a step much smaller than {step:.3g} s, or a run to t = {end:.6g} s"
-    return f"a step smaller than {step * error.refinement(AIM):.2g} s"
+        earlier = f", or a run to t = {end:.6g} s" if largest is error.largest else ""
+        return f"a step much smaller than {step:.3g} s{earlier}"
+    return f"a step smaller than {step * error.refinement(AIM, share):.2g} s"
+
+
+class Unresolved(NamedTuple):
+    """A coordinate or internal state whose motion its error hides; the unit has a space before it."""
+
+    name: str
+    travel: float
+    error: float
+    unit: str
+
+
+def _unresolved_coordinate(run: FinishedRun) -> Iterator[Finding]:
+    found = unresolved_coordinates(run)
+    if not found:
+        return
+    name, travel, error, unit = max(found, key=lambda one: one.error / one.travel)
+    more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    size = f"its motion of {travel:.2g}{unit} has an estimated error of {error:.2g}{unit}"
+    largest = noticed_error(run.error)
+    hint = (_refinement(run, largest) if largest is not None else "") or _remedy(run)
+    yield Finding(value=error / travel, text=f"{name}{more} is not resolved: {size}", hint=hint)
+
+
+def unresolved_coordinates(run: FinishedRun) -> list[Unresolved]:
+    """Return coordinates of joints and internal states that move little beside others, and less than three times
+    their estimated error.
+
+    Motion below a billionth of the largest coordinate of the unit is rounding.
+    """
+    model, error, states = run.run.model, run.error, run.states
+    if not error.available:
+        return []
+    reported = noticed_error(error)
+    least = 1e3 * float(np.finfo(np.float32).eps) if run.single else 1e-9
+    reach = {"rad": 1.0}
+    for unit, values in zip(model.q_units, states.q.T, strict=True):
+        reach[unit] = max(reach.get(unit, 0.0), float(np.abs(values).max()))
+    found = []
+    for factor in model.factors:
+        if factor.group == "R":
+            q = states.q[:, factor.q_start]
+            name, unit = model.q_names[factor.q_start], model.q_units[factor.q_start]
+            one = Unresolved(name, float(np.ptp(q)), float(error.increment[factor.v_start]), unit)
+            found.append((one, reach[unit]))
+    for k, (name, unit) in enumerate(zip(model.z_names, model.z_units, strict=True)):
+        z = states.z[:, k]
+        one = Unresolved(name, float(np.ptp(z)), float(error.z[k]), unit)
+        found.append((one, float(np.abs(z).max())))
+    return [
+        one._replace(unit="" if one.unit in ("", "1") else f" {one.unit}")
+        for one, largest in found
+        if (reported is None or one.name != reported.name)
+        and one.travel > least * largest
+        and HIDDEN * one.error > one.travel
+    ]
 
 
 def _energy_balance(run: FinishedRun) -> Iterator[Finding]:
@@ -152,6 +217,7 @@ def _singular_position(run: FinishedRun) -> Iterator[Finding]:
 _DOUBTS = (
     Check("halved_steps", _halved_steps, unless=FAULTS, continues=", and "),
     Check("discretisation_error", _discretisation_error, unless=FAULTS, continues=", and "),
+    Check("unresolved_coordinate", _unresolved_coordinate, unless=FAULTS, continues=", and "),
     Check("energy_balance", _energy_balance, severity=FAILURE, fails=_energy_gained, unless=FAULTS, continues=", and "),
     Check("momentum_drift", _momentum_drift, unless=FAULTS, continues=", and "),
     Check(

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from eomgen.analysis.definiteness import inertia_warning
+from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, NO_VALUE, STATUSES, STOPPED
 from eomgen.integrators.samples import CONTROLLER_FAILED
@@ -21,6 +22,13 @@ from eomgen.simulation.stepping.events import ending, parameters_with, without_v
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
 from eomgen.simulation.stepping.stepper import Stepper
+
+#: What to try if a motion runs away that neither is known to grow by its equations nor starts fast.
+OTHER_FORCES = (
+    "other signs or sizes of gains, damping and stiffnesses, an initial position with smaller forces, or a smaller step"
+)
+#: Part of the largest angle for sines from which on initial values are the cause of larger ones.
+_FAR = 0.1
 
 
 def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Events | None) -> str:
@@ -79,9 +87,10 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
         details = f"; {what}"
     elif cause[0]:
         details, hint = details + cause[0], cause[1]
-        away = unbounded_growth(run, states_of(trajectory.rows, model)) if hint == SMALLER_ANGLES else None
-        if away is not None:
-            details, hint = f"{details}; {away.text}", away.hint
+        if hint == SMALLER_ANGLES and not _starts_far(run, trajectory):
+            away = unbounded_growth(run, states_of(trajectory.rows, model))
+            details = f"{details}; {away.text}" if away else details
+            hint = away.hint if away else OTHER_FORCES
     elif already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
     elif not (found or singular) and (growth := own_growth(run, stepper.library, trajectory.rows)):
@@ -92,6 +101,15 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
         )
     steps = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics, model)}"
     return f"stopped at t = {t:.9g} s, after {steps}: {text}{details}; try: {hint}"
+
+
+def _starts_far(run: Run, trajectory: Trajectory) -> bool:
+    """Return whether initial angles and velocities alone lead to angles that are too large for their sines."""
+    start, model = trajectory.rows[0], run.model
+    span = float(trajectory.rows[-1, 0] - start[0]) + run.settings["step"]
+    reach = np.abs(start[1 : 1 + model.nq]).max(initial=0.0)
+    reach += span * np.abs(start[1 + model.nq : 1 + model.nq + model.nv]).max(initial=0.0)
+    return bool(reach > _FAR * LARGEST_ANGLE)
 
 
 def _own_steps(statistics: Mapping[str, int | float], model: CompiledModel | None = None) -> str:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 REPORTED = 0.05
 #: Wrenches below this part of the largest generalized force are rounding, and so is what they add up to over a run.
 _ROUNDING = 1e-9
+#: Part of the mass by which inertia in different directions may differ; more is the added mass of water.
+_SAME_MASS = 1e-6
 #: Rows that are looked at, spread over all of the run.
 _MOST_ROWS = 50
 _NAMES = (*(f"angular momentum about {axis}" for axis in "xyz"), *(f"momentum along {axis}" for axis in "xyz"))
@@ -77,6 +79,8 @@ def momentum_drift(
         forces = forces - np.einsum("nij,ni->nj", rows.reshape(len(t), -1, model.nv), multipliers[chosen])
     if not (np.all(np.isfinite(M)) and np.all(np.isfinite(forces))):
         return None
+    if any(_in_water(M[:, root.v, root.v]) for root in roots):
+        return None
     every = np.array([_of_root(root, q, v, M, forces) for root in roots])  # momentum, wrench, size of the momentum
     together = every.sum(axis=0)[np.newaxis] if len(roots) > 1 else every[:0]
     rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
@@ -85,6 +89,17 @@ def momentum_drift(
     if not drift[worst] > REPORTED:
         return None
     return Drift(_NAMES[worst], float(drift[worst]))
+
+
+def _in_water(M: Array) -> bool:
+    """Return whether the inertia of a free root, (rows, 6, 6), includes added mass: the water takes momentum.
+
+    The inertia of bodies alone against translation is their mass in all directions.
+    """
+    translation = M[:, 3:, 3:]
+    mass = np.trace(translation, axis1=1, axis2=2) / 3.0
+    off = np.abs(translation - mass[:, np.newaxis, np.newaxis] * np.eye(3)).max(axis=(1, 2))
+    return bool(np.any(off > _SAME_MASS * np.abs(mass)))
 
 
 def _of_root(root: Factor, q: Array, v: Array, M: Array, forces: Array) -> Array:
