@@ -22,6 +22,8 @@ _SMALL = 1e-3
 _REST = 1e-9
 #: The same of motions of which forces have no digits, either.
 _TREMBLING = 1e-12
+#: Part of the energies at work below which the range of an energy counts as kept energy.
+_KEPT = 0.02
 #: Units in which forces are at work.
 _FORCES = ("N", "N m")
 #: Arrays (n, size) by what they are of: ``q``, ``increment``, ``v``, ``z``, ``multipliers``, and ``output.`` with a
@@ -91,7 +93,7 @@ def motion_size(
     or a multiplier the largest value; what moves less than a thousandth of the largest of its unit counts as that much.
     An angle whose whole turns do not matter, by ``turns`` (nv,), has the size of a turn at most.
     An output that is rounding beside all that has its unit, as the moment of a bearing beside its forces, counts as
-    that rounding; an output in J that is kept counts as a thousandth of the energies at work, ``energies`` in J.
+    that rounding. An energy that is kept, or nearly so, is measured by the energies at work, ``energies`` in J.
     """
     column = columns_of(model, rows)
     travel = np.ptp(column["q"], axis=0)
@@ -120,8 +122,10 @@ def motion_size(
     for name, values in outputs.items():
         table = _table(values)
         least = np.maximum(np.abs(table).max(axis=0), at_work.get(units_of[name], 0.0))
-        kept = _SMALL * energies if units_of[name] == "J" else 0.0
-        sizes[f"output.{name}"] = _measure(np.ptp(table, axis=0), floor=np.maximum(_REST * least, kept))
+        extent = np.ptp(table, axis=0)
+        if units_of[name] == "J":
+            extent = np.where(extent < _KEPT * energies, energies, extent)
+        sizes[f"output.{name}"] = _measure(extent, floor=_REST * least)
     moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
     own = moved >= np.concatenate([sizes["increment"], sizes["z"]])
     least = np.concatenate([_TREMBLING * reach, np.zeros(len(model.z_names))])

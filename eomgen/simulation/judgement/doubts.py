@@ -20,6 +20,7 @@ from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import FinishedRun
 from eomgen.simulation.judgement.momentum import momentum_drift
 from eomgen.simulation.judgement.singular_positions import nearest_singular, way_through
+from eomgen.text import listed
 
 #: Part of the motion above which an error is always reported, and estimates from which on it may be that large, since
 #: estimates are good to a factor.
@@ -31,6 +32,8 @@ WRONG_VELOCITY = 0.3
 AIM, FOLLOWED = 0.01, 0.5
 #: A motion of fewer estimated errors than this is hidden by them.
 HIDDEN = 3.0
+#: Estimated errors below so many quanta of a rounded value are made by its rounding.
+FEW_QUANTA = 6.0
 #: The method whose multipliers have the least rounding.
 ROUNDING_LEAST = "generalized_alpha"
 #: Part of the multipliers that rounding may make.
@@ -59,7 +62,7 @@ def _discretisation_error(run: FinishedRun) -> Iterator[Finding]:
         since = f", above {100.0 * LARGE_ERROR:.0f} % from t = {error.above(LARGE_ERROR):.6g} s on"
     unordered = ", and no less at half the step" if error.unordered else ""
     text = f"the estimated error is {largest}{since}{unordered}"
-    yield Finding(value=largest.share, time=largest.time, text=text, hint=_refinement(run, largest) or _remedy(run))
+    yield Finding(value=largest.share, time=largest.time, text=text, hint=_remedy_of_error(run))
 
 
 def noticed_error(error: ErrorEstimate) -> Largest | None:
@@ -73,6 +76,25 @@ def noticed_error(error: ErrorEstimate) -> Largest | None:
     if error.largest is not None and error.unordered:
         return error.largest if error.relative > NOTICED or output is None else output
     return velocity if velocity is not None and velocity.share > WRONG_VELOCITY else None
+
+
+def _remedy_of_error(run: FinishedRun) -> str:
+    """Return the hint of a run whose estimated error is large."""
+    if rounded := _rounded_states(run):
+        return f"a smaller quantum of {listed(rounded)}, by which the compared runs differ; no smaller step helps"
+    largest = noticed_error(run.error)
+    return (_refinement(run, largest) if largest is not None else "") or _remedy(run)
+
+
+def _rounded_states(run: FinishedRun) -> list[str]:
+    """Return the sampled states whose values in compared runs differ by whole quanta, and by few: by rounding."""
+    z, names = run.error.z, list(run.run.model.z_names)
+    sampled = [state for state in run.run.model.description.states if state.sampling and state.sampling.quantum]
+    return [
+        state.name
+        for state in sampled
+        if state.sampling and 0.0 < z[names.index(f"z.{state.name}")] < FEW_QUANTA * state.sampling.quantum
+    ]
 
 
 def _refinement(run: FinishedRun, largest: Largest) -> str:
@@ -104,9 +126,8 @@ def _unresolved_coordinate(run: FinishedRun) -> Iterator[Finding]:
     name, travel, error, unit = max(found, key=lambda one: one.error / one.travel)
     more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
     size = f"its motion of {travel:.2g}{unit} has an estimated error of {error:.2g}{unit}"
-    largest = noticed_error(run.error)
-    hint = (_refinement(run, largest) if largest is not None else "") or _remedy(run)
-    yield Finding(value=error / travel, text=f"{name}{more} is not resolved: {size}", hint=hint)
+    text = f"{name}{more} is not resolved: {size}"
+    yield Finding(value=error / travel, text=text, hint=_remedy_of_error(run))
 
 
 def unresolved_coordinates(run: FinishedRun) -> list[Unresolved]:

@@ -12,6 +12,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, NO_VALUE, STATUSES, STOPPED
 from eomgen.integrators.samples import CONTROLLER_FAILED
 from eomgen.results.events import Events
+from eomgen.results.finding import Finding
 from eomgen.simulation.judgement.diagnosis import SMALLER_ANGLES, advice, fast_joint, first_non_finite, instability
 from eomgen.simulation.judgement.failed_controller import failed_controller
 from eomgen.simulation.judgement.instability import own_growth, unstable_growth
@@ -99,8 +100,16 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
             "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
             " step helps"
         )
+    elif not (found or singular) and (away := _grown(run, stepper, trajectory)):
+        details, hint = f"{details}; {away.text}", away.hint
     steps = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics, model)}"
     return f"stopped at t = {t:.9g} s, after {steps}: {text}{details}; try: {hint}"
+
+
+def _grown(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
+    """Return a finding on a motion that grows without end, unless it grows by the method."""
+    found = unbounded_growth(run, states_of(trajectory.rows, run.model))
+    return None if found is None or unstable_growth(run, stepper.library, trajectory) else found
 
 
 def _starts_far(run: Run, trajectory: Trajectory) -> bool:
