@@ -165,14 +165,15 @@ class ErrorEstimate:
         places = np.flatnonzero(self.relative_at > part)
         return float(self.t[places[0]]) if len(places) else float("inf")
 
-    def refinement(self, aim: float, share: float) -> float:
+    def refinement(self, aim: float, share: float | None = None) -> float:
         """Return the factor of the step that reduces a relative error to an aim, by the order observed or declared.
 
         Parameters
         ----------
         aim, share : float
-            Relative errors.
+            Relative errors; ``relative`` if ``share`` is None.
         """
+        share = self.relative if share is None else share
         order = np.fmin(self.order, self.declared_order)
         return 1.0 if np.isnan(order) else float(min(1.0, (aim / share) ** (1.0 / max(order, 1.0))))
 

@@ -100,7 +100,7 @@ def test_constraints_against_dop853_in_joint_coordinates(method: str, step: floa
 def test_a_coarse_run_is_warned_of_and_a_good_one_is_not() -> None:
     coarse = sled().simulate(20.0, 0.025)
     assert coarse.success and coarse.error.largest is not None
-    smaller = coarse.error.refinement(0.01, coarse.error.relative) * 0.025
+    smaller = coarse.error.refinement(0.01) * 0.025
     assert coarse.message == (
         f"reached t = 20 s in 800 steps; the estimated error is {coarse.error.largest}, above 10 % from"
         f" t = {coarse.error.above(0.1):.6g} s on; try: a step smaller than {smaller:.2g} s"
