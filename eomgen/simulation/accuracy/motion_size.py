@@ -84,14 +84,14 @@ def motion_size(
     model: CompiledModel,
     rows: Array,
     outputs: Mapping[str, Array],
-    turns: NDArray[np.bool_],
+    turns: NDArray[np.bool_] | None = None,
     energies: float = 0.0,
 ) -> MotionSize:
     """Return the size of the motion of recorded rows, (n, width).
 
     Of a joint's coordinate it is how far it goes, of a rotation the largest angle from where it began, of a velocity
     or a multiplier the largest value; what moves less than a thousandth of the largest of its unit counts as that much.
-    An angle whose whole turns do not matter, by ``turns`` (nv,), has the size of a turn at most.
+    An angle whose whole turns do not matter, by ``turns`` (nv,), none by default, has the size of a turn at most.
     An output that is rounding beside all that has its unit, as the moment of a bearing beside its forces, counts as
     that rounding. An energy that is kept, or nearly so, is measured by the energies at work, ``energies`` in J.
     """
@@ -109,6 +109,7 @@ def motion_size(
             size[part] = np.max(np.linalg.norm(turned[:, part], axis=1))
             names[part], units[part] = [f"the {what} of {factor.name}"] * 3, [unit] * 3
     travelled = size.copy()
+    turns = np.zeros(model.nv, dtype=bool) if turns is None else turns
     size[turns] = np.minimum(size[turns], TURN)
     reach = np.array([1.0 if unit == "rad" else 0.0 for unit in units])
     reach = np.maximum(reach, _longest(column["q"], model.q_units, units))
