@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from eomgen.integrators.methods import Method
     from eomgen.model import Model
     from eomgen.system.branches import Branches
-    from eomgen.system.description import Description
+    from eomgen.system.description import Description, Simulation
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder, Preprocess
     from eomgen.toolchain.lane_library import LaneLibrary
@@ -106,7 +106,9 @@ def load_scene(
     from eomgen.scene import load as reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
 
     if isinstance(path, str | os.PathLike):
-        return reader.load(Path(path), strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
+        scene = reader.load(Path(path), strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
+        _check_method(scene)
+        return scene
     checked_options(None, options)
     if not task_frames:
         return _given_scene(path, coordinates)
@@ -453,13 +455,30 @@ def _method_name(described: Description, method: str | None) -> str:
         return STANDARD
     if method is not None:
         return canonical_name(method)
+    return _own_method(described.simulation, described.places.get("simulation.method", described.name))
+
+
+def _check_method(scene: Scene) -> None:
+    """Raise DescriptionError if a scene asks for a method that there is not."""
+    from eomgen.system.description import Simulation  # noqa: PLC0415
+
+    if scene.simulation.method == Simulation.method:
+        return
+    from eomgen.integrators.methods import AUTO  # noqa: PLC0415  # few scenes choose a method
+
+    if scene.simulation.method != AUTO:
+        _own_method(scene.simulation, scene.source.get("simulation.method", scene.name))
+
+
+def _own_method(simulation: Simulation, place: str) -> str:
+    """Return the name of the method that a scene asks for. Raises DescriptionError if there is none of this name."""
+    from eomgen.integrators.methods import canonical_name  # noqa: PLC0415
+
     try:
-        return canonical_name(described.simulation.method, described.simulation.tolerance)
+        return canonical_name(simulation.method, simulation.tolerance)
     except UsageError as error:
-        where = described.places.get("simulation.method", described.name)
-        raise DescriptionError(
-            [Problem(f"{where} (simulation.method)", p.what, p.hint) for p in error.problems]
-        ) from None
+        problems = [Problem(f"{place} (simulation.method)", p.what, p.hint) for p in error.problems]
+        raise DescriptionError(problems) from None
 
 
 def _method(described: Description, method: str | None, *, for_runs: bool) -> Method:

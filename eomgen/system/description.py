@@ -226,12 +226,27 @@ class Line:
 
 @dataclass(frozen=True)
 class Wheel:
-    """A tyre about a point, by its name, on a road: a formula of where the point is, time, inputs and parameters."""
+    """A tyre about a point, by its name, on a road: a formula of the point's position, time, inputs and parameters."""
 
     name: str
     center: str
     radius: Formula
     road: Formula
+    stiffness: Formula
+
+    def deep(self, height: float, radius: float, road: float, stiffness: float) -> str:
+        """Return a note on a tyre whose road reaches beyond half of its radius; empty for others.
+
+        Parameters
+        ----------
+        height, road : of the centre and of the road under it, m
+        """
+        depth = road + radius - height
+        if not depth > 0.5 * radius > 0.0:
+            return ""
+        what = f"the tyre {self.name} starts {depth:.4g} m deep in its road, with a radius of {radius:.4g} m"
+        force = f"{stiffness * depth / 1e3:.3g} kN push it out"
+        return f"{what}: {force}; its centre belongs about {radius:.4g} m above the road"
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ from eomgen.scene.document.beam_nodes import BeamNodes
 from eomgen.scene.document.beam_stations import stations_of
 from eomgen.scene.document.doubtful_hulls import doubtful_hulls
 from eomgen.scene.document.doubtful_springs import negative_laws, springs_within_bodies
+from eomgen.scene.document.initial_places import initial_places, tyres_in_the_road
 from eomgen.scene.document.out_of_scale import out_of_scale
 from eomgen.scene.document.plain_angles import angles_of_several_turns
 from eomgen.scene.document.plain_times import doubtful_times
@@ -46,6 +47,7 @@ from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import Site
 from eomgen.scene.forces.hulls import Hull
 from eomgen.scene.forces.register import ALL_BOUNDS, ELEMENTS
+from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.formula.scope import PARAMETERS, Names, Offered
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
@@ -109,6 +111,9 @@ def assemble(
         for stop, limit in zip(joint.stops, joint.limits, strict=True)
         if (note := limit.passed(joint.initial_position[stop.index], assembler.values.value))
     ]
+    seen = any(isinstance(element, Hull | Tyre) for element in result["elements"])
+    from_joints = seen and result["base"] is None and not equilibrium_start
+    places = initial_places(result["joints"], assembler.values) if from_joints else {}
     doubts = [
         *checks.unused_names(document, assembler.values),
         *angles_of_several_turns(part.data),
@@ -125,11 +130,13 @@ def assemble(
         ),
         *checks.efforts_on_drives(document),
         *doubtful_hulls(
-            [element for element in result["elements"] if isinstance(element, Hull)],
-            result["joints"],
-            result["base"],
+            [element for element in result["elements"] if isinstance(element, Hull)], places, assembler.values
+        ),
+        *tyres_in_the_road(
+            [element for element in result["elements"] if isinstance(element, Tyre)],
+            result["points"],
+            places,
             assembler.values,
-            starts_there=not equilibrium_start,
         ),
         *assembler.values.notes,
     ]

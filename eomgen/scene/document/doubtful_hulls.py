@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.formula.nodes import Formula, Number
-from eomgen.scene.bodies.model import Base
 from eomgen.scene.forces.hulls import Hull
-from eomgen.scene.geometry.rotations import about_axis, of_quaternion
-from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
-from eomgen.system.description import BASE
 from eomgen.text import key_of
 
 #: Of a liquid, kg/m^3, below which a number is one of other units.
@@ -25,20 +21,17 @@ _DIFFRACTING = 0.2
 _APART = 4.0
 
 
-def doubtful_hulls(
-    hulls: Sequence[Hull], joints: Sequence[Joint], base: Base | None, values: Values, *, starts_there: bool
-) -> list[str]:
+def doubtful_hulls(hulls: Sequence[Hull], places: Mapping[str, tuple[Array, Array]], values: Values) -> list[str]:
     """Return a note on each thing about hulls that hardly anyone means.
 
     Parameters
     ----------
-    starts_there : whether runs begin at the initial positions of the joints, not at an equilibrium
+    places : of bodies at the start, as far as they are known
     """
-    places = _places(joints, values) if base is None and starts_there else {}
     return [f"{key_of('hulls', hull.name)}: {text}" for hull in hulls for text in _doubts(hull, places, values)]
 
 
-def _doubts(hull: Hull, places: dict[str, tuple[Array, Array]], values: Values) -> Iterator[str]:
+def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Values) -> Iterator[str]:
     density, diameter = values.value(hull.density), values.value(hull.diameter)
     if 0.0 < density < _LIGHTEST:
         what = f"the density {density:.6g} kg/m^3 is that of no water"
@@ -73,33 +66,3 @@ def _doubts(hull: Hull, places: dict[str, tuple[Array, Array]], values: Values) 
 
 
 _NONE: tuple[Formula | None, ...] = (None, Number(0.0))
-
-
-def _places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[Array, Array]]:
-    """Return orientation and position of bodies where runs begin, of those whose joints say it by themselves."""
-    found: dict[str, tuple[Array, Array]] = {BASE: (np.eye(3), np.zeros(3))}
-    for joint in joints:
-        moved = _moved(joint)
-        if joint.parent not in found or moved is None or joint.mimic is not None or joint.drive:
-            continue
-        turned, origin = found[joint.parent]
-        offset = np.array([values.value(part) for part in joint.position])
-        axes = turned @ np.array(joint.orientation)
-        place = origin + turned @ offset + axes @ moved[1]
-        if np.all(np.isfinite(place)):
-            found[joint.child] = axes @ moved[0], place
-    return {name: place for name, place in found.items() if name != BASE}
-
-
-def _moved(joint: Joint) -> tuple[Array, Array] | None:
-    """Return by what a joint turns and moves its child at its initial position; None where that is not looked at."""
-    q, axis = joint.initial_position, np.array(joint.axis)
-    if not any(q):
-        return np.eye(3), np.zeros(3)
-    if joint.type == "free":
-        return of_quaternion(*q[:4]), np.array(q[4:])
-    if joint.type == "prismatic":
-        return np.eye(3), q[0] * axis
-    if joint.type == "revolute":
-        return about_axis(axis, q[0]), np.zeros(3)
-    return None

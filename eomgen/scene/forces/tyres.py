@@ -97,7 +97,7 @@ class Tyre(ForceElement):
         return (self.radius,)
 
     def drawn(self) -> Wheel:
-        return Wheel(self.name, self.center, self.radius, self.road)
+        return Wheel(self.name, self.center, self.radius, self.road, self.stiffness)
 
 
 def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:

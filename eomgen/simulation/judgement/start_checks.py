@@ -14,6 +14,7 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
 from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.judgement.check import Check
+from eomgen.simulation.judgement.deep_tyres import deep_tyres
 from eomgen.simulation.judgement.fast_decay import Fastest, decay_of_motion, decay_of_states
 from eomgen.simulation.judgement.finished_run import Beginning, FinishedRun
 from eomgen.simulation.judgement.impact_starts import impacts_at_start
@@ -99,6 +100,19 @@ def _start_on_impact(run: FinishedRun) -> Iterator[Finding]:
     yield from map(Finding.of, impacts_at_start(run.run, _begun(run).state))
 
 
+def _turned_start(run: FinishedRun) -> Iterator[Finding]:
+    yield from map(Finding.of, _begun(run).notes)
+
+
+def _deep_start(run: FinishedRun) -> Iterator[Finding]:
+    beginning, owner = _begun(run), run.run
+    if not beginning.equilibrium:
+        signals = owner.signals if owner.takes_rows else None
+        yield from map(
+            Finding.of, deep_tyres(owner.model, owner.grid.start, beginning.state.q, owner.parameters, signals)
+        )
+
+
 def _doubtful_start(run: FinishedRun) -> Iterator[Finding]:
     yield from map(Finding.of, _begun(run).doubts)
 
@@ -114,6 +128,8 @@ ROWS = (
     Check("lost_digits", _lost_digits, ("begun", "no constraints")),
     Check("start_beyond_limits", _start_beyond_limits, ("begun",)),
     Check("start_on_impact", _start_on_impact, ("begun", "events")),
+    Check("turned_start", _turned_start, ("begun",)),
+    Check("deep_start", _deep_start, ("begun", "tyres")),
     Check("doubtful_start", _doubtful_start, ("begun",)),
     Check("chosen_method", _chosen_method, ("begun",), severity=NOTE),
 )
