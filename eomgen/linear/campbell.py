@@ -5,7 +5,7 @@ An order n is an excitation of n times the speed; where a frequency meets it the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -115,7 +115,13 @@ class Campbell:
         heading = f"{self.eigenvalues.shape[1]} modes over {self.parameter}; crossings with orders"
         return page(heading, table(self.headings, self.rows))
 
-    def plot(self, axes: object = None) -> list[Any]:
+    def plot(
+        self,
+        axes: object = None,
+        *,
+        frequencies: tuple[float, float] | None = None,
+        modes: Sequence[int] | None = None,
+    ) -> list[Any]:
         """Draw frequencies over the speed, orders as rays, crossings as dots; return matplotlib's axes, a list of one.
 
         Forward whirl is blue, backward whirl is dashed in orange.
@@ -124,10 +130,15 @@ class Campbell:
         ----------
         axes : matplotlib Axes
             A new figure of pyplot where none are given.
+        frequencies : pair of float
+            Limits of the frequency axis, Hz. By default the picture ends above the highest ray and the lowest mode,
+            and says how many modes lie higher.
+        modes : sequence of int
+            Numbers of the modes drawn, columns of ``eigenvalues``; all by default.
 
         Raises
         ------
         UsageError
-            Something that is no axes, or more than one.
+            Something that is no axes, or more than one; limits that do not increase; numbers of no modes.
         """
-        return plot_campbell(self, axes)
+        return plot_campbell(self, axes, frequencies, modes)

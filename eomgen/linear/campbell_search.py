@@ -6,6 +6,7 @@ then found on the model itself (Brent 1973), not between the points of the diagr
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -34,6 +35,8 @@ _UNLIKE = 0.5
 _DEPTH = 4
 #: Values that a diagram has at the least.
 _FEWEST = 2
+#: A number within a warning.
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,36 @@ class _Oscillations:
     shapes: Complex
     whirl: NDArray[np.int_]
     stability: str
+
+
+class _Doubts:
+    """Warnings of the linear models at many values, of which those in the same words are one."""
+
+    def __init__(self, parameter: str) -> None:
+        self.parameter = parameter
+        self.found: dict[str, list[tuple[float, warnings.WarningMessage]]] = {}
+
+    def add(self, value: float, caught: Sequence[warnings.WarningMessage]) -> None:
+        """Keep the warnings at one value."""
+        for item in caught:
+            self.found.setdefault(_NUMBER.sub("#", str(item.message)), []).append((value, item))
+
+    def warn(self, stacklevel: int) -> None:
+        """Warn once in the same words, with the range of values."""
+        for kind in self.found.values():
+            at = sorted({value for value, _ in kind})
+            among = f"at {len(at)} values of {self.parameter} from {at[0]:.6g} to {at[-1]:.6g}"
+            first = f"at {self.parameter} = {kind[0][0]:.6g}"
+            text = f"Campbell diagram: {among}, {first} for instance" if len(at) > 1 else f"Campbell diagram: {first}"
+            warnings.warn(f"{text}: {kind[0][1].message}", kind[0][1].category, stacklevel=stacklevel)
+
+
+def _alike(texts: Sequence[str]) -> list[list[str]]:
+    """Return texts that differ in numbers alone, together."""
+    kinds: dict[str, list[str]] = {}
+    for text in texts:
+        kinds.setdefault(_NUMBER.sub("#", text), []).append(text)
+    return list(kinds.values())
 
 
 def campbell(
@@ -73,9 +106,15 @@ def campbell(
         first value at which it did.
     """
 
+    doubts = _Doubts(parameter)
+
     def at(value: float, before: Linearization | None) -> Linearization:
         try:
-            return linearized(value, before)
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                model = linearized(value, before)
+            doubts.add(value, caught)
+            return model
         except EomgenError as error:
             problems = [
                 Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems
@@ -94,8 +133,9 @@ def campbell(
         nodes += [*_between(nodes[-1], node, at, pairs, _DEPTH), node] if nodes else [node]
     if failures and sum(node.wanted for node in nodes) < _FEWEST:
         raise next(iter(failures.values()))
-    for failure in failures.values():
-        warnings.warn(f"Campbell diagram: left out: {failure}", RuntimeWarning, stacklevel=5)
+    for kind in _alike([str(failure) for failure in failures.values()]):
+        more = f", and {len(kind) - 1} more values for the same reason" if len(kind) > 1 else ""
+        warnings.warn(f"Campbell diagram: left out: {kind[0]}{more}", RuntimeWarning, stacklevel=5)
     columns, count = _followed(nodes)
     found = [node.oscillations for node in nodes]
     eigenvalues = np.full((len(found), count), complex(np.nan, np.nan))
@@ -138,6 +178,7 @@ def campbell(
             for place in changes.tolist():
                 if not np.isnan(above[place : place + 2]).any():
                     crossings.append(crossing(float(order), place, old))
+    doubts.warn(stacklevel=6)
     kept = sorted((item for item in crossings if item is not None), key=lambda item: (item.order, item.speed))
     wanted = [row for row, node in enumerate(nodes) if node.wanted]
     given = np.array([nodes[row].value for row in wanted])

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
 from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.linear.display import ShownModes
 from eomgen.spectra import PowerSpectrum
@@ -234,18 +235,35 @@ def draw_campbell(diagram: DrawnCampbell, title: str, path: Path) -> Path:
     return saved(figure, path)
 
 
-def plot_campbell(diagram: DrawnCampbell, axes: object = None) -> list[Any]:
+def plot_campbell(
+    diagram: DrawnCampbell,
+    axes: object = None,
+    limits: tuple[float, float] | None = None,
+    modes: Sequence[int] | None = None,
+) -> list[Any]:
     """Draw frequencies over the speed; see ``Campbell.plot``."""
+    count = diagram.frequencies.shape[1]
+    for number in modes or ():
+        if number not in range(count):
+            raise UsageError(Problem("modes", f"there is no mode {number!r}", f"numbers from 0 to {count - 1}"))
+    if limits is not None and not (len(limits) == 2 and 0.0 <= limits[0] < limits[1]):
+        raise UsageError(Problem("frequencies", f"{limits} are no limits in Hz", "(0, 40)"))
     given = pyplot_figure((8.0, 5.4)).subplots() if axes is None else axes
     drawn = axes_of_caller("plot", given, [f"frequencies over {diagram.parameter}"])
-    _frequencies(drawn[0], diagram)
+    _frequencies(drawn[0], diagram, limits, modes)
     return drawn
 
 
-def _frequencies(axis: Any, diagram: DrawnCampbell) -> None:
+def _frequencies(
+    axis: Any,
+    diagram: DrawnCampbell,
+    limits: tuple[float, float] | None = None,
+    modes: Sequence[int] | None = None,
+) -> None:
     values, frequencies = diagram.values, diagram.frequencies
     named: set[str] = set()
-    for mode in range(frequencies.shape[1]):
+    drawn = range(frequencies.shape[1]) if modes is None else modes
+    for mode in drawn:
         for sense in np.unique(diagram.whirl[:, mode]):
             colour, style, word = _WHIRL[int(sense)]
             own = diagram.whirl[:, mode] == sense
@@ -255,8 +273,14 @@ def _frequencies(axis: Any, diagram: DrawnCampbell) -> None:
             label = word if word and word not in named else None
             named.add(word)
             axis.plot(values, np.where(shown, frequencies[:, mode], np.nan), style, color=colour, label=label, lw=1.5)
-    top = float(np.nanmax(frequencies, initial=0.0)) * 1.08 or 1.0
     ends = np.array([float(np.min(values)), float(np.max(values))])
+    bottom, top = limits or (0.0, _highest(frequencies[:, list(drawn)], diagram.orders, ends))
+    above = int(np.sum(np.nanmin(frequencies[:, list(drawn)], axis=0, initial=np.inf) > top))
+    if above and limits is None:
+        words = f"{above} mode{'s' * (above > 1)} above {top:.3g} Hz"
+        axis.annotate(
+            words, (1, 1), (-4, -4), "axes fraction", textcoords="offset points", ha="right", va="top", fontsize=9
+        )
     for order in diagram.orders:
         ray = order * np.abs(ends) / (2.0 * np.pi)
         line = np.array([ends[0], *([0.0] if ends[0] < 0.0 < ends[1] else []), ends[1]])
@@ -275,13 +299,24 @@ def _frequencies(axis: Any, diagram: DrawnCampbell) -> None:
         zorder=3,
     )
     axis.set_xlim(*ends)
-    axis.set_ylim(0.0, top)
+    axis.set_ylim(bottom, top)
     axis.set_xlabel(diagram.parameter + (f", {diagram.unit}" if diagram.unit not in ("", "1") else ""))
     axis.set_ylabel("frequency, Hz")
     axis.grid(True, **_GRID)
     axis.set_axisbelow(True)
     if named - {""}:
         axis.legend(fontsize=9, frameon=False, loc="upper left")
+
+
+def _highest(frequencies: Array, orders: Sequence[float], ends: Array) -> float:
+    """Return the frequency in Hz at which a diagram ends: above all modes, or, if they lie far above the rays of the
+    orders, above these rays and the lowest mode, so that crossings can be told apart."""
+    top = 1.08 * float(np.nanmax(frequencies, initial=0.0)) or 1.0
+    ray = max(orders, default=0.0) * float(np.abs(ends).max()) / (2.0 * np.pi)
+    if not ray > 0.0 or not frequencies.size:
+        return top
+    lowest = float(np.nanmin(np.nanmax(frequencies, axis=0)))
+    return min(top, max(1.5 * ray, 1.2 * lowest))
 
 
 def draw_responses(

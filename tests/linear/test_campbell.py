@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import warnings
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import eomgen
+from eomgen.analysis import campbell as campbell_module
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.campbell_search import campbell
 from eomgen.linear.linearization import Linearization
@@ -121,7 +125,49 @@ def test_it_draws_on_axes_of_the_caller(overhung: eomgen.Model) -> None:
     assert diagram.plot(axis) == [axis]
     assert axis.get_xlabel() == "spin, rad/s" and axis.get_ylabel() == "frequency, Hz"
     assert {text.get_text() for text in axis.get_legend().get_texts()} == {"forward", "backward"}
-    assert {text.get_text() for text in axis.texts} == {"1x", "2x"}
+    assert {text.get_text() for text in axis.texts} >= {"1x", "2x"}
+
+
+def test_rays_and_crossings_fill_the_picture_where_modes_lie_far_above(overhung: eomgen.Model) -> None:
+    diagram = overhung.campbell("spin", [0.0, 100.0], orders=(1, 2), whirl=[("x", "y")])
+    axis = Figure().subplots()
+    diagram.plot(axis)
+    ray = 2 * 100.0 / (2.0 * math.pi)
+    lowest = float(diagram.frequencies.max(axis=0).min())
+    bottom, top = axis.get_ylim()
+    assert (bottom, top) == (0.0, pytest.approx(max(1.5 * ray, 1.2 * lowest)))
+    above = int(np.sum(diagram.frequencies.min(axis=0) > top))
+    assert above > 0
+    assert f"{above} mode{'s' * (above > 1)} above {top:.3g} Hz" in {text.get_text() for text in axis.texts}
+    chosen = Figure().subplots()
+    diagram.plot(chosen, frequencies=(5.0, 90.0), modes=[0])
+    assert chosen.get_ylim() == (5.0, 90.0)
+    assert {text.get_text() for text in chosen.texts} == {"1x", "2x"}
+    heights = [line.get_ydata()[-1] for line in chosen.lines if line.get_linestyle() in ("-", "--")]
+    assert set(np.array(heights)[np.isfinite(heights)]) == {diagram.frequencies[-1, 0]}
+    with pytest.raises(eomgen.UsageError, match=r"modes: there is no mode 99; try: numbers from 0 to"):
+        diagram.plot(chosen, modes=[99])
+    with pytest.raises(eomgen.UsageError, match=r"frequencies: \(9, 3\) are no limits in Hz; try: \(0, 40\)"):
+        diagram.plot(chosen, frequencies=(9, 3))
+
+
+def test_warnings_in_the_same_words_are_one_with_a_count(
+    overhung: eomgen.Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    linearize = campbell_module.linearize
+
+    def doubtful(*arguments: Any, **options: Any) -> Any:
+        warnings.warn(f"coefficients change by {next(shares):.3g} %", RuntimeWarning, stacklevel=2)
+        return linearize(*arguments, **options)
+
+    shares = itertools.count(1)
+    monkeypatch.setattr(campbell_module, "linearize", doubtful)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        overhung.campbell("spin", np.linspace(10.0, 100.0, 7), orders=())
+    said = [str(item.message) for item in caught if "coefficients" in str(item.message)]
+    assert len(said) == 1
+    assert said[0].startswith("Campbell diagram: at 7 values of spin from 10 to 100, at spin = 10 for instance: coeff")
 
 
 def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
