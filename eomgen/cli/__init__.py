@@ -5,6 +5,7 @@ Exit codes: 0 fine, 2 usage, 3 description, 4 model, 5 toolchain, 6 numerical, 7
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import traceback
@@ -81,6 +82,16 @@ def commands() -> None:
     """
 
 
+def _called(words: Sequence[str]) -> object:
+    """Return the result of a command. Raises BrokenPipeError in place of the exit by which click answers it."""
+    try:
+        return commands.main(list(words), prog_name="eomgen", standalone_mode=False)
+    except SystemExit as error:
+        if isinstance(error.__context__, OSError) and error.__context__.errno == errno.EPIPE:
+            raise BrokenPipeError from None
+        raise
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit code; messages go to stderr, without a traceback unless ``--debug`` is
     given."""
@@ -91,7 +102,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _talk()
         with warnings.catch_warnings():
             warnings.showwarning = _show_warning
-            result = commands.main(words, prog_name="eomgen", standalone_mode=False)
+            result = _called(words)
         return result if isinstance(result, int) else 0
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)

@@ -12,7 +12,10 @@ from eomgen.text import nearest, shown
 
 #: What others call a verb.
 _VERBS: Mapping[str, str] = {
-    **dict.fromkeys(("run", "sim", "solve", "integrate", "plot", "start"), "simulate"),
+    **dict.fromkeys(("run", "sim", "solve", "integrate", "start"), "simulate"),
+    **dict.fromkeys(
+        ("plot", "draw", "figure"), "simulate SCENE --out FOLDER, which draws plots; animate takes a stored solution"
+    ),
     **dict.fromkeys(("modes", "eigen", "modal", "poles", "stability", "frequencies"), "linearize"),
     **dict.fromkeys(("compile", "build", "codegen", "export", "c"), "generate"),
     **dict.fromkeys(("validate", "lint", "show", "print", "load"), "info"),

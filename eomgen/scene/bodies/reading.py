@@ -8,7 +8,7 @@ from eomgen.formula.nodes import Operation, Vector, quantity_of_waves
 from eomgen.formula.wave_fields import WaveField
 from eomgen.scene.bodies import schema as written
 from eomgen.scene.bodies.model import Base, Body
-from eomgen.scene.formula.scope import PARAMETERS, TIME
+from eomgen.scene.formula.scope import MOTION, PARAMETERS
 from eomgen.scene.geometry.rotations import quaternion_of_matrix
 from eomgen.scene.reading import report
 from eomgen.scene.reading.orientation import read_orientation
@@ -23,8 +23,8 @@ def read_base(base: written.Base | None, values: Values) -> Base | None:
     """Return the motion of the base; what depends on time in it must have accelerations."""
     if base is None:
         return None
-    position = values.vector("base.position", base.position, TIME)
-    rotations = values.rotations("base.rotation", base.rotation, TIME)
+    position = values.vector("base.position", base.position, MOTION)
+    rotations = values.rotations("base.rotation", base.rotation, MOTION)
     for key, formulas in (("base.position", position), ("base.rotation", [rotation.angle for rotation in rotations])):
         check_twice_differentiable(key, formulas, values.report)
     written_ones = len(rotations)

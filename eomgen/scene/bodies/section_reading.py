@@ -15,6 +15,8 @@ from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 from eomgen.text import listed
 
+#: Density of a solid, kg/m^3, below which a number is one of other units.
+_LIGHTEST = 25.0
 _OF_SHAPES = ("area", "second_moments", "torsion_constant")
 _SIZES = tuple(dict.fromkeys(size for shape in SHAPES.values() for size in shape.sizes))
 
@@ -26,6 +28,9 @@ class SectionReader:
         self.key, self.section, self.values = key, section, values
         self.elastic_modulus = self._formula("elastic_modulus", section.elastic_modulus)
         self.density = self._formula("density", section.density)
+        if 0.0 < (density := values.value(self.density)) < _LIGHTEST:
+            what = f"the density {density:.6g} kg/m^3 is less than that of any foam"
+            values.note([f"{key}.density: {what}; {1e3 * density:.6g} if it is in g/cm^3"])
         self._check_shape()
 
     @cached_property

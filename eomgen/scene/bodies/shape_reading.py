@@ -20,6 +20,8 @@ from eomgen.scene.reading.values import Values
 _AT_ORIGIN = 1e-9
 #: Angle from x from which on the second point is behind the first one.
 _BEHIND = 0.5 * math.pi
+#: A bend from one chord to the next that is nearer to a full turn back than this, rad, has no side that it goes by.
+_FOLDED = math.radians(5.0)
 #: Angle from x by which a piece between frames may go, rad, and that from which on a note says so.
 _OFF_AXIS, _OBLIQUE = math.radians(40.0), math.radians(3.0)
 
@@ -51,6 +53,13 @@ def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Va
         what = "the second point is not ahead of the first one, from where the beam leaves along x"
         values.report.add(f"{key}[1]", what, "axes with x along the beam, and the rotation of its joint")
         return None
+    chords = np.diff(points, axis=0)
+    for place, (before, after) in enumerate(pairwise(chords), 1):
+        turn = np.arctan2(float(np.linalg.norm(np.cross(before, after))), float(before @ after))
+        if turn > math.pi - _FOLDED:
+            what = f"the points go back on themselves: by {math.degrees(turn):.4g} degrees"
+            values.report.add(f"{key}[{place}]", what, "points around the bend, closer together")
+            return None
     return through_points(points)
 
 

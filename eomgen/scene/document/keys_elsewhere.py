@@ -72,6 +72,16 @@ def key_meant(name: str, keys: Collection[str], given: object) -> str:
         return f"position = [{entries}]"
     if name == "height" and "amplitude" in keys and isinstance(given, int | float):
         return f"amplitude = {0.5 * given:.6g}, half of the height"
+    if name in ("acceleration", "velocity", "angular_velocity") and {"follow", "rotation"} <= set(keys):
+        integral = "its second integral" if name == "acceleration" else "its integral"
+        place = "rotation" if name.startswith("angular") else "position"
+        return f"{place} alone, from which rates follow: a formula of t, or a curve through {integral}"
+    if "stiffness_damping" in keys and name in ("mass_damping", "alpha", "rayleigh"):
+        return "stiffness_damping in s, D = this times K; none goes with the mass: a load -c * velocity.here does it"
+    if "stiffness_damping" in keys and name in ("damping_ratio", "modal_damping", "zeta"):
+        return "stiffness_damping, 2 ratio / w in s for the ratio at the angular frequency w"
+    if name == "initial" and {"shape", "curvature", "section"} <= set(keys):
+        return 'shape or curvature, of the beam at rest; runs start bent by start = "equilibrium" or initial={"q": ...}'
     if name.lower() in ("cm", "c_m") and "added_mass" in keys:
         return "added_mass, which is c_m - 1"
     meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))

@@ -21,6 +21,8 @@ from eomgen.text import key_of
 _FACTOR = 100.0
 #: The same of a radius of gyration, where enough arms say how large the scene is: kg cm^2 make it ten times as large.
 _OF_GYRATION, _ARMS = 10.0, 3
+#: Density above that of every metal, kg/m^3.
+_DENSEST = 25_000.0
 #: Arms below this, m, say nothing of the size of a scene.
 _SHORTEST = 1e-3
 
@@ -43,8 +45,8 @@ def out_of_scale(
     elements: Iterable[object],
     values: Values,
 ) -> list[str]:
-    """Return a note on each radius of gyration, length of a spring, radius of a tyre and place in a body that is far
-    beyond the other arms in the scene, at the default parameters; none where no place is apart from another.
+    """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre and place in a body that is
+    far beyond the other arms in the scene, at the default parameters; none where no place is apart from another.
 
     ``frames``: names of the points that are origins of frames.
     """
@@ -65,6 +67,7 @@ def out_of_scale(
     size = max((length for length in known if math.isfinite(length)), default=0.0)
     if not size > 0.0:
         return notes
+    notes += _too_heavy(bodies, size, values)
     well_known = sum(length >= _SHORTEST for length in near) >= _ARMS
     for key, what, length, hint in _lengths(bodies, elements, values):
         factor = _OF_GYRATION if well_known and key.endswith(".inertia") else _FACTOR
@@ -74,6 +77,15 @@ def out_of_scale(
             beside = f"{length:.3g} m, and the scene is no larger than {size:.3g} m"
             notes.append(f"{key}: {what} is {beside}; numbers without a unit are in {hint}")
     return notes
+
+
+def _too_heavy(bodies: Iterable[Body], size: float, values: Values) -> Iterator[str]:
+    """Yield a note on each body that no solid of the scene's size could be as heavy as."""
+    for body in bodies:
+        mass = values.value(body.mass)
+        if body.beam is None and not body.node_of and mass > _DENSEST * size**3:
+            what = f"the mass is {mass:.6g} kg, and a cube of metal as large as the scene, {size:.3g} m, has less"
+            yield f"{key_of('bodies', body.name, 'mass')}: {what}; numbers without a unit are in kg"
 
 
 def _arms(

@@ -55,6 +55,8 @@ def of_kind(kind: str, name: str, names: Names, kinds: Iterable[str]) -> str:
     every = list(kinds)
     if name in every and (kind in names.joints or kind in names.beams or kind in names.points):
         return f"{name}.{kind}"
+    if kind in ("effort", "torque", "force") and is_legal(name):
+        return f"drive_effort.{name[:64]} of a driven joint; of an entry of [efforts] its own formula, written again"
     swapped = _KINDS.get(name, "")
     if swapped and (kind in names.joints or kind in names.points):
         return f"{swapped}.{kind}"

@@ -129,6 +129,8 @@ class FormulaText:
         return FormulaError(what, column, hint)
 
     def refused(self, token: str, column: int) -> FormulaError:
+        if token == "=" and column == 1:
+            return FormulaError("a formula does not begin with '='", column, "the formula without it")
         if token in _ADVICE:
             return FormulaError(f"the operator {shown(token)} is not part of formulas", column, _ADVICE[token])
         if token in "'\"`":

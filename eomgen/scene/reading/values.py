@@ -28,6 +28,8 @@ from eomgen.scene.reading.symbol_units import unit_of
 from eomgen.system.description import Requirement, Rule
 from eomgen.units.parser import read_unit
 
+#: Two sides of an equation.
+_EQUATION = re.compile(r"([^=<>!]+)==?([^=<>!]+)")
 UNKNOWN = Number(math.nan)  # stands for what was refused, so that reading can go on to the next problem
 
 
@@ -99,7 +101,7 @@ class Values:
             return UNKNOWN
         except FormulaError as error:
             if not self.mentions_refused(value):
-                self.report.add(key, error.what, error.hint)
+                self.report.add(key, error.what, _hint_of(key, value) or error.hint)
             return UNKNOWN
         self.note(f"{key}: {text}" for text in plain_degrees(formula))
         if self.names.curve_arguments:
@@ -248,3 +250,12 @@ class Values:
         if len(result) < len(value) or any(math.isnan(angle) for _, angle in result):
             return None
         return result
+
+
+def _hint_of(key: str, text: str) -> str:
+    """Return the hint for a formula whose key says more than its text; empty for others."""
+    if key.endswith(".when") and (equation := _EQUATION.fullmatch(text)):
+        sides = equation[1].strip(), equation[2].strip()
+        left = sides[0] if sides[1] in ("0", "0.0") else f"{sides[0]} - ({sides[1]})"
+        return f'"{left[:80]}": an event is at the roots of its formula'
+    return ""

@@ -51,7 +51,7 @@ class Clock:
 def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
     """Return the clock of an entry under its key; None, with what is wrong reported, where it has none."""
     period = values.constant(f"{key}.sample", entry.sample or 0.0)
-    quantum = values.constant(f"{key}.quantum", entry.quantum or 0.0)
+    quantum = 0.0 if entry.quantum is None else values.constant(f"{key}.quantum", entry.quantum)
     delay = values.constant(f"{key}.delay", entry.delay or 0.0)
     if math.isnan(period):
         return None
@@ -59,8 +59,9 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
         what = f"the time between two samples is {period:.6g} s, and has to be positive"
         values.report.add(f"{key}.sample", what, 'sample = "1 ms"')
         return None
-    if quantum < 0.0:
-        values.report.add(f"{key}.quantum", f"the quantum {quantum:.6g} is negative", "a positive number")
+    if entry.quantum is not None and quantum <= 0.0:
+        hint = "a positive number, or no quantum where values are not rounded"
+        values.report.add(f"{key}.quantum", f"the quantum {quantum:.6g} is not positive", hint)
     if not 0.0 <= delay <= _MOST * period:
         what = f"a delay of {delay:.6g} s is not between 0 and {_MOST} samples, {_MOST * period:.6g} s"
         values.report.add(f"{key}.delay", what, f"delay = {period:.6g}")
