@@ -5,7 +5,6 @@ Exit codes: 0 fine, 2 usage, 3 description, 4 model, 5 toolchain, 6 numerical, 7
 
 from __future__ import annotations
 
-import errno
 import os
 import sys
 import traceback
@@ -83,11 +82,12 @@ def commands() -> None:
 
 
 def _called(words: Sequence[str]) -> object:
-    """Return the result of a command. Raises BrokenPipeError in place of the exit by which click answers it."""
+    """Return the result of a command. Raises BrokenPipeError in place of the exit with 1, by which click answers
+    it: all else that goes wrong is raised."""
     try:
         return commands.main(list(words), prog_name="eomgen", standalone_mode=False)
     except SystemExit as error:
-        if isinstance(error.__context__, OSError) and error.__context__.errno == errno.EPIPE:
+        if error.code == 1:
             raise BrokenPipeError from None
         raise
 
