@@ -99,7 +99,7 @@ class Outcome:
             of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
             notes = [note for note in notes if note not in of_scene]
             notes += self._notes("start_beyond_limits", "start_on_impact", "chosen_method")
-            notes += [*beginning.notes, *self._notes("doubtful_call")]
+            notes += [*beginning.notes, *self._notes("exchanged_times", "doubtful_call")]
         return {
             **run_metadata(run),
             **({} if events is None else {"events": events.described()}),

@@ -17,6 +17,8 @@ from eomgen.text import listed
 
 #: Density of a solid, kg/m^3, below which a number is one of other units.
 _LIGHTEST = 25.0
+#: The same of Young's modulus, Pa.
+_SOFTEST = 2000.0
 _OF_SHAPES = ("area", "second_moments", "torsion_constant")
 _SIZES = tuple(dict.fromkeys(size for shape in SHAPES.values() for size in shape.sizes))
 
@@ -31,6 +33,9 @@ class SectionReader:
         if 0.0 < (density := values.value(self.density)) < _LIGHTEST:
             what = f"the density {density:.6g} kg/m^3 is less than that of any foam"
             values.note([f"{key}.density: {what}; {1e3 * density:.6g} if it is in g/cm^3"])
+        if 0.0 < (modulus := values.value(self.elastic_modulus)) < _SOFTEST:
+            what = f"the modulus {modulus:.6g} Pa is less than that of any solid"
+            values.note([f"{key}.elastic_modulus: {what}; {1e9 * modulus:.6g} if it is in GPa"])
         self._check_shape()
 
     @cached_property

@@ -37,6 +37,12 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("umin", "u_min", "min"), ("minimum", "lower")),
     **dict.fromkeys(("mu_s", "stiction"), ("static",)),
     **dict.fromkeys(("derivative", "ode", "equation", "dot"), ("rate", "formula")),
+    # beams
+    **dict.fromkeys(("E", "young", "youngs_modulus", "young_modulus", "modulus"), ("elastic_modulus",)),
+    **dict.fromkeys(("rho",), ("density",)),
+    **dict.fromkeys(("nu", "poisson"), ("poisson_ratio",)),
+    **dict.fromkeys(("G",), ("shear_modulus",)),
+    **dict.fromkeys(("EI", "EA", "GJ", "GA"), ("stiffness", "section")),
     # waves and hulls
     **dict.fromkeys(("hs", "h_s", "hm0", "significant_height"), ("height",)),
     **dict.fromkeys(("tp", "t_p", "peak_period"), ("period",)),

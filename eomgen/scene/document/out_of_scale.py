@@ -21,8 +21,8 @@ from eomgen.text import key_of
 _FACTOR = 100.0
 #: The same of a radius of gyration, where enough arms say how large the scene is: kg cm^2 make it ten times as large.
 _OF_GYRATION, _ARMS = 10.0, 3
-#: Density above that of every metal, kg/m^3.
-_DENSEST = 25_000.0
+#: Density of steel, kg/m^3.
+_DENSEST = 8_000.0
 #: Arms below this, m, say nothing of the size of a scene.
 _SHORTEST = 1e-3
 
@@ -84,7 +84,7 @@ def _too_heavy(bodies: Iterable[Body], size: float, values: Values) -> Iterator[
     for body in bodies:
         mass = values.value(body.mass)
         if body.beam is None and not body.node_of and mass > _DENSEST * size**3:
-            what = f"the mass is {mass:.6g} kg, and a cube of metal as large as the scene, {size:.3g} m, has less"
+            what = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, {size:.3g} m, has less"
             yield f"{key_of('bodies', body.name, 'mass')}: {what}; numbers without a unit are in kg"
 
 

@@ -151,7 +151,7 @@ class Covariances:
         )
         before = len(self.report.found)
         curve = self.curves.through_points(key, name, shape)
-        if len(self.report.found) > before:
+        if len(self.report.found) > before or self.report.concerns(key):
             return curve
         place = f"{key}.{'points' if entry.points is not None else 'table'}"
         if curve.start < 0.0:

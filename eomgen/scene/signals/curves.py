@@ -199,7 +199,11 @@ class Curves:
         from eomgen.units.conversion import measure  # noqa: PLC0415  # pint comes with it
 
         try:
-            return factor * float(measure(read_unit(unit))[0])
+            size = float(measure(read_unit(unit))[0])
+            if size == factor != 1.0:
+                what = f"the column is multiplied by {size * factor:.6g}: by {factor:.6g} for its unit and once more"
+                self.values.note([f"{key}.{column}_scale: {what}; the unit alone brings it to SI"])
+            return factor * size
         except UnitError as error:
             self.report.add(f"{key}.{column}_unit", error.what, error.hint)
             return factor

@@ -219,7 +219,7 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
         hint = f"the number of the column, {' or '.join(map(str, found))}"
         raise TableError(f"{name}:{line}", f"{len(found)} columns are called {shown(column)}", hint)
     if not words.quotes:
-        what = f"there is no column {shown(column)} among {len(titles)}"
+        what = f"no column has the title {shown(column)}"
         raise TableError(f"{name}:{line}", what, "a title in the first row of the file, or the number of the column")
     what = f"there is no column {shown(column)}; there are {listed(titles)}"
     hint = nearest(column, titles)

@@ -13,6 +13,16 @@ from eomgen.text import listed
 _EXCHANGED = 100.0
 
 
+def exchanged_times(grid: TimeGrid) -> list[str]:
+    """Return one sentence for a step that is longer than the run, as it is where both are exchanged."""
+    span = grid.end - grid.start
+    if not 0.0 < span * (1.0 + WHOLE) < grid.step:
+        return []
+    what = f"the step, {grid.step:.6g} s, is longer than the run, {span:.6g} s, which is one shorter step"
+    exchanged = f"; simulate({grid.step:.6g}, {span:.6g}) has the end first, and then the step"
+    return [what + (exchanged if grid.step >= _EXCHANGED * span else "")]
+
+
 def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str]) -> list[str]:
     """Return one sentence for each doubt about a run.
 
@@ -23,10 +33,6 @@ def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str]) 
     description, notes = model.description, []
     span = grid.end - grid.start
     longest = span * (1.0 + WHOLE)
-    if 0.0 < longest < grid.step:
-        what = f"the step, {grid.step:.6g} s, is longer than the run, {span:.6g} s, which is one shorter step"
-        exchanged = f"; simulate({grid.step:.6g}, {span:.6g}) has the end first, and then the step"
-        notes.append(what + (exchanged if grid.step >= _EXCHANGED * span else ""))
     periods = {
         state.sampling.controller or state.name: state.sampling.period
         for state in description.states

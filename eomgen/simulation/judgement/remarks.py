@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.simulation.judgement.check import ANY_FAILURE, Check
-from eomgen.simulation.judgement.doubtful_calls import doubtful_call
+from eomgen.simulation.judgement.doubtful_calls import doubtful_call, exchanged_times
 from eomgen.simulation.judgement.doubts import LARGE_ERROR
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.fast_laws import fast_laws
@@ -105,6 +105,10 @@ def _steep_law(run: FinishedRun) -> Iterator[Finding]:
     yield from map(Finding.of, followed_laws(owner.model, owner.method, owner.parameters, owner.grid)[1])
 
 
+def _exchanged_times(run: FinishedRun) -> Iterator[Finding]:
+    yield from map(Finding.of, exchanged_times(run.run.grid))
+
+
 def _doubtful_call(run: FinishedRun) -> Iterator[Finding]:
     yield from map(Finding.of, doubtful_call(run.run.model, run.run.grid, run.run.signals.given))
 
@@ -132,5 +136,6 @@ ROWS = (
     Check("model_limits", _model_limits, ()),
     Check("method_limits", _method_limits, ()),
     Check("steep_law", _steep_law, ()),
+    Check("exchanged_times", _exchanged_times, ("begun",)),
     Check("doubtful_call", _doubtful_call, ("begun",), severity=NOTE, said=False),
 )
