@@ -138,6 +138,9 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     ),
     "start_beyond_limits": (returning(start_checks, "starts_beyond_limits", [str(FOUND)]),),
     "start_on_impact": (returning(start_checks, "impacts_at_start", [str(FOUND)]),),
+    "exchanged_times": (returning(remarks, "exchanged_times", [str(FOUND)]),),
+    "turned_start": (begun(notes=[str(FOUND)]),),
+    "deep_start": (returning(start_checks, "deep_tyres", [str(FOUND)]),),
     "doubtful_start": (begun(doubts=[str(FOUND)]),),
     "chosen_method": (begun(choice="rk4 was chosen"),),
 }

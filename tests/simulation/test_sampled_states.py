@@ -211,7 +211,11 @@ def test_a_sampled_quantity_that_passes_zero_does_so_at_a_sample(name: str) -> N
         ("[states.a]\ninitial = 1\n", "and has none of them; try: rate"),
         ('[states.a]\nrate = "1"\ndelay = "1 ms"\n', r"delay is of sampled states; try: sample = \"1 ms\" in place"),
         ('[states.a]\nsample = 0\nformula = "1"\n', "the time between two samples is 0 s, and has to be positive"),
-        ('[states.a]\nsample = 1\nformula = "1"\nquantum = -1\n', "the quantum -1 is negative"),
+        ('[states.a]\nsample = 1\nformula = "1"\nquantum = -1\n', "the quantum -1 is not positive"),
+        (
+            '[states.a]\nsample = 1\nformula = "1"\nquantum = 0\n',
+            "the quantum 0 is not positive; try: a positive number, or",
+        ),
         ('[states.a]\nsample = 1\nformula = "1"\ndelay = -1\n', "a delay of -1 s is not between 0 and 1000 samples"),
         ('[states.a]\nsample = 1\nformula = "1"\ndelay = 1.00001\n', "the delay ends 1e-05 s after a sample"),
         ('[states.a]\nsample = 1\nformula = "a.x"\n', "states.a.formula"),

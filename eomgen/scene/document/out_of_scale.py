@@ -23,6 +23,8 @@ _FACTOR = 100.0
 _OF_GYRATION, _ARMS = 10.0, 3
 #: Density of steel, kg/m^3.
 _DENSEST = 8_000.0
+#: Arms from which on a scene is no mass alone.
+_OF_A_BODY = 2
 #: Arms below this, m, say nothing of the size of a scene.
 _SHORTEST = 1e-3
 
@@ -67,8 +69,10 @@ def out_of_scale(
     size = max((length for length in known if math.isfinite(length)), default=0.0)
     if not size > 0.0:
         return notes
-    notes += _too_heavy(bodies, size, values)
-    well_known = sum(length >= _SHORTEST for length in near) >= _ARMS
+    apart = [length for length in near if length >= _SHORTEST]
+    if len(apart) >= _OF_A_BODY:
+        notes += _too_heavy(bodies, max(apart), values)
+    well_known = len(apart) >= _ARMS
     for key, what, length, hint in _lengths(bodies, elements, values):
         factor = _OF_GYRATION if well_known and key.endswith(".inertia") else _FACTOR
         if key.endswith(".rotary_inertia"):
