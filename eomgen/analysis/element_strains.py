@@ -18,7 +18,6 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 
 from eomgen.arrays import Array
-from eomgen.formula.evaluate import evaluate
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import update
@@ -50,17 +49,7 @@ class ElementStrains:
         number = {name: index for index, name in enumerate(model.bodies)}
         pairs = [pair for beam in beams for pair in pairwise(beam.nodes)]
         self._first, self._second = (np.array([number[pair[end]] for pair in pairs], int) for end in (0, 1))
-        rows = [
-            _of_element(
-                np.array([[evaluate(entry, lambda symbol: values[symbol.name]) for entry in row] for row in section]),
-                length,
-                np.array(twist) / length,
-            )
-            / length
-            for beam in beams
-            for section, length, twist in zip(beam.stiffness, beam.lengths, beam.twists, strict=True)
-        ]
-        self.stiffness = np.array(rows, float).reshape(len(pairs), 6, 6)
+        self.stiffness = np.concatenate([np.zeros((0, 6, 6)), *(beam.matrices(values) for beam in beams)])
         self._own = {factor.name: factor.v_start for factor in model.factors if factor.group == "SE3"}
         self._nodes = sorted({*self._first.tolist(), *self._second.tolist()})
 
@@ -144,22 +133,6 @@ class ElementStrains:
         less, more = (self._model.evaluate("poses", end, **self._given)["pose"][:, nodes] for end in ends)
         between = numeric.compose(SE3, numeric.inverse(SE3, less), more)
         return numeric.log(SE3, between) / (2.0 * _SMALL)
-
-
-def _of_element(section: Array, length: float, initial: Array) -> Array:
-    """Return the stiffness of an element, (6, 6), of that of its sections: forces and moments vary along it.
-
-    See ``mechanics.forces.element_stiffness``: the flexibility S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape.
-    """
-    free = np.flatnonzero(np.any(section != 0.0, axis=1))
-    places = np.ix_(free, free)
-    flexibility = np.zeros((6, 6))
-    flexibility[places] = np.linalg.inv(section[places])
-    along = numeric.bracket_matrix(SE3, initial)
-    flexibility = flexibility + length**2 / 12.0 * along @ flexibility @ along.T
-    stiffness = np.zeros((6, 6))
-    stiffness[places] = np.linalg.inv(flexibility[places])
-    return stiffness
 
 
 def _along_twists(d: Array) -> Array:

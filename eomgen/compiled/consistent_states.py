@@ -28,6 +28,8 @@ def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, param
     t : s
     parameters : (n, np)
     """
+    if model.description.exact_beams:  # of which each sample is to be turned before it is strained
+        return ConsistentStates(q, v, np.zeros(len(q), dtype=bool))
     needed = PURPOSES["initial_assembly"]
     able = model.having(needed)
     if any(name not in able.functions for name in needed):

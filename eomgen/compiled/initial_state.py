@@ -10,6 +10,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, measured, numbers
+from eomgen.compiled.beams import placed_nodes
 from eomgen.errors import Problem, UsageError
 from eomgen.text import shown
 from eomgen.units.angles import several_turns
@@ -67,7 +68,11 @@ def initial_state(
         else:
             given_value = model.evaluator.with_references("initial q", value) if name == "q" else value
             _put(getattr(state, name), slice(None), f"initial {name}", given_value, units[name])
-    _joints(model, {name: value for name, value in given.items() if name not in blocks}, state)
+    joints = {name: value for name, value in given.items() if name not in blocks}
+    before = InitialState(state.q.copy(), state.v.copy(), state.z)
+    _joints(model, joints, state)
+    if "q" not in blocks and model.description.exact_beams:
+        state = _with_nodes(model, before, state, parameters, joints)
     check_finite("initial q", state.q, model.q_names)
     check_finite("initial v", state.v, model.v_names)
     check_finite("initial z", state.z, model.z_names)
@@ -142,6 +147,27 @@ def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]
             hint = f"one row of it: {name.rpartition(' ')[2]}[-1] is the last one"
         raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed", hint or _numbers(size)))
     target[part] = array
+
+
+def _with_nodes(
+    model: CompiledModel, before: InitialState, state: InitialState, parameters: Array | None, given: Mapping[str, Any]
+) -> InitialState:
+    """Return a state in which the nodes of beams are behind the first one, with the shapes of the scene's start.
+
+    Nodes have coordinates of their own. Joints that a caller moves, and parameters of the places of joints, move the
+    first node of a beam alone.
+
+    Parameters
+    ----------
+    before, state : the scene's start, and the one with the joints that are ``given``
+    """
+    p = model.parameter_array() if parameters is None else parameters
+    absolute = model.initial_at is not None  # then bodies are already where the joints have them at the parameters
+    other = p.tolist() != list(model.parameters.values()) and not absolute
+    moved = not (np.array_equal(before.q, state.q) and np.array_equal(before.v, state.v))
+    if not (other or moved):
+        return state
+    return InitialState(*placed_nodes(model, (before.q, before.v), (state.q, state.v), p, list(given)), state.z)
 
 
 def _numbers(size: int) -> str:

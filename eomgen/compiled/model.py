@@ -27,6 +27,7 @@ from eomgen.compiled import (
     time_derivatives,
 )
 from eomgen.compiled.arguments import components, read_only
+from eomgen.compiled.beams import beams_at
 from eomgen.compiled.coordinates import configuration_rate, with_unit_quaternions
 from eomgen.compiled.functions import DRIVERS, Functions
 from eomgen.compiled.terms import Inputs, Parameters, Terms
@@ -392,6 +393,7 @@ def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: A
         The model was built without the terms that constraints need.
     """
     needed = PURPOSES["initial_assembly"]
+    beams = beams_at(model, t, parameters)
     able = model.having(needed)
     missing = [name for name in needed if name not in able.functions]
     if missing:
@@ -419,6 +421,7 @@ def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: A
         jacobian=lambda q, _: at("constraint_jacobian", q=q),
         mass=lambda q: able.mass(q, parameters=parameters),
         sizes=sizes,
+        beams=beams,
     )
     found = assemble(equations, q, v, t)
     deviations = (*found.deviations, *model.check_left_out(found.q, found.v, t, parameters))

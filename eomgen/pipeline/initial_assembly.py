@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -21,7 +21,8 @@ from eomgen.symbolic.operations import InputSymbol
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
-    from eomgen.system.description import Coordinates
+    from eomgen.solvers.beam_assembly import Beams
+    from eomgen.system.description import Description
     from eomgen.system.system import System
 
 #: What is needed to find a consistent state, and the rows that say nothing new.
@@ -33,7 +34,7 @@ _NEIGHBOURS, _NEARBY = 2, 1e-3
 def with_initial_assembly(
     derive: Callable[[Sequence[str] | None, Sequence[int]], System],
     terms: Sequence[str] | None = None,
-    coordinates: Iterable[Coordinates] = (),
+    description: Description | None = None,
 ) -> System:
     """Return a System without redundant rows and with a consistent initial state, notes saying what was done.
 
@@ -43,24 +44,25 @@ def with_initial_assembly(
         Derives the System with the given terms and without the given rows.
     terms : sequence of str, optional
         The functions wanted.
-    coordinates : iterable of Coordinates
-        What their units are, for the note on what changed.
+    description : Description, optional
+        Units of coordinates, for the note on changes, and the geometrically exact beams.
 
     Raises
     ------
     ModelError
         The constraints contradict each other.
     """
-    system = derive(NEEDED, ())
+    beams = description is not None and bool(description.exact_beams)
+    system = derive((*NEEDED, *(("poses",) if beams else ())), ())
     if not system.multipliers:
         return derive(terms, ())
-    equations = constrained(system)
+    equations = constrained(system, description=description)
     assembly = assemble(equations, np.array(system.initial_q), np.array(system.initial_v))
     rows = redundancy(equations, assembly.q)
     prescribed, locked = _without_freedom(system, equations, assembly.q, rows)
     undetermined = _undetermined(system, equations, assembly.q, rows)
     sensitive = _sensitive(system, equations, assembly.q, assembly.v, rows.dependent)
-    units = coordinate_units(system.factors, coordinates)
+    units = coordinate_units(system.factors, description.coordinates if description is not None else ())
     guess = np.array(system.initial_q), np.array(system.initial_v)
     corrections = [*assembly.corrections(), *corrected_start(assembly, guess, coordinate_names(system.factors), units)]
     if rows.dependent:  # what contradicts the others by a little no longer holds them off
@@ -161,8 +163,11 @@ def _driven(system: System, row: int) -> bool:
     return InputSymbol("t", 0) in system.tape.depends_on([ref])
 
 
-def constrained(system: System, parameters: Array | None = None) -> Constrained:
-    """Return the constraints of a System, evaluated on its tape: at its default parameters, or at others (np,)."""
+def constrained(system: System, parameters: Array | None = None, description: Description | None = None) -> Constrained:
+    """Return the constraints of a System, evaluated on its tape: at its default parameters, or at others (np,).
+
+    Geometrically exact beams are known by the description, and by the term ``poses``.
+    """
     defaults = np.array([parameter.value for parameter in system.parameters]) if parameters is None else parameters
 
     @cache
@@ -188,4 +193,17 @@ def constrained(system: System, parameters: Array | None = None) -> Constrained:
         jacobian=lambda q, t: at("constraint_jacobian", t, q=q).reshape(rows, nv),
         mass=lambda q: at("mass", 0.0, q=q).reshape(nv, nv),
         sizes=lambda q, t: split_sizes(at("constraint_size", t, q=q)),
+        beams=_beams(system, description, defaults, lambda q: at("poses", 0.0, q=q).reshape(len(q), -1, 7)),
+    )
+
+
+def _beams(system: System, description: Description | None, p: Array, poses: Callable[[Array], Array]) -> Beams | None:
+    """Return the geometrically exact beams of a System at parameters (np,); None where it has none."""
+    if description is None or not description.element_stiffness:
+        return None
+    from eomgen.solvers.beam_assembly import beams_of  # noqa: PLC0415  # SciPy comes with it
+
+    values = description.values({item.name: value for item, value in zip(system.parameters, p.tolist(), strict=True)})
+    return beams_of(
+        description.element_stiffness, values, system.bodies, system.factors, poses, absolute=bool(description.joints)
     )

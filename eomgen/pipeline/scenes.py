@@ -28,7 +28,7 @@ def _derive(scene: Scene, terms: Sequence[str] | None) -> System:
 
     if not scene.constraints and (scene.coordinates != "absolute" or _unconnected(scene)):
         return mechanics.derive(scene, terms)
-    return with_initial_assembly(partial(mechanics.derive, scene), terms, describe(scene).coordinates)
+    return with_initial_assembly(partial(mechanics.derive, scene), terms, describe(scene))
 
 
 def _unconnected(scene: Scene) -> bool:

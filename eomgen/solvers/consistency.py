@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import ModelError, Problem
-from eomgen.lie.product import update
 from eomgen.solvers.constraint_rows import (
     CONTRADICTION,
     EPSILON,
@@ -25,7 +25,14 @@ from eomgen.solvers.constraint_rows import (
     long_lever,
 )
 
+if TYPE_CHECKING:
+    from eomgen.solvers.beam_assembly import Beams, RigidBeams, StrainedStart, Strains
+
 MAX_ITERATIONS = 50
+#: Corrections without progress after which a loop counts as one that rigid beams do not close.
+_PATIENCE = 4
+#: Part of the strain energy below which changes are rounding.
+_SAME = 1e-12
 #: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to.
 ROUNDING = 4.0
 #: What the names of equations say by which beams do not stretch, behind that of the beam.
@@ -46,6 +53,7 @@ class Assembly:
     rate_violations : the same for the rates of the rows, at the corrected position
     deviations : a sentence for each row that the state does not meet either, by so little that it is no contradiction
     extent : m, of the largest that a row joins
+    strained : how much beams are strained by a loop that does not close without; None where it does
     """
 
     q: Array
@@ -55,6 +63,7 @@ class Assembly:
     rate_violations: dict[str, float]
     deviations: tuple[str, ...] = ()
     extent: float = 1.0
+    strained: StrainedStart | None = None
 
     def corrections(self) -> list[str]:
         """Return one sentence for each row that the guess did not meet."""
@@ -62,13 +71,14 @@ class Assembly:
             f"initial position corrected: {name} was off by {value:.3g}" for name, value in self.violations.items()
         ]
         rates = self.rate_violations.items()
+        at_position += [f"initial position corrected: {self.strained}"] if self.strained is not None else []
         return at_position + [
             f"initial velocity corrected: {name} changed at {value:.3g} per s" for name, value in rates
         ]
 
 
 def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembly:
-    """Return the consistent state nearest to a guess.
+    """Return the consistent state nearest to a guess; beams are strained only where their loop closes not otherwise.
 
     Raises
     ------
@@ -76,10 +86,16 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
         The constraints contradict each other, or the guess is too far away; names the rows that stay violated.
     """
     first, start = system.constraint(q, t), Rows(system, q, t)
+    rigid, strained, before = None, None, 0
+    if system.beams is not None:
+        rigid, q, strained, before = _with_beams(system, system.beams, q, t)
     q, iterations = consistent_position(system, q, t)
+    iterations += before
     rows = Rows(system, q, t)
     guess, rates = v, system.velocity(q, v, t)
-    v = v - rows.correction(rates)
+    if rigid is not None and np.any(rigid.free) and np.any(np.abs(rates) > REPORTED * (rows.possible @ np.abs(v))):
+        v = v + _rigid_change(system, rigid, q, v, t)
+    v = v - rows.correction(system.velocity(q, v, t))
     left = system.velocity(q, v, t)
     limits = np.maximum(rows.rate_limits(np.maximum(np.abs(guess), np.abs(v))), CONTRADICTION * np.abs(rates))
     limits = np.maximum(limits, np.finfo(float).tiny)  # below it numbers have no digits to be met by
@@ -89,7 +105,94 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     changed = _named(system.names, rates, REPORTED * (rows.possible @ np.abs(guess)))
     off = _named(system.names, system.constraint(q, t), REPORTED * rows.scale)
     deviations = tuple(f"{name} stays off by {by:.3g}" for name, by in off.items())
-    return Assembly(q, v, iterations, violations, changed, deviations, rows.machine)
+    return Assembly(q, v, iterations, violations, changed, deviations, rows.machine, strained)
+
+
+def _with_beams(
+    system: Constrained, beams: Beams, q: Array, t: float
+) -> tuple[RigidBeams, Array, StrainedStart | None, int]:
+    """Return the guess with its loops closed by joints and rigid motions of the beams, or else with the least strain.
+
+    Returns
+    -------
+    the shapes of the beams in the guess; the configuration, by corrections of least kinetic size where neither closes
+    the loops; how much the beams are strained; how many corrections led there
+    """
+    from eomgen.solvers.beam_assembly import RigidBeams, Strains  # noqa: PLC0415  # imports SciPy
+
+    rigid = RigidBeams(beams, system.factors, system.angular, q)
+    closed, iterations, met = _turned(rigid.reduced(system), q, t)
+    if met:
+        return rigid, closed, None, iterations
+    strains = Strains(beams, system, q)
+    found = _least_strained(system, strains, closed, t)
+    if found is None:
+        closed, more = consistent_position(system, q, t)
+        return rigid, closed, strains.strained(closed, np.zeros(0)), iterations + more
+    closed, multipliers, more = found
+    return rigid, closed, strains.strained(closed, multipliers), iterations + more
+
+
+def _turned(system: Constrained, q: Array, t: float) -> tuple[Array, int, bool]:
+    """Return the configuration of rigid beams with the smallest violations, how many corrections led there, and whether
+    there are none but rounding."""
+    best, least, waited = q, np.inf, 0
+    for iteration in range(MAX_ITERATIONS):
+        violation, rows = system.constraint(q, t), Rows(system, q, t)
+        if not np.all(np.isfinite(violation)):
+            break
+        summands = np.maximum(rows.size[: system.holonomic], np.finfo(float).tiny)
+        size = float(np.max(np.abs(violation) / rows.scale[: system.holonomic], initial=0.0))
+        if size < least:
+            waited = waited if size > 0.9 * least else 0
+            best, least = q, size
+        if np.all(np.abs(violation) / summands <= ROUNDING * EPSILON):
+            return q, iteration, True
+        waited += 1
+        if waited > _PATIENCE or not len(system.angular):
+            break
+        step = -rows.correction(violation)
+        largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
+        q = system.moved(q, step / max(1.0, largest))
+    return best, iteration, least <= REPORTED
+
+
+def _least_strained(system: Constrained, strains: Strains, q: Array, t: float) -> tuple[Array, Array, int] | None:
+    """Return the configuration on the constraints with the least strain energy near one, the multipliers there, and
+    after how many steps; None where none is found.
+
+    Near buckling the energy hardly tells one shape from another: then it is the best one of those that were seen.
+    """
+    energy, best, least = np.inf, None, np.inf
+    for iteration in range(MAX_ITERATIONS):
+        violation = system.constraint(q, t)
+        if not np.all(np.isfinite(violation)):
+            break
+        try:
+            step, multipliers = strains.step(q, t, violation)
+        except RuntimeError:  # singular
+            break
+        if not np.all(np.isfinite(step)):
+            break
+        before, energy = energy, strains.energy(strains.changes(q))
+        if np.all(np.abs(violation) <= Rows(system, q, t).limits) and energy < least:
+            best, least = (q, multipliers, iteration), energy
+            if abs(before - energy) <= _SAME * energy:
+                break
+        largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
+        q = system.moved(q, step / max(1.0, largest))
+    return best
+
+
+def _rigid_change(system: Constrained, rigid: RigidBeams, q: Array, v: Array, t: float) -> Array:
+    """Return the change of velocities, (nv,), that meets the rates of the rows as far as beams that move as rigid
+    bodies can."""
+    reduced = rigid.reduced(system)
+    held = rigid.beams.holds(system.names)
+    change = np.zeros(len(v))
+    change[rigid.free] = -Rows(reduced, q, t).correction(system.velocity(q, v, t)[~held])
+    along: Array = rigid.velocities(q, change[np.newaxis])[0]
+    return along
 
 
 def consistent_position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:
@@ -114,7 +217,7 @@ def consistent_position(system: Constrained, q: Array, t: float) -> tuple[Array,
         best = np.minimum(best, size)
         step = -rows.correction(violation)
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
-        q = update(system.factors, q, step / max(1.0, largest))
+        q = system.moved(q, step / max(1.0, largest))
     violation, rows = system.constraint(q, t), Rows(system, q, t)
     raise _contradiction(rows, system.names, violation, rows.limits, "positions", MAX_ITERATIONS)
 

@@ -11,13 +11,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import ModelError, Problem
-from eomgen.lie.product import Factor
+from eomgen.lie.product import Factor, update
+
+if TYPE_CHECKING:
+    from eomgen.solvers.beam_assembly import Beams
 
 EPSILON = float(np.finfo(float).eps)
 #: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to, where they can
@@ -55,6 +59,9 @@ class Constrained:
     sizes(q, t) -> (rows,), (rows,)
         What the magnitudes of the summands of each row add up to, in its unit (m at velocity level), and the extent of
         what it joins, m: what turning may move it by.
+    move(q, step) -> (nq,)
+        Moves a configuration by a step (nv,); None: by the exponential of each factor.
+    beams : geometrically exact beams, which corrections do not strain without need; None where there are none
     """
 
     factors: Sequence[Factor]
@@ -67,6 +74,12 @@ class Constrained:
     jacobian: Callable[[Array, float], Array]
     mass: Callable[[Array], Array]
     sizes: Callable[[Array, float], tuple[Array, Array]]
+    move: Callable[[Array, Array], Array] | None = None
+    beams: Beams | None = None
+
+    def moved(self, q: Array, step: Array) -> Array:
+        """Return a configuration moved by a step, (nv,)."""
+        return update(self.factors, q, step) if self.move is None else self.move(q, step)
 
     def without(self, left_out: Sequence[int]) -> Constrained:
         """Return the system without some of its rows."""

@@ -11,10 +11,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from eomgen.arrays import Flags, Numbers
+import numpy as np
+
+from eomgen.arrays import Array, Flags, Numbers
+from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.formula.prescribed_motion import Law
 from eomgen.formula.wave_fields import WaveField
+from eomgen.lie import numeric
+from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor
 from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, Parameter, State
@@ -166,6 +171,24 @@ class ElementStiffness:
     lengths: tuple[float, ...]
     stiffness: tuple[tuple[tuple[Formula, ...], ...], ...]
     twists: tuple[tuple[float, ...], ...]
+
+    def matrices(self, values: Mapping[str, float]) -> Array:
+        """Return the stiffness of each element at values of the parameters, (elements, 6, 6), N m/rad and N/m.
+
+        It is that of the changes of the logarithm of the relative pose. Forces and moments vary along an element: see
+        ``mechanics.forces.element_stiffness``; the flexibility is S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape.
+        """
+        found = []
+        for rows, length, twist in zip(self.stiffness, self.lengths, self.twists, strict=True):
+            section = np.array([[evaluate(entry, lambda symbol: values[symbol.name]) for entry in row] for row in rows])
+            kept = np.ix_(*2 * [np.flatnonzero(np.any(section != 0.0, axis=1))])
+            flexibility, stiffness = np.zeros((2, 6, 6))
+            flexibility[kept] = np.linalg.inv(section[kept])
+            along = numeric.bracket_matrix(SE3, np.array(twist) / length)
+            flexibility = flexibility + length**2 / 12.0 * along @ flexibility @ along.T
+            stiffness[kept] = np.linalg.inv(flexibility[kept]) / length
+            found.append(stiffness)
+        return np.array(found)
 
 
 @dataclass(frozen=True)
