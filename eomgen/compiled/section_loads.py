@@ -10,18 +10,22 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.calls import ByName
-from eomgen.compiled.terms import Extensible, Parameters
+from eomgen.compiled.terms import Extensible, Inputs, Parameters, States
 from eomgen.errors import Problem, UsageError
+from eomgen.system.terms import PURPOSES
+
+#: Loads on the halves add to what is transmitted at the first node, and are already in what is at the second one.
+_SIGNS = np.array([[1.0], [-1.0]])
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SectionLoads:
     """Strains and loads of one beam, of n elements, in the axes of its sections.
 
-    Strains are those of the section in the middle of an element. A load is what the part of the beam beyond a section,
-    of larger x, exerts on the part before it, so pulling and stretching are positive: stiffness times strains, plus
-    damping times their rates, is its mean over an element. Between its nodes nothing acts on an element, so its two
-    ends are in equilibrium, and loads jump at nodes by what acts on these: forces, weight, inertia.
+    Strains are those of the section in the middle of an element. A load is exerted by the part of the beam beyond a
+    section, of larger x, on the part before it, so pulling and stretching are positive: stiffness times strains, plus
+    damping times their rates, is its mean over an element. Loads at the ends of an element differ by the distributed
+    loads, the weight and the inertia forces of its halves; they jump at nodes by concentrated loads alone.
 
     Attributes
     ----------
@@ -84,31 +88,47 @@ def section_loads(
     q: ArrayLike,
     v: ArrayLike | None = None,
     t: ArrayLike = 0.0,
+    u: Inputs = None,
     *,
+    a: ArrayLike | None = None,
+    z: States = None,
     multipliers: ArrayLike | None = None,
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Mapping[str, SectionLoads]:
-    """Return strains and loads along each geometrically exact beam by its name; at rest where no v is given.
+    """Return strains and loads along each geometrically exact beam by its name.
+
+    Parameters
+    ----------
+    q, v : (..., nq), (..., nv)
+        At rest where no v is given.
+    a : (..., nv), optional
+        Accelerations, of which the inertia forces on the elements are made: by default zero at rest, and those of the
+        dynamics where v is given.
+    multipliers : (..., constraints), optional
+        Forces of strains that a beam does not have; by default those of the dynamics.
 
     Raises
     ------
     UsageError
-        The model has no geometrically exact beam; no multipliers, which are the forces of strains that a beam does not
-        have.
+        The model has no geometrically exact beam.
     """
     beams = model.evaluator.description.exact_beams
     if not beams:
         hint = 'model = "cosserat" of an entry of [beams]'
         raise UsageError(Problem("section_loads", "the model has no geometrically exact beam", hint))
     model = model.having(("section_loads",))
+    rest = np.zeros(model.evaluator.functions.sizes["v"])
     if multipliers is None and "lam" in model.evaluator.functions.inputs("section_loads"):
-        what = "the forces of strains that a beam does not have are multipliers, and none are given"
-        raise UsageError(Problem("section_loads", what, "multipliers=..., or section_loads of a solution"))
-    v = np.zeros(model.evaluator.functions.sizes["v"]) if v is None else v
+        a = None  # both are of the dynamics
+    elif v is None and a is None:
+        a = rest
+    if a is None:
+        model = model.having(("section_loads", *PURPOSES["accelerations"]))
+    v = rest if v is None else v
     names = model.evaluator.functions.output_names("section_loads")
     values = model.evaluator.call(
-        "section_loads", q=q, v=v, t=t, multipliers=multipliers, parameters=parameters, base=base
+        "section_loads", q=q, v=v, a=a, t=t, u=u, z=z, multipliers=multipliers, parameters=parameters, base=base
     )
     return by_beam(beams, dict(zip(names, values, strict=True)))
 
@@ -119,7 +139,7 @@ def by_beam(beams: Sequence[Sequence[str]], found: Mapping[str, Array]) -> Mappi
     for nodes in beams:
         here = slice(start, start + len(nodes) - 1)
         strain, load = found["strain"][..., here, :], found["load"][..., here, :]
-        ends = found["load_at_ends"][..., here, :, :]
+        ends = found["load_at_ends"][..., here, :, :] + _SIGNS * found["load_on_halves"][..., here, :, :]
         x = found["x"][..., here]
         result[nodes[0]] = SectionLoads(
             x.reshape(-1, x.shape[-1])[0],

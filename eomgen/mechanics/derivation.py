@@ -21,12 +21,14 @@ from eomgen.mechanics.dynamics.energy import energies
 from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
 from eomgen.mechanics.dynamics.reference_efforts import ReferenceEfforts
 from eomgen.mechanics.forces.applied import OFFERED, applied_loads
+from eomgen.mechanics.forces.element_loads import Fields
 from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.forces.loads import Loads
 from eomgen.mechanics.forces.section_loads import SectionLoads
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
 from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.mechanics.kinematics.fields import Field, centripetal, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.reactions.quantities import Reactions
@@ -41,7 +43,7 @@ from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.scalar import Algebra, Scalar, plus, scaled
 from eomgen.symbolic.tape import ONE, ZERO, Tape
 from eomgen.system.system import Block
 
@@ -85,7 +87,7 @@ class Derivation:
         self.quantities: Quantities = made(scene, self.tree, self.kinematics, OFFERED)
         if not self.absolute:
             self.quantities.dynamics = ReferenceEfforts(scene, self.grouped, self.motion, self.quantities)
-        self.section_loads = SectionLoads(scene, self.quantities, self._section_multipliers)
+        self.section_loads = SectionLoads(scene, self.quantities, self._section_multipliers, self._fields)
         self.quantities.section_loads = self.section_loads
         self.constraints = self._constraint_calculus()
         self.quantities.energies = self._energies_without_formulas()
@@ -113,6 +115,14 @@ class Derivation:
     def _section_multipliers(self, beam: Cosserat) -> list[list[Scalar]]:
         rows = None if self.constraints is None else self.constraints.rows
         return section_multipliers(self.quantities, rows, beam)
+
+    def _fields(self) -> Fields:
+        """Return the links' fields of accelerations less gravity, and those of what carries the tree."""
+        of_links = total_fields(self.tree, self.motion, accelerations=True, gravity=True)
+        base = self.kinematics.carrier.motion()
+        start = plus(base.acceleration, scaled(-1.0, base.gravity))
+        carrier = Field(start, base.alpha, centripetal(base.omega))
+        return lambda link: of_links[link] if link >= 0 else carrier
 
     def _energies_without_formulas(self) -> dict[str, Scalar]:
         """Return the energies for formulas of forces and rates: what formulas push has no potential."""

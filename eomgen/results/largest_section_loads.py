@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.results.section_plots import Loaded
+from eomgen.results.section_plots import Loaded, rows_of
 
 #: Numbers that are held at once.
 _NUMBERS = 4_000_000
@@ -23,8 +23,7 @@ def largest_section_loads(solution: Loaded) -> dict[str, dict[str, dict[str, flo
     for start in range(0, len(solution.t), rows):
         part = slice(start, start + rows)
         t = solution.t[part]
-        states = (solution.q[part], solution.v[part], solution.multipliers[part])
-        for beam, loads in model.section_loads(t, *states).items():
+        for beam, loads in model.section_loads(rows_of(solution, part), solution.multipliers[part]).items():
             nodes = loads.nodes
             for name, ends in (("moment", loads.moment_at_ends), ("force", loads.force_at_ends)):
                 sizes = np.nan_to_num(np.linalg.norm(ends, axis=-1), nan=-1.0, posinf=-1.0)

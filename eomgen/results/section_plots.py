@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.compiled.section_loads import SectionLoads
+from eomgen.compiled.state import State
 from eomgen.errors import Problem, UsageError
 from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.results.recorded import Recorded
@@ -34,7 +35,7 @@ _NONE = 1e-9
 class ModelWithSections(Protocol):
     """The model of a run: see ``Solution.model``."""
 
-    def section_loads(self, t: Array, q: Array, v: Array, multipliers: Array) -> Mapping[str, SectionLoads]: ...
+    def section_loads(self, state: State, multipliers: Array) -> Mapping[str, SectionLoads]: ...
 
 
 class Loaded(Recorded, Protocol):
@@ -125,9 +126,7 @@ def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]
     """Return the name of a beam and its loads at some rows, evaluated at these alone where that can be done."""
     known = vars(solution).get("section_loads")
     if known is None and solution.model is not None:
-        found = solution.model.section_loads(
-            *(getattr(solution, name)[rows] for name in ("t", "q", "v", "multipliers"))
-        )
+        found = solution.model.section_loads(rows_of(solution, rows), solution.multipliers[rows])
     else:
         found = {name: _of_rows(loads, rows) for name, loads in solution.section_loads.items()}
     if not beam and len(found) > 1:
@@ -137,6 +136,11 @@ def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]
     if name not in found:
         raise UsageError(Problem("plot_sections", f"there is no beam {shown(name)}", nearest(name, found)))
     return name, found[name]
+
+
+def rows_of(solution: Loaded, rows: Array | slice) -> State:
+    """Return the states at some rows."""
+    return State(*(getattr(solution, name)[rows] for name in State._fields))
 
 
 def _of_rows(loads: SectionLoads, rows: Array) -> SectionLoads:

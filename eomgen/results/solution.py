@@ -74,7 +74,7 @@ class ModelOfRun(Protocol):
 
     def linear(self, state: State) -> Linearization: ...
 
-    def section_loads(self, t: Array, q: Array, v: Array, multipliers: Array) -> Mapping[str, SectionLoads]: ...
+    def section_loads(self, state: State, multipliers: Array) -> Mapping[str, SectionLoads]: ...
 
 
 @checked_calls(
@@ -241,7 +241,7 @@ class Solution:
             what = "it was stored without the loads of sections"
             hint = "model.attach(solution).section_loads, or solution.section_loads before save"
             raise UsageError(Problem("solution", what, hint))
-        return self.model.section_loads(self.t, self.q, self.v, self.multipliers)
+        return self.model.section_loads(State(self.t, self.q, self.v, self.a, self.z), self.multipliers)
 
     def plot_sections(
         self, beam: str = "", *quantities: str, at: ArrayLike | None = None, axes: object = None

@@ -70,9 +70,11 @@ class RunModel:
         u = None if self.signals is None else self.signals.rows(state.t.ravel()).reshape(*state.t.shape, self.model.nu)
         return self.model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=self.present(state))
 
-    def section_loads(self, t: Array, q: Array, v: Array, multipliers: Array) -> Mapping[str, SectionLoads]:
-        """Return strains and loads along geometrically exact beams; (nt,), (nt, nq), (nt, nv), (nt, constraints)."""
-        return section_loads(self.model, q, v, t, multipliers=multipliers, parameters=self._present(t))
+    def section_loads(self, state: State, multipliers: Array) -> Mapping[str, SectionLoads]:
+        """Return strains and loads along geometrically exact beams in states, with their multipliers (nt, rows)."""
+        u = None if self.signals is None else self.signals.rows(state.t)
+        given = {"a": state.a, "z": state.z, "multipliers": multipliers, "parameters": self.present(state)}
+        return section_loads(self.model, state.q, state.v, state.t, u, **given)
 
     def present(self, state: State) -> Array:
         """Return the parameters at the times of a state, modes among them."""

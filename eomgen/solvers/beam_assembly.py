@@ -26,10 +26,13 @@ from eomgen.arrays import Array
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor, difference, update
+from eomgen.solvers.consistency import STRAINED
 from eomgen.solvers.constraint_rows import Constrained
 
 #: Step of differences, rad, and as a part of the longest beam.
 _STEP = 1e-6
+#: Step of derivatives by complex arguments.
+_TINY = 1e-30
 #: Weight of the kinetic metric beside the stiffest strain: it decides about what strains nothing.
 _KINETIC = 1e-12
 #: What multipliers of redundant rows are held by, in the scale of the system's diagonal.
@@ -248,7 +251,7 @@ class StrainedStart:
 
     def __str__(self) -> str:
         return (
-            f"the loop closes only with strained beams: strain energy {self.energy:.3g} J, largest section force"
+            f"{STRAINED}: strain energy {self.energy:.3g} J, largest section force"
             f" {self.force:.3g} N in element {self.element} of the beam {self.beam}"
         )
 
@@ -277,47 +280,54 @@ class Strains:
         """Return the strain energy of changes, J."""
         return 0.5 * float(np.einsum("ei,eij,ej->", changes, self.beams.stiffness, changes))
 
-    def step(self, q: Array, t: float, violation: Array) -> tuple[Array, Array]:
+    def step(self, q: Array, t: float, violation: Array, *, geometric: bool) -> tuple[Array, Array]:
         """Return the change of q, (nv,), that meets the rows linearly with the least strain energy, and the
-        multipliers of the rows at position level."""
-        D, changes = self._derivative(q), self.changes(q)
+        multipliers of the rows at position level.
+
+        Parameters
+        ----------
+        geometric : whether the stiffness by the present section forces counts, too, as in Newton's method
+        """
+        d, twists = self._values(q), self._twists(q)
+        D = csr_array(_block_diagonal(_along_twists(d)) @ twists)
+        forces = np.einsum("eij,ej->ei", self.beams.stiffness, d - self._rest)
         H = csc_array(D.T @ _block_diagonal(self.beams.stiffness) @ D)
-        gradient = D.T @ np.einsum("eij,ej->ei", self.beams.stiffness, changes).ravel()
+        diagonal = np.array(H.diagonal())
+        if geometric:
+            of_forces = csc_array(twists.T @ (_block_diagonal(_geometric(d, forces)) @ D))
+            H = H + csc_array(0.5 * (of_forces + of_forces.T))
         masses = np.diag(self.system.mass(q))
         masses = np.where(masses > 0.0, masses, np.min(masses[masses > 0.0], initial=1.0))
-        H = H + diags_array(_KINETIC * np.max(H.diagonal() / masses) * masses)
-        scale = 1.0 / np.sqrt(H.diagonal())
+        kinetic = _KINETIC * np.max(diagonal / masses) * masses
+        scale = 1.0 / np.sqrt(diagonal + kinetic)
         B = self.system.jacobian(q, t)[: len(violation)] * scale
         lengths = np.linalg.norm(B, axis=1)
         weights = 1.0 / np.where(lengths > 0.0, lengths, 1.0)
         rows = csc_array(B * weights[:, np.newaxis])
-        scaled = csc_array(diags_array(scale) @ H @ diags_array(scale))
+        scaled = csc_array(diags_array(scale) @ (H + diags_array(kinetic)) @ diags_array(scale))
         held = csc_array(-_HELD * eye_array(len(violation)))
         whole = csc_array(block_array([[scaled, csc_array(rows.T)], [rows, held]]))
-        found = splu(whole).solve(np.concatenate([-scale * gradient, -weights * violation]))
+        found = splu(whole).solve(np.concatenate([-scale * (D.T @ forces.ravel()), -weights * violation]))
         return found[: len(scale)] * scale, found[len(scale) :] * weights
 
-    def _derivative(self, q: Array) -> csr_array:
-        """Return the derivative of all logarithms by q (left-trivialised), sparse (6 elements, nv)."""
-        nv = len(self.system.angular)
-        steps = np.diag(self.beams.steps(self.system.angular))
-        factors = self.system.factors
-        less, more = (self.beams.many_poses(update(factors, np.tile(q, (nv, 1)), sign * steps)) for sign in (-1.0, 1.0))
-        d = self._values(q)
+    def _twists(self, q: Array) -> csr_array:
+        """Return the body twists of both nodes of each element by v, sparse (12 elements, nv), by differences."""
+        nv, steps = len(self.system.angular), self.beams.steps(self.system.angular)
+        less, more = (
+            self.beams.many_poses(update(self.system.factors, np.tile(q, (nv, 1)), sign * np.diag(steps)))
+            for sign in (-1.0, 1.0)
+        )
         rows, columns, entries = [], [], []
-        for nodes, sign in ((self._first, -1.0), (self._second, 1.0)):
+        for start, nodes in ((0, self._first), (6, self._second)):
             column, element = np.nonzero(np.any(less[:, nodes] != more[:, nodes], axis=-1))
-            ends = (poses[column, nodes[element]] for poses in (less, more))
-            first, second = ends
+            first, second = (poses[column, nodes[element]] for poses in (less, more))
             between = numeric.compose(SE3, numeric.inverse(SE3, first), second)
             between[between[:, 0] < 0.0, :4] *= -1.0
-            twist = numeric.log(SE3, between) / (2.0 * np.diag(steps)[column])[:, np.newaxis]
-            change = sign * np.einsum("kij,kj->ki", numeric.tangent_inverse(SE3, sign * d)[element], twist)
-            rows.append((6 * element[:, np.newaxis] + np.arange(6)).ravel())
+            rows.append((12 * element[:, np.newaxis] + start + np.arange(6)).ravel())
             columns.append(np.repeat(column, 6))
-            entries.append(change.ravel())
+            entries.append((numeric.log(SE3, between) / (2.0 * steps[column])[:, np.newaxis]).ravel())
         places = (np.concatenate(rows), np.concatenate(columns))
-        return csr_array((np.concatenate(entries), places), shape=(6 * len(d), nv))
+        return csr_array((np.concatenate(entries), places), shape=(12 * len(self._first), nv))
 
     def strained(self, q: Array, multipliers: Array) -> StrainedStart:
         """Return how much the beams are strained; ``multipliers`` of the rows at position level, N of strains."""
@@ -336,12 +346,28 @@ class Strains:
         return StrainedStart(self.energy(changes), float(np.sqrt(squares[worst])), beam, worst - starts[beam] + 1)
 
 
+def _along_twists(d: Array) -> Array:
+    """Return the derivatives of logarithms (elements, 6) along the twists of both nodes, (elements, 6, 12)."""
+    first, second = (numeric.tangent_inverse(SE3, sign * d) for sign in (-1.0, 1.0))
+    return np.concatenate([-first, second], axis=2)
+
+
+def _geometric(d: Array, forces: Array) -> Array:
+    """Return the derivatives of forces on both nodes by d at held section forces (elements, 6), (elements, 12, 6)."""
+    found = []
+    for k in range(6):
+        moved = d.astype(complex)
+        moved[:, k] += 1j * _TINY
+        found.append(np.einsum("eij,ei->ej", _along_twists(moved), forces).imag / _TINY)
+    return np.stack(found, axis=2)
+
+
 def _block_diagonal(blocks: Array) -> csr_array:
-    """Return blocks (n, 6, 6) as a sparse matrix."""
-    count, size, _ = blocks.shape
-    rows = np.repeat(np.arange(count * size), size)
-    columns = (size * np.arange(count)[:, np.newaxis, np.newaxis] + np.arange(size)).repeat(size, axis=1).ravel()
-    return csr_array((blocks.ravel(), (rows, columns)), shape=(count * size, count * size))
+    """Return blocks (n, rows, columns) as a sparse matrix."""
+    count, height, width = blocks.shape
+    rows = np.repeat(np.arange(count * height), width)
+    columns = np.broadcast_to((width * np.arange(count))[:, None, None] + np.arange(width), blocks.shape).ravel()
+    return csr_array((blocks.ravel(), (rows, columns)), shape=(count * height, count * width))
 
 
 def _pose(q: Array, factors: Sequence[Factor]) -> Array:

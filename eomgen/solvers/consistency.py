@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from eomgen.solvers.beam_assembly import Beams, RigidBeams, StrainedStart, Strains
 
 MAX_ITERATIONS = 50
+#: Part of the sentence on beams that a loop strains.
+STRAINED = "the loop closes only with strained beams"
 #: Corrections without progress after which a loop counts as one that rigid beams do not close.
 _PATIENCE = 4
 #: Part of the strain energy below which changes are rounding.
@@ -125,11 +128,13 @@ def _with_beams(
     if met:
         return rigid, closed, None, iterations
     strains = Strains(beams, system, q)
-    found = _least_strained(system, strains, closed, t)
+    # Newton's method finds stretched shapes, which pull straight; that of Gauss and Newton more of the compressed ones
+    ways = (_least_strained(system, strains, closed, t, geometric=geometric) for geometric in (True, False))
+    found = min((way for way in ways if way is not None), key=itemgetter(0), default=None)
     if found is None:
         closed, more = consistent_position(system, q, t)
         return rigid, closed, strains.strained(closed, np.zeros(0)), iterations + more
-    closed, multipliers, more = found
+    _, closed, multipliers, more = found
     return rigid, closed, strains.strained(closed, multipliers), iterations + more
 
 
@@ -157,28 +162,31 @@ def _turned(system: Constrained, q: Array, t: float) -> tuple[Array, int, bool]:
     return best, iteration, least <= REPORTED
 
 
-def _least_strained(system: Constrained, strains: Strains, q: Array, t: float) -> tuple[Array, Array, int] | None:
-    """Return the configuration on the constraints with the least strain energy near one, the multipliers there, and
-    after how many steps; None where none is found.
+def _least_strained(
+    system: Constrained, strains: Strains, q: Array, t: float, *, geometric: bool
+) -> tuple[float, Array, Array, int] | None:
+    """Return the strain energy, J, and the configuration on the constraints with the least one near another, the
+    multipliers there, and after how many steps; None where none is found.
 
     Near buckling the energy hardly tells one shape from another: then it is the best one of those that were seen.
     """
-    energy, best, least = np.inf, None, np.inf
+    energy, best = np.inf, None
     for iteration in range(MAX_ITERATIONS):
         violation = system.constraint(q, t)
         if not np.all(np.isfinite(violation)):
             break
         try:
-            step, multipliers = strains.step(q, t, violation)
+            step, multipliers = strains.step(q, t, violation, geometric=geometric)
         except RuntimeError:  # singular
             break
         if not np.all(np.isfinite(step)):
             break
         before, energy = energy, strains.energy(strains.changes(q))
-        if np.all(np.abs(violation) <= Rows(system, q, t).limits) and energy < least:
-            best, least = (q, multipliers, iteration), energy
-            if abs(before - energy) <= _SAME * energy:
-                break
+        met = bool(np.all(np.abs(violation) <= Rows(system, q, t).limits))
+        if met and (best is None or energy < best[0]):
+            best = energy, q, multipliers, iteration
+        if met and abs(before - energy) <= _SAME * energy:
+            break
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
         q = system.moved(q, step / max(1.0, largest))
     return best

@@ -226,7 +226,7 @@ _PLAIN = (
     ),
     Term(
         "section_loads",
-        ("p", "t", "q", "v", "lam", "base"),
+        _ALL,
         "geometrically exact beams: strains, and moments and forces of the sections, of each element",
         exists=("exact_beams",),
         of_motion=True,
@@ -395,6 +395,7 @@ _LINEAR = (
 PURPOSES: Mapping[str, tuple[str, ...]] = {
     "run": ("mass", "force", "internal_rate", "poses", "outputs", "energy", "section_loads", *KINEMATIC),
     "initial_assembly": ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size"),
+    "accelerations": ("forward_dynamics", "mass", "residual", "constraint_jacobian", "constraint_bias"),
     "equilibrium": ("mass", "residual", "partials", "poses", *KINEMATIC, *_INTERNAL),
     "linearization": (*_LINEAR, "velocity_partials", "acceleration_partials", "joint_velocities", *_INTERNAL),
 }

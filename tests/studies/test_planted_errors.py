@@ -107,7 +107,7 @@ PLANTED = [
     *_of("gate", "acceleration_partials", "Aq Av"),
     *_of("gate", "joint_velocities", "joint_a Pv Pq Pav Paq"),
     *_of("rod", "elastic", "K D K_geo"),
-    *_of("reed", "section_loads", "strain load load_at_ends"),
+    *_of("reed", "section_loads", "strain load load_at_ends load_on_halves"),
     *_of("reed", "section_loads", "load_at_ends", "section_loads.load_at_ends, at nodes"),
     *_of("striker", "events", "event_rate"),
     *_of("striker", "event_impulse", "gradient"),

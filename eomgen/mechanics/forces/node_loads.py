@@ -46,6 +46,15 @@ def add_local_load(loads: Loads, item: DistributedLoad, quantities: Quantities) 
         _Group(item, group, quantities).add(loads)
 
 
+def wrenches_per_length(item: DistributedLoad, quantities: Quantities) -> list[list[Scalar]]:
+    """Return moment and force per length on each node of a beam, (6,), in the axes of the node."""
+    found: list[list[Scalar]] = []
+    for load in item.nodes:
+        group = _Group(item, [load], quantities)
+        found.append(group.alone(load, quantities.algebra.one)[:6])
+    return found
+
+
 @dataclass(frozen=True)
 class _Group:
     """Nodes whose loads differ in numbers alone."""
@@ -58,7 +67,7 @@ class _Group:
         loop = self._loop() if len(self.nodes) > 1 else None
         if loop is None:
             for load in self.nodes:
-                self._push(loads, load, self._alone(load))
+                self._push(loads, load, self.alone(load, self.quantities.algebra.scalar(load.weight)))
             return
         tape = self.quantities.algebra.tape
         wrenches, power = (add_map(tape, compact(part, ())) for part in loop)
@@ -76,10 +85,10 @@ class _Group:
     def _mount(self, load: NodeLoad) -> Mount:
         return self.quantities.tree.mounts[load.node]
 
-    def _alone(self, load: NodeLoad) -> list[Scalar]:
-        """Return the wrench on one node, (6,), and its power."""
+    def alone(self, load: NodeLoad, weight: Scalar) -> list[Scalar]:
+        """Return the wrench on one node at a weight, (6,), and its power."""
         quantities, base = self.quantities, _numbers_of_base(self.quantities)
-        node, weight = node_at(quantities, self._mount(load)), quantities.algebra.scalar(load.weight)
+        node = node_at(quantities, self._mount(load))
         formulas = (*load.force, *load.moment)
         return _wrench(quantities.algebra, node, base, formulas, weight, quantities, own_axes=self._own_axes)
 

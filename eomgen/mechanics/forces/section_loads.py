@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.forces.cosserat_beams import Chain, Element
+from eomgen.mechanics.forces.element_loads import Fields, loads_on_halves
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.scene.bodies.cosserat import SECTION_ROW, Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
@@ -17,12 +18,21 @@ Multipliers = Callable[[Cosserat], Sequence[Sequence[Scalar]]]
 
 
 class SectionLoads:
-    """What the elements of each beam bear, recorded at its first use."""
+    """Strains and loads of the elements of each beam, recorded at their first use.
 
-    def __init__(self, scene: Scene, quantities: Quantities, multipliers: Multipliers) -> None:
+    Parameters
+    ----------
+    fields : gives the links' accelerations less gravity
+    """
+
+    def __init__(
+        self, scene: Scene, quantities: Quantities, multipliers: Multipliers, fields: Callable[[], Fields]
+    ) -> None:
         self._beams = {item.name: item.beam for item in scene.elements if isinstance(item, CosseratBeam)}
         self._quantities, self._multipliers = quantities, multipliers
+        self._fields = fields
         self._found: dict[str, list[list[Scalar]]] = {}
+        self._halves: dict[str, list[list[Scalar]]] = {}
 
     @property
     def beams(self) -> tuple[Cosserat, ...]:
@@ -30,7 +40,7 @@ class SectionLoads:
         return tuple(self._beams.values())
 
     def rows(self, name: str) -> list[list[Scalar]]:
-        """Return for each element of a beam the ``SECTION_ROW`` numbers of ``Element.sections``."""
+        """Return for each element of a beam the numbers of ``Element.sections``, the first 24 of a ``SECTION_ROW``."""
         if name not in self._found:
             beam = self._beams[name]
 
@@ -44,7 +54,18 @@ class SectionLoads:
                 self._found[name] = elements.each(sections, label, more)
         return self._found[name]
 
+    def halves(self, name: str) -> list[list[Scalar]]:
+        """Return for each element of a beam what acts on its halves, (12,), as of ``loads_on_halves``."""
+        if name not in self._halves:
+            with self._quantities.algebra.tape.block(f"loads on the elements of beam {name}"):
+                self._halves[name] = loads_on_halves(self._quantities, self._beams[name], self._fields())
+        return self._halves[name]
+
     def __call__(self, symbol: Symbol) -> Scalar:
         """Return a number of an element, by its place behind those of the elements before."""
         element, place = divmod(symbol.index, SECTION_ROW)
-        return self.rows(symbol.name)[element][place]
+        row = self.rows(symbol.name)[element]
+        if place < len(row):
+            return row[place]
+        exerted, acting = row[place - 12], self.halves(symbol.name)[element][place - 24]
+        return exerted + acting if place < 30 else exerted - acting

@@ -25,15 +25,15 @@ CONSTRAINED: Mapping[str, tuple[str, ...]] = {
     "kirchhoff": ("shear_y", "shear_z"),
     "inextensible": ("stretch", "shear_y", "shear_z"),
 }
-#: Numbers of an element: strain, mean load, load of its first and of its last section, 6 each, rotations and moments
-#: first.
-SECTION_ROW = 24
+#: Numbers of an element: strain, mean load, what it exerts on its two nodes, load of its first and of its last section,
+#: 6 each, rotations and moments first.
+SECTION_ROW = 36
 #: By kind of output: where its three numbers begin, at the first and at the last section.
 SECTION_PARTS: Mapping[str, tuple[int, int]] = {
     "section_curvature": (0, 0),
     "section_strain": (3, 3),
-    "section_moment": (12, 18),
-    "section_force": (15, 21),
+    "section_moment": (24, 30),
+    "section_force": (27, 33),
 }
 
 

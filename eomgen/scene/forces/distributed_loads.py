@@ -39,12 +39,22 @@ class DistributedLoadEntry(Table):
 
 @dataclass(frozen=True)
 class NodeLoad:
-    """What a node of a geometrically exact beam bears of a load: force and moment per length times ``weight``, m."""
+    """The part of a load that a node of a geometrically exact beam bears: force and moment per length times a weight.
+
+    Attributes
+    ----------
+    halves : m, weights of the element before the node and of the one beyond it
+    """
 
     node: str
-    weight: float
+    halves: tuple[float, float]
     force: Vector
     moment: Vector
+
+    @property
+    def weight(self) -> float:
+        """Weight of both elements, m."""
+        return sum(self.halves)
 
 
 @dataclass(frozen=True)
@@ -117,7 +127,7 @@ def _on_nodes(name: str, entry: DistributedLoadEntry, site: Site) -> Distributed
     if beam is None or site.values.report.concerns(key_of("beams", entry.beam)):
         return DistributedLoad(name, entry.beam, 0.0, 1.0, ZERO_VECTOR, profile, entry.axes)
     vectors = ZERO_VECTOR, ZERO_VECTOR
-    for node, x, weight in zip(beam.nodes, beam.places, _weights(beam, profile), strict=True):
+    for node, x, halves in zip(beam.nodes, beam.places, _weights(beam, profile), strict=True):
         if varied and not (found and site.values.report.concerns(place)):
             there = site.values.at(x / beam.length)
             vectors = (
@@ -125,14 +135,15 @@ def _on_nodes(name: str, entry: DistributedLoadEntry, site: Site) -> Distributed
                 there.vector(f"{place}.moment", entry.moment, LOCAL_LOAD),
             )
             varied = bool(there.varied)
-        found.append(NodeLoad(node, weight, *vectors))
+        found.append(NodeLoad(node, halves, *vectors))
     return DistributedLoad(name, entry.beam, 0.0, beam.length, ZERO_VECTOR, profile, entry.axes, tuple(found))
 
 
-def _weights(beam: Cosserat, profile: Sequence[float]) -> list[float]:
-    """Return the integral of a profile times the share of each node, 1 there and 0 at its neighbours, m."""
+def _weights(beam: Cosserat, profile: Sequence[float]) -> list[tuple[float, float]]:
+    """Return the integrals of a profile times the share of each node, 1 there and 0 at its neighbours, over the element
+    before it and over the one beyond it, m."""
     whole, start = sum((part.length for part in beam.parts), Fraction(0)), Fraction(0)
-    weights = [Fraction(0)] * len(beam.nodes)
+    weights = [[Fraction(0), Fraction(0)] for _ in beam.nodes]
     numbers = [Fraction(number) if math.isfinite(number) else Fraction(0) for number in profile]
     for element, part in enumerate(beam.parts):
         end = start + part.length
@@ -146,10 +157,10 @@ def _weights(beam: Cosserat, profile: Sequence[float]) -> list[float]:
             )
             for more in (1, 2)
         )
-        weights[element] += (end * zeroth - first) / part.length
-        weights[element + 1] += (first - start * zeroth) / part.length
+        weights[element][1] = (end * zeroth - first) / part.length
+        weights[element + 1][0] = (first - start * zeroth) / part.length
         start = end
-    return list(map(float, weights))
+    return [(float(before), float(beyond)) for before, beyond in weights]
 
 
 ROW = Row(DistributedLoad, DistributedLoadEntry, read_distributed_load, {})

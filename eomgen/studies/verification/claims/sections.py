@@ -13,12 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import ZERO
+from eomgen.formula.nodes import ZERO, Number
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.pipeline import pipeline
-from eomgen.scene.bodies.cosserat import BeamElement, Cosserat, Rows
+from eomgen.scene.bodies.cosserat import BeamElement, BeamSection, Cosserat, Rows
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.scene.forces.distributed_loads import DistributedLoad
+from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.scene import Scene
 from eomgen.studies.verification.claims.claim import Claim, Space, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine, on_tape
@@ -39,6 +42,8 @@ def section_claims(space: Space, engine: Engine, system: System, scene: object) 
     claims = [_balance(beams), _mean(beams), _strains(beams, system)]
     if {"jacobians", "force"} <= set(engine.functions):
         claims.append(_jumps(space, beams, engine, system, scene))
+    if {"jacobians", "residual"} <= set(engine.functions):
+        claims.append(_halves(space, beams, system, scene))
     return claims
 
 
@@ -188,8 +193,63 @@ def _jumps(space: Space, beams: _Beams, engine: Engine, system: System, scene: S
     )
 
 
+def _halves(space: Space, beams: _Beams, system: System, scene: Scene) -> Claim:
+    """Distributed loads, weight and inertia of the elements are what the residual has more of at twice of them."""
+    twice = on_tape(pipeline.derive(_with_twice_the_loads(scene), ["residual"]))
+    own = on_tape(system)
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        J, halves = engine("jacobians", state)["J"], engine("section_loads", state)["load_on_halves"]
+        first, second = (
+            np.einsum("...kij,...ki->...j", J[..., list(nodes), :, :], halves[..., end, :])
+            for end, nodes in enumerate((beams.first, beams.second))
+        )
+        return column(first + second)
+
+    return Claim(
+        "section_loads.load_on_halves",
+        "virtual work on the nodes",
+        FAMILY,
+        value,
+        second=lambda engine, state: column(own("residual", state)["r"] - twice("residual", state)["r"]),
+        second_name="equations with twice the loads",
+        size=lambda engine, state: np.max(np.abs(own("residual", state)["r"]), axis=-1),
+        rows=space.rows["v"],
+    )
+
+
+def _with_twice_the_loads(scene: Scene) -> Scene:
+    """Return a scene whose geometrically exact beams have twice the mass and twice the distributed loads."""
+    elements: list[ForceElement] = []
+    heavier: dict[str, Body] = {}
+    for item in scene.elements:
+        if isinstance(item, CosseratBeam):
+            parts = tuple(replace(part, section=_twice_the_mass(part.section)) for part in item.beam.parts)
+            beam = replace(item.beam, parts=parts)
+            heavier |= {body.name: body for body in beam.bodies()}
+            item = replace(item, beam=beam)  # noqa: PLW2901 - the changed one is kept
+        elif isinstance(item, DistributedLoad) and item.nodes:
+            nodes = tuple(replace(load, halves=(2 * load.halves[0], 2 * load.halves[1])) for load in item.nodes)
+            item = replace(item, nodes=nodes)  # noqa: PLW2901 - likewise
+        elements.append(item)
+    bodies = tuple(heavier.get(body.name, body) for body in scene.bodies)
+    return replace(scene, elements=tuple(elements), bodies=bodies)
+
+
+def _twice_the_mass(section: BeamSection) -> BeamSection:
+    two = Number(2.0)
+    x, y, z = section.rotary_inertia
+    xy, xz, yz = section.products
+    return replace(
+        section,
+        mass_per_length=two * section.mass_per_length,
+        rotary_inertia=(two * x, two * y, two * z),
+        products=(two * xy, two * xz, two * yz),
+    )
+
+
 def _without_stiffness(scene: Scene) -> Scene:
-    elements = []
+    elements: list[ForceElement] = []
     for item in scene.elements:
         if isinstance(item, CosseratBeam):
             parts = tuple(
