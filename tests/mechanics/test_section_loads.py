@@ -92,7 +92,7 @@ def test_at_rest_sections_bear_what_acts_beyond_them(elements: int) -> None:
     """Force and lever of a dead load at the tip, whatever the number of elements."""
     force = np.array([3.0, -2.0, 5.0])
     system = derive(from_data(beam_scene(elements, {"force": force.tolist()})), (*TERMS, "residual", "partials"))
-    state = {"q": rest(system, 4), "v": np.zeros(system.nv), "p": np.ones(1)}
+    state = {"q": rest(system, 4), "v": np.zeros(system.nv), "a": np.zeros(system.nv), "p": np.ones(1)}
     evaluate = tape_evaluator(system)
     found, poses = evaluate("section_loads", state)["load_at_ends"], evaluate("poses", state)["pose"]
     names = ("rope", *(f"rope.{k}" for k in range(1, elements + 1)))

@@ -33,10 +33,9 @@ def angles(system: System) -> dict[str, float]:
 
 def unstrained(system: System) -> None:
     """Assert that the energy of strains, and the stretch of all elements, are those of rounding errors."""
-    state: dict[str, Array] = {
-        name: np.zeros(size) for name, size in (("v", system.nv), ("lam", len(system.multipliers)))
-    }
-    state |= {"q": np.array(system.initial_q), "p": np.array([item.value for item in system.parameters])}
+    state: dict[str, Array] = {name: np.zeros(system.nv) for name in ("v", "a")}
+    state |= {"q": np.array(system.initial_q), "lam": np.zeros(len(system.multipliers))}
+    state |= {"p": np.array([item.value for item in system.parameters])}
     found = tape_evaluator(system)("section_loads", state)["strain"]
     assert np.max(np.abs(found)) < 1e-13
     names = [note for note in system.notes if "strained" in note]
@@ -159,14 +158,7 @@ def test_a_joint_that_a_caller_moves_takes_its_beam_along() -> None:
 
 
 @pytest.mark.slow
-def test_a_run_from_a_strained_start_names_it_whether_it_fails_or_not() -> None:
-    scene = held([8.0, 0.0, 0.0], "cosserat", elements=4, rotary_inertia=[1e-6] * 3)
-    scene["constraints"]["held"]["type"] = "spherical"
-    model = eomgen.build(scene, profile="quick")
-    said = "the loop closes only with strained beams: strain energy"
-    assert said in model.simulate(1e-6, 1e-7, error_estimate=False).message
-    failed = model.simulate(2.0, 0.5, error_estimate=False)
-    assert failed.message.startswith("stopped at t = ") and said in failed.message
-    assert "; try: an initial state nearer to assembly, or lengths that fit, so that beams start unstrained; or " in (
-        failed.message
-    )
+def test_a_run_from_a_strained_start_names_it() -> None:
+    model = eomgen.build(held([8.0, 0.0, 0.0], "cosserat", elements=4), profile="quick")
+    message = model.simulate(1e-6, 1e-7, error_estimate=False).message
+    assert "the loop closes only with strained beams: strain energy 2e+03 J, largest section force 2e+03 N" in message
