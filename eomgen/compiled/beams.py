@@ -2,19 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol, Self
 
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.functions import Functions
+from eomgen.lie.product import Factor
+from eomgen.solvers.beams import Beams, beams_of
+from eomgen.solvers.rigid_beams import RigidBeams
+from eomgen.system.description import Description
 
-if TYPE_CHECKING:
-    from eomgen.compiled.model import CompiledModel
-    from eomgen.solvers.beam_assembly import Beams
+
+class ModelWithBeams(Protocol):
+    """A ``CompiledModel``: see there."""
+
+    description: Description
+
+    @property
+    def functions(self) -> Functions: ...
+    @property
+    def bodies(self) -> Sequence[str]: ...
+    @property
+    def factors(self) -> tuple[Factor, ...]: ...
+    @property
+    def v_units(self) -> Sequence[str]: ...
+    @property
+    def parameters(self) -> Mapping[str, float]: ...
+    @property
+    def nq(self) -> int: ...
+    @property
+    def nv(self) -> int: ...
+    @property
+    def evaluate(self) -> Callable[..., Mapping[str, Array]]: ...
+
+    def parameter_array(self) -> Array: ...
+
+    def having(self, terms: Sequence[str]) -> Self: ...
 
 
-def beams_at(model: CompiledModel, t: float, p: Array) -> Beams | None:
+def beams_at(model: ModelWithBeams, t: float, p: Array) -> Beams | None:
     """Return the beams at parameters (np,); None where the model has none, or no term ``poses``."""
     description = model.description
     if not description.element_stiffness:
@@ -22,8 +50,6 @@ def beams_at(model: CompiledModel, t: float, p: Array) -> Beams | None:
     able = model.having(("poses",))
     if "poses" not in able.functions:
         return None
-    from eomgen.solvers.beam_assembly import beams_of  # noqa: PLC0415  # SciPy comes with it
-
     return beams_of(
         description.element_stiffness,
         description.values(dict(zip(model.parameters, p.tolist(), strict=True))),
@@ -35,7 +61,7 @@ def beams_at(model: CompiledModel, t: float, p: Array) -> Beams | None:
 
 
 def placed_nodes(
-    model: CompiledModel, before: tuple[Array, Array], after: tuple[Array, Array], p: Array, given: Sequence[str]
+    model: ModelWithBeams, before: tuple[Array, Array], after: tuple[Array, Array], p: Array, given: Sequence[str]
 ) -> tuple[Array, Array]:
     """Return q and v with the nodes of beams put where the first ones have them, and moving with these.
 
@@ -49,8 +75,6 @@ def placed_nodes(
     shapes, beams = beams_at(model, 0.0, model.parameter_array()), beams_at(model, 0.0, p)
     if shapes is None or beams is None:
         return after
-    from eomgen.solvers.beam_assembly import RigidBeams  # noqa: PLC0415  # SciPy comes with it
-
     rigid = RigidBeams(shapes, model.factors, np.array([unit == "rad/s" for unit in model.v_units]), before[0])
     at_start = rigid.velocities(before[0], before[1][np.newaxis])[0]
     rigid = rigid.of(beams)

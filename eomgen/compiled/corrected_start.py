@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.solvers.beams import STRAINED
 from eomgen.solvers.consistency import Assembly
 from eomgen.text import distinct
 
@@ -15,6 +16,11 @@ CORRECTED = "corrected onto the constraints: "
 #: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is told; how many are
 #: listed.
 _TOLD, _LISTED = 1e-6, 6
+
+
+def tells_strain(sentence: str) -> bool:
+    """Return whether a sentence on a start is about beams that a loop strains."""
+    return STRAINED in sentence
 
 
 def corrected_start(

@@ -13,6 +13,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.corrected_start import corrected_start
 from eomgen.errors import ModelError
+from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.consistency import assemble
 from eomgen.solvers.constraint_rows import EPSILON, Constrained, Rows, split_sizes
 from eomgen.solvers.redundancy import Redundancy, check_left_out, left_over, redundancy
@@ -21,7 +22,6 @@ from eomgen.symbolic.operations import InputSymbol
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
-    from eomgen.solvers.beam_assembly import Beams
     from eomgen.system.description import Description
     from eomgen.system.system import System
 
@@ -201,8 +201,6 @@ def _beams(system: System, description: Description | None, p: Array, poses: Cal
     """Return the geometrically exact beams of a System at parameters (np,); None where it has none."""
     if description is None or not description.element_stiffness:
         return None
-    from eomgen.solvers.beam_assembly import beams_of  # noqa: PLC0415  # SciPy comes with it
-
     values = description.values({item.name: value for item, value in zip(system.parameters, p.tolist(), strict=True)})
     return beams_of(
         description.element_stiffness, values, system.bodies, system.factors, poses, absolute=bool(description.joints)

@@ -140,7 +140,7 @@ def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]
 
 def rows_of(solution: Loaded, rows: Array | slice) -> State:
     """Return the states at some rows."""
-    return State(*(getattr(solution, name)[rows] for name in State._fields))
+    return State(*(getattr(solution, name)[rows] for name in ("t", "q", "v", "a", "z")))
 
 
 def _of_rows(loads: SectionLoads, rows: Array) -> SectionLoads:

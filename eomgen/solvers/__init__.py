@@ -1,6 +1,7 @@
 """Static equilibria and consistent states, on a product of Lie groups; arrays only."""
 
 __all__ = [
+    "beams",
     "bordered_newton",
     "buckling",
     "consistency",
@@ -12,5 +13,6 @@ __all__ = [
     "independent_columns",
     "load_steps",
     "redundancy",
+    "rigid_beams",
     "statics",
 ]

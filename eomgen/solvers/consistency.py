@@ -15,6 +15,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import ModelError, Problem
+from eomgen.solvers.beams import Beams, StrainedStart
 from eomgen.solvers.constraint_rows import (
     CONTRADICTION,
     EPSILON,
@@ -25,13 +26,12 @@ from eomgen.solvers.constraint_rows import (
     Rows,
     long_lever,
 )
+from eomgen.solvers.rigid_beams import RigidBeams
 
 if TYPE_CHECKING:
-    from eomgen.solvers.beam_assembly import Beams, RigidBeams, StrainedStart, Strains
+    from eomgen.solvers.strain_energy import Strains
 
 MAX_ITERATIONS = 50
-#: Part of the sentence on beams that a loop strains.
-STRAINED = "the loop closes only with strained beams"
 #: Corrections without progress after which a loop counts as one that rigid beams do not close.
 _PATIENCE = 4
 #: Part of the strain energy below which changes are rounding.
@@ -121,12 +121,12 @@ def _with_beams(
     the shapes of the beams in the guess; the configuration, by corrections of least kinetic size where neither closes
     the loops; how much the beams are strained; how many corrections led there
     """
-    from eomgen.solvers.beam_assembly import RigidBeams, Strains  # noqa: PLC0415  # imports SciPy
-
     rigid = RigidBeams(beams, system.factors, system.angular, q)
     closed, iterations, met = _turned(rigid.reduced(system), q, t)
     if met:
         return rigid, closed, None, iterations
+    from eomgen.solvers.strain_energy import Strains  # noqa: PLC0415  # imports SciPy
+
     strains = Strains(beams, system, q)
     # Newton's method finds stretched shapes, which pull straight; that of Gauss and Newton more of the compressed ones
     ways = (_least_strained(system, strains, closed, t, geometric=geometric) for geometric in (True, False))

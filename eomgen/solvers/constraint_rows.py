@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +18,7 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, update
-
-if TYPE_CHECKING:
-    from eomgen.solvers.beam_assembly import Beams
+from eomgen.solvers.beams import Beams
 
 EPSILON = float(np.finfo(float).eps)
 #: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to, where they can

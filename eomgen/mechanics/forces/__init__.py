@@ -2,4 +2,14 @@
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.
-WITHIN = ["applied", "beams", "cosserat_beams", "frame_pairs", "internal_states", "loads", "section_loads", "symbols"]
+WITHIN = [
+    "applied",
+    "beams",
+    "cosserat_beams",
+    "element_loads",
+    "frame_pairs",
+    "internal_states",
+    "loads",
+    "section_loads",
+    "symbols",
+]

@@ -8,6 +8,7 @@ import numpy as np
 
 from eomgen.analysis.definiteness import inertia_warning
 from eomgen.codegen.metadata import LARGEST_ANGLE
+from eomgen.compiled.corrected_start import tells_strain
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, NO_VALUE, STATUSES, STOPPED
 from eomgen.integrators.samples import CONTROLLER_FAILED
@@ -23,7 +24,6 @@ from eomgen.simulation.stepping.events import ending, parameters_with, without_v
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.solvers.consistency import STRAINED
 
 #: What to try if a motion runs away that neither is known to grow by its equations nor starts fast.
 OTHER_FORCES = (
@@ -103,7 +103,7 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
         )
     elif not (found or singular) and (away := _grown(run, stepper, trajectory)):
         details, hint = f"{details}; {away.text}", away.hint
-    if any(STRAINED in text for text in run.corrections):  # the message says how much at its end
+    if any(tells_strain(text) for text in run.corrections):  # the message says how much at its end
         hint = f"an initial state nearer to assembly, or lengths that fit, so that beams start unstrained; or {hint}"
     steps = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics, model)}"
     return f"stopped at t = {t:.9g} s, after {steps}: {text}{details}; try: {hint}"

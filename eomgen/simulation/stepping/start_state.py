@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.compiled.corrected_start import CORRECTED, corrected_start
+from eomgen.compiled.corrected_start import CORRECTED, corrected_start, tells_strain
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.simulation.stepping.run import SCENE_START, Run
-from eomgen.solvers.consistency import STRAINED
 
 
 def start_description(*, equilibrium_start: bool, given: bool, chosen: str | None, of_scene: str) -> str:
@@ -65,7 +64,7 @@ def start_of(
     own = not initial and p.tolist() == list(model.parameters.values())
     state, sentences = initial_state(model, initial, p, asked=not (own or equilibrium_start)), []
     if own:
-        sentences = [note for note in model.notes if note.startswith(CORRECTED) or STRAINED in note]
+        sentences = [note for note in model.notes if note.startswith(CORRECTED) or tells_strain(note)]
     notes: list[str] = []
     if equilibrium_start:
         inputs = run.driven(np.array([t]))[0] if run.driven else None
@@ -83,5 +82,5 @@ def start_of(
         sentences += [*consistent.corrections(), *changes, *consistent.deviations]
     elif changed:  # all rows may be left out
         sentences += model.check_left_out(state.q, state.v, t, p)
-    notes = [*notes, *(text for text in sentences if STRAINED in text)]
+    notes = [*notes, *(text for text in sentences if tells_strain(text))]
     return state, sentences, notes

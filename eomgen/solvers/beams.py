@@ -1,0 +1,134 @@
+"""The geometrically exact beams of a constrained system, as assembly takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.lie.product import Factor
+
+#: Part of the sentence on beams that a loop strains.
+STRAINED = "the loop closes only with strained beams"
+#: Step of differences, rad, and as a part of the longest beam.
+_STEP = 1e-6
+#: Configurations whose poses are evaluated together.
+_TOGETHER = 512
+
+
+@dataclass(frozen=True)
+class Beams:
+    """The geometrically exact beams of a constrained system at fixed parameters.
+
+    Attributes
+    ----------
+    names : of the beams
+    nodes : of each beam, by their numbers among the poses
+    own : for each node, the factors that move it alone; none of a node that another body carries
+    poses(q (n, nq)) -> (n, bodies, 7)
+    absolute : whether coordinates of nodes are poses in the world, not against the base
+    stiffness : (elements, 6, 6) of the elements of all beams, section forces by the change of the logarithm of the
+        relative pose: N m/rad, N/m
+    length : m, of the longest beam
+    """
+
+    names: Sequence[str]
+    nodes: Sequence[Sequence[int]]
+    own: Sequence[Sequence[Sequence[Factor]]]
+    poses: Callable[[Array], Array]
+    absolute: bool
+    stiffness: Array
+    length: float
+
+    @cached_property
+    def followers(self) -> list[tuple[int, int, Sequence[Factor]]]:
+        """The first node of the beam, the node and its factors, of each node that can follow the first one."""
+        return [
+            (nodes[0], node, factors)
+            for nodes, own in zip(self.nodes, self.own, strict=True)
+            for node, factors in zip(nodes[1:], own[1:], strict=True)
+            if factors
+        ]
+
+    def holds(self, names: Iterable[str]) -> NDArray[np.bool_]:
+        """Return which rows are strains that a beam does not have, by the rows' names."""
+        of_strains = tuple(f"{name}: no " for name in self.names)
+        return np.array([name.startswith(of_strains) for name in names], dtype=bool)
+
+    def steps(self, angular: NDArray[np.bool_]) -> Array:
+        """Return steps of differences by velocity component, (nv,), rad or m."""
+        return np.where(angular, _STEP, _STEP * self.length)
+
+    def many_poses(self, q: Array) -> Array:
+        """Return the poses at any number of configurations (n, nq)."""
+        starts = range(0, len(q), _TOGETHER)
+        return np.concatenate([self.poses(q[start : start + _TOGETHER]) for start in starts])
+
+
+class Elements(Protocol):
+    """Elements of a beam: see ``system.description.ElementStiffness``."""
+
+    @property
+    def nodes(self) -> tuple[str, ...]: ...
+
+    @property
+    def lengths(self) -> tuple[float, ...]: ...
+
+    def matrices(self, values: Mapping[str, float]) -> Array: ...
+
+
+def beams_of(
+    beams: Sequence[Elements],
+    values: Mapping[str, float],
+    bodies: Sequence[str],
+    factors: Sequence[Factor],
+    poses: Callable[[Array], Array],
+    *,
+    absolute: bool,
+) -> Beams:
+    """Return the beams of a system at values of its parameters; ``bodies``: by their numbers among the poses."""
+    number = {name: index for index, name in enumerate(bodies)}
+    known = {factor.name: factor for factor in factors}
+
+    def own(node: str) -> Sequence[Factor]:
+        names = (node,) if node in known else (f"{node}.orientation", f"{node}.position")
+        found = [known[name] for name in names if name in known]
+        return found if sum(factor.v_size for factor in found) == 6 else ()
+
+    return Beams(
+        names=[beam.nodes[0] for beam in beams],
+        nodes=[[number[node] for node in beam.nodes] for beam in beams],
+        own=[[own(node) for node in beam.nodes] for beam in beams],
+        poses=poses,
+        absolute=absolute,
+        stiffness=np.concatenate([beam.matrices(values) for beam in beams]),
+        length=max(sum(beam.lengths) for beam in beams),
+    )
+
+
+@dataclass(frozen=True)
+class StrainedStart:
+    """How much a loop strains its beams that does not close without.
+
+    Attributes
+    ----------
+    energy : J, by the change of strains from the guess
+    force : N, largest section force that the change makes
+    beam, element : where; elements count from 1
+    """
+
+    energy: float
+    force: float
+    beam: str
+    element: int
+
+    def __str__(self) -> str:
+        return (
+            f"{STRAINED}: strain energy {self.energy:.3g} J, largest section force"
+            f" {self.force:.3g} N in element {self.element} of the beam {self.beam}"
+        )

@@ -1,0 +1,137 @@
+"""Loops whose geometrically exact beams keep their shapes: the nodes follow the first one, and joints are the unknowns.
+
+The nodes of a beam have coordinates of their own, and their masses are small, so corrections of least kinetic size put
+a whole gap into one element. Here nodes follow the first one of their beam as a rigid body does, and the unknowns are
+the other coordinates alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.lie import numeric
+from eomgen.lie.groups import SE3
+from eomgen.lie.product import Factor, difference, update
+from eomgen.solvers.beams import Beams
+from eomgen.solvers.constraint_rows import Constrained
+
+#: Passes that place nodes of beams carried by beams.
+_PASSES = 100
+
+
+class RigidBeams:
+    """Configurations in which the beams have the shapes of a given one.
+
+    Parameters
+    ----------
+    q : (nq,) with the shapes
+    """
+
+    def __init__(self, beams: Beams, factors: Sequence[Factor], angular: NDArray[np.bool_], q: Array) -> None:
+        self.beams, self.factors, self.angular = beams, factors, angular
+        q = q[np.newaxis]
+        first = self._first(q)
+        self._from_first = [
+            numeric.compose(SE3, numeric.inverse(SE3, pose), _pose(q, factors))
+            for pose, (_, _, factors) in zip(first, beams.followers, strict=True)
+        ]
+        following = [factor for _, _, own in beams.followers for factor in own]
+        self.free: NDArray[np.bool_] = np.ones(len(angular), dtype=bool)
+        for factor in following:
+            self.free[factor.v] = False
+
+    def of(self, beams: Beams) -> RigidBeams:
+        """Return the same shapes at other parameters."""
+        other = copy(self)
+        other.beams = beams
+        return other
+
+    def _first(self, q: Array) -> list[Array]:
+        """Return for each follower the pose of its beam's first node, (n, 7), in the axes of its own coordinates."""
+        poses, followers = self.beams.many_poses(q), self.beams.followers
+        if not self.beams.absolute and followers:
+            # the world's poses by those against the base, of any node
+            _, node, factors = followers[0]
+            to_base = numeric.compose(SE3, _pose(q, factors), numeric.inverse(SE3, poses[:, node]))
+            return [numeric.compose(SE3, to_base, poses[:, first]) for first, _, _ in followers]
+        return [poses[:, first] for first, _, _ in followers]
+
+    def placed(self, q: Array) -> Array:
+        """Return configurations (..., nq) with the nodes put where the first one of their beam has them."""
+        found = np.array(q, dtype=float).reshape(-1, q.shape[-1])
+        for _ in range(_PASSES):  # a beam may be carried by another one
+            before = found.copy()
+            for pose, relative, (_, _, factors) in zip(
+                self._first(found), self._from_first, self.beams.followers, strict=True
+            ):
+                _put_pose(found, factors, numeric.compose(SE3, pose, relative))
+            if np.max(np.abs(found - before), initial=0.0) <= 1e-14 * max(1.0, np.max(np.abs(found), initial=0.0)):
+                break
+        return found.reshape(q.shape)
+
+    def velocities(self, q: Array, along: Array) -> Array:
+        """Return velocities (n, nv) of beams that keep their shapes, by those of the other coordinates.
+
+        Parameters
+        ----------
+        q : (nq,) with the nodes in place
+        along : (n, nv), of which components of following nodes are not read
+        """
+        if not len(along):  # nothing but nodes can move
+            return along
+        steps = self.beams.steps(self.angular)
+        along = np.where(self.free, along, 0.0)
+        sizes = np.max(np.abs(along) / steps, axis=1, keepdims=True)
+        scale = np.where(sizes > 0.0, sizes, 1.0)
+        less, more = (
+            self.placed(update(self.factors, np.broadcast_to(q, (len(along), len(q))), sign * along / scale))
+            for sign in (-1.0, 1.0)
+        )
+        found = 0.5 * scale * difference(self.factors, less, more)
+        return np.where(self.free, along, found)
+
+    def moved(self, q: Array, step: Array) -> Array:
+        """Return q moved by a step (free,) of the other coordinates, the nodes behind."""
+        whole = np.zeros(len(self.angular))
+        whole[self.free] = step
+        return self.placed(update(self.factors, q, whole))
+
+    def reduced(self, system: Constrained) -> Constrained:
+        """Return the system with the free coordinates as unknowns, and without the rows of strains."""
+        last: list[tuple[bytes, Array]] = []
+
+        def basis(q: Array) -> Array:
+            if not last or last[0][0] != q.tobytes():
+                last[:] = [(q.tobytes(), self.velocities(q, np.eye(len(self.angular))[self.free]).T)]
+            return last[0][1]
+
+        def mass(q: Array) -> Array:
+            T = basis(q)
+            return np.asarray(T.T @ system.mass(q) @ T)
+
+        return replace(
+            system.without(np.flatnonzero(self.beams.holds(system.names)).tolist()),
+            angular=self.angular[self.free],
+            jacobian=lambda q, t: system.jacobian(q, t)[~self.beams.holds(system.names)] @ basis(q),
+            mass=mass,
+            move=self.moved,
+            beams=None,
+        )
+
+
+def _pose(q: Array, factors: Sequence[Factor]) -> Array:
+    """Return the pose, (n, 7), that the factors of a node hold."""
+    return np.concatenate([q[:, factor.q] for factor in factors], axis=1)
+
+
+def _put_pose(q: Array, factors: Sequence[Factor], pose: Array) -> None:
+    start = 0
+    for factor in factors:
+        q[:, factor.q] = pose[:, start : start + factor.q_size]
+        start += factor.q_size

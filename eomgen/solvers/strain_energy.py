@@ -1,0 +1,142 @@
+"""Loops that strain their geometrically exact beams: steps of least strain energy on the constraints.
+
+Equality-constrained least squares in the metric of the elements' stiffness, as a sparse system: J. Nocedal and S.
+Wright, Numerical Optimization, 2006, section 18.3.
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import accumulate
+
+import numpy as np
+from scipy.sparse import block_array, csc_array, csr_array, diags_array, eye_array
+from scipy.sparse.linalg import splu
+
+from eomgen.arrays import Array
+from eomgen.lie import numeric
+from eomgen.lie.groups import SE3
+from eomgen.lie.product import update
+from eomgen.solvers.beams import Beams, StrainedStart
+from eomgen.solvers.constraint_rows import Constrained
+
+#: Step of derivatives by complex arguments.
+_TINY = 1e-30
+#: Weight of the kinetic metric beside the stiffest strain: it decides about what strains nothing.
+_KINETIC = 1e-12
+#: Part of the system's diagonal that holds multipliers of redundant rows.
+_HELD = 1e-12
+
+
+class Strains:
+    """Changes of the strains of all elements from those of a configuration, and steps of least strain energy."""
+
+    def __init__(self, beams: Beams, system: Constrained, q: Array) -> None:
+        self.beams, self.system = beams, system
+        self._first = np.array([node for nodes in beams.nodes for node in nodes[:-1]], dtype=int)
+        self._second = np.array([node for nodes in beams.nodes for node in nodes[1:]], dtype=int)
+        self._rest = self._values(q)
+
+    def _values(self, q: Array) -> Array:
+        """Return the logarithms of the relative poses, (elements, 6)."""
+        poses = self.beams.poses(q[np.newaxis])[0]
+        relative = numeric.compose(SE3, numeric.inverse(SE3, poses[self._first]), poses[self._second])
+        relative[relative[:, 0] < 0.0, :4] *= -1.0
+        return numeric.log(SE3, relative)
+
+    def changes(self, q: Array) -> Array:
+        """Return the changes from the guess, (elements, 6), rotations first, rad and m."""
+        return self._values(q) - self._rest
+
+    def energy(self, changes: Array) -> float:
+        """Return the strain energy of changes, J."""
+        return 0.5 * float(np.einsum("ei,eij,ej->", changes, self.beams.stiffness, changes))
+
+    def step(self, q: Array, t: float, violation: Array, *, geometric: bool) -> tuple[Array, Array]:
+        """Return the change of q, (nv,), that meets the rows linearly with the least strain energy, and the
+        multipliers of the rows at position level.
+
+        Parameters
+        ----------
+        geometric : whether the stiffness by the present section forces counts, too, as in Newton's method
+        """
+        d, twists = self._values(q), self._twists(q)
+        D = csr_array(_block_diagonal(_along_twists(d)) @ twists)
+        forces = np.einsum("eij,ej->ei", self.beams.stiffness, d - self._rest)
+        H = csc_array(D.T @ _block_diagonal(self.beams.stiffness) @ D)
+        diagonal = np.array(H.diagonal())
+        if geometric:
+            of_forces = csc_array(twists.T @ (_block_diagonal(_geometric(d, forces)) @ D))
+            H = H + csc_array(0.5 * (of_forces + of_forces.T))
+        masses = np.diag(self.system.mass(q))
+        masses = np.where(masses > 0.0, masses, np.min(masses[masses > 0.0], initial=1.0))
+        kinetic = _KINETIC * np.max(diagonal / masses) * masses
+        scale = 1.0 / np.sqrt(diagonal + kinetic)
+        B = self.system.jacobian(q, t)[: len(violation)] * scale
+        lengths = np.linalg.norm(B, axis=1)
+        weights = 1.0 / np.where(lengths > 0.0, lengths, 1.0)
+        rows = csc_array(B * weights[:, np.newaxis])
+        scaled = csc_array(diags_array(scale) @ (H + diags_array(kinetic)) @ diags_array(scale))
+        held = csc_array(-_HELD * eye_array(len(violation)))
+        whole = csc_array(block_array([[scaled, csc_array(rows.T)], [rows, held]]))
+        found = splu(whole).solve(np.concatenate([-scale * (D.T @ forces.ravel()), -weights * violation]))
+        return found[: len(scale)] * scale, found[len(scale) :] * weights
+
+    def _twists(self, q: Array) -> csr_array:
+        """Return the body twists of both nodes of each element by v, sparse (12 elements, nv), by differences."""
+        nv, steps = len(self.system.angular), self.beams.steps(self.system.angular)
+        less, more = (
+            self.beams.many_poses(update(self.system.factors, np.tile(q, (nv, 1)), sign * np.diag(steps)))
+            for sign in (-1.0, 1.0)
+        )
+        rows, columns, entries = [], [], []
+        for start, nodes in ((0, self._first), (6, self._second)):
+            column, element = np.nonzero(np.any(less[:, nodes] != more[:, nodes], axis=-1))
+            first, second = (poses[column, nodes[element]] for poses in (less, more))
+            between = numeric.compose(SE3, numeric.inverse(SE3, first), second)
+            between[between[:, 0] < 0.0, :4] *= -1.0
+            rows.append((12 * element[:, np.newaxis] + start + np.arange(6)).ravel())
+            columns.append(np.repeat(column, 6))
+            entries.append((numeric.log(SE3, between) / (2.0 * steps[column])[:, np.newaxis]).ravel())
+        places = (np.concatenate(rows), np.concatenate(columns))
+        return csr_array((np.concatenate(entries), places), shape=(12 * len(self._first), nv))
+
+    def strained(self, q: Array, multipliers: Array) -> StrainedStart:
+        """Return how much the beams are strained; ``multipliers`` of the rows at position level, N of strains."""
+        changes = self.changes(q)
+        forces = np.einsum("eij,ej->ei", self.beams.stiffness, changes)[:, 3:]
+        squares = np.sum(forces**2, axis=1)
+        ends = accumulate(len(nodes) - 1 for nodes in self.beams.nodes)
+        starts = dict(zip(self.beams.names, [0, *ends], strict=False))
+        for name, multiplier in zip(self.system.names, multipliers, strict=False):
+            beam, held, rest = name.partition(": no ")
+            number = re.search(r"of element (\d+)$", rest)
+            if held and number and beam in starts:
+                squares[starts[beam] + int(number[1]) - 1] += multiplier**2
+        worst = int(np.argmax(squares))
+        beam = max((name for name in starts if starts[name] <= worst), key=lambda name: starts[name])
+        return StrainedStart(self.energy(changes), float(np.sqrt(squares[worst])), beam, worst - starts[beam] + 1)
+
+
+def _along_twists(d: Array) -> Array:
+    """Return the derivatives of logarithms (elements, 6) along the twists of both nodes, (elements, 6, 12)."""
+    first, second = (numeric.tangent_inverse(SE3, sign * d) for sign in (-1.0, 1.0))
+    return np.concatenate([-first, second], axis=2)
+
+
+def _geometric(d: Array, forces: Array) -> Array:
+    """Return the derivatives of forces on both nodes by d at held section forces (elements, 6), (elements, 12, 6)."""
+    found = []
+    for k in range(6):
+        moved = d.astype(complex)
+        moved[:, k] += 1j * _TINY
+        found.append(np.einsum("eij,ei->ej", _along_twists(moved), forces).imag / _TINY)
+    return np.stack(found, axis=2)
+
+
+def _block_diagonal(blocks: Array) -> csr_array:
+    """Return blocks (n, rows, columns) as a sparse matrix."""
+    count, height, width = blocks.shape
+    rows = np.repeat(np.arange(count * height), width)
+    columns = np.broadcast_to((width * np.arange(count))[:, None, None] + np.arange(width), blocks.shape).ravel()
+    return csr_array((blocks.ravel(), (rows, columns)), shape=(count * height, count * width))
