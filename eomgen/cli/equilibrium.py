@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,9 +28,13 @@ from eomgen.text import json_text
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
+    from eomgen.arrays import Array
     from eomgen.model import Model
+    from eomgen.results.shapes import Arrow
 
 _SHOWN = 40
+#: Multipliers that are listed.
+_ROWS = 12
 
 
 @click.command()
@@ -41,7 +46,8 @@ _SHOWN = 40
     "--path", "along", default=None, metavar="NAME=FROM:TO", help="Follow equilibria while a parameter goes to a value."
 )
 @click.option("--over", multiple=True, metavar="COLUMN", help="What a path is drawn over; may be repeated.")
-@click.option("--plot", "figure", default=None, metavar="FILE.png", help="Draw the path.")
+@click.option("--plot", "figure", default=None, metavar="FILE.png", help="Draw the shape at rest, or the path.")
+@click.option("--all", "whole", is_flag=True, help="Print every coordinate, those of beams' nodes as well.")
 @click.option("--buckling", default=None, metavar="NAME[=AT]", help="Linear buckling loads about a preload.")
 @time_option
 @any_kind_option
@@ -51,13 +57,14 @@ _SHOWN = 40
 @input_option
 @json_option
 @debug_option
-def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_json: bool, **options: Any) -> int:
+def equilibrium(
+    scene: str, path: str | None, time: float, any_kind: bool, whole: bool, as_json: bool, **options: Any
+) -> int:
     """Find where a SCENE comes to rest near its initial state, its base held where it is at a time."""
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    request = PathRequest.read(
-        options.pop("along"), options.pop("over"), options.pop("figure"), options.pop("buckling"), path
-    )
+    figure = options.pop("figure")
+    request = PathRequest.read(options.pop("along"), options.pop("over"), figure, options.pop("buckling"), path)
     if request is None and path is not None and Path(path).suffix != ".json":
         raise UsageError(Problem(f"--out {path}", "an equilibrium is written as a .json file", "--out rest.json"))
     described = read_scene(scene, options)
@@ -66,7 +73,9 @@ def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_js
     if request is not None:
         return request.answer(model, options["initial"], options["parameters"], time, options["inputs"], as_json)
     result = model.equilibrium(options["initial"], options["parameters"], time, options["inputs"], any_kind=any_kind)
-    data = _described(model, result)
+    p = model.parameter_array(options["parameters"])
+    data = _described(model, result, p, options["inputs"], options["initial"])
+    files = [] if figure is None else [_drawn(model, result, p, options["initial"], Path(figure))]
     if path is not None:
         from eomgen.files import write_text  # noqa: PLC0415
 
@@ -74,31 +83,145 @@ def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_js
     if as_json:
         print_json(data)
     else:
-        rows = [
-            (name, f"{value:.9g}", unit)
-            for name, value, unit in zip(model.q_names, result.q, model.q_units, strict=True)
-        ]
-        rows += [
-            (name, f"{value:.9g}", unit)
-            for name, value, unit in zip(model.v_names, result.v, model.v_units, strict=True)
-            if value
-        ]
-        rows += [
-            (name, f"{value:.9g}", unit)
-            for name, value, unit in zip(model.z_names, result.z, model.z_units, strict=True)
-        ]
-        print_table(f"{model.name} at rest", ("coordinate", "value", "unit"), rows[:_SHOWN], numeric=(1,))
-        if len(rows) > _SHOWN:
-            say(f"{len(rows) - _SHOWN} more with --json")
-        say(
-            "angular frequencies of small motions, rad/s:"
-            f" {', '.join(f'{value:.5g}' for value in result.frequencies[:12])}"
-        )
+        _print(model, result, data, whole=whole)
+    for file in files:
+        path = str(file) if path is None else f"{path}, {file}"
     say(result.message + (f"\nwritten to {path}" if path is not None else ""))
     return 0
 
 
-def _described(model: Model, result: Equilibrium) -> dict[str, Any]:
+def _print(model: Model, result: Equilibrium, data: Mapping[str, Any], *, whole: bool) -> None:
+    nodes = set() if whole else {node for beam in model.description.exact_beams for node in beam}
+    kept = [name.partition(".")[2].partition("[")[0] not in nodes for name in model.q_names]
+    rows = [
+        (name, f"{value:.9g}", unit)
+        for name, value, unit, shown in zip(model.q_names, result.q, model.q_units, kept, strict=True)
+        if shown
+    ]
+    speeds = zip(model.v_names, result.v, model.v_units, strict=True)
+    rows += [(name, f"{value:.9g}", unit) for name, value, unit in speeds if value]
+    states = zip(model.z_names, result.z, model.z_units, strict=True)
+    rows += [(name, f"{value:.9g}", unit) for name, value, unit in states]
+    most = len(rows) if whole else _SHOWN
+    if rows:
+        print_table(f"{model.name} at rest", ("coordinate", "value", "unit"), rows[:most], numeric=(1,))
+    if len(rows) > most:
+        say(f"{len(rows) - most} more with --all")
+    outputs = [(name, values, data["units"][name]) for name, values in data["outputs"].items()]
+    if outputs:
+        cells = [(name, _numbers(values), unit) for name, values, unit in outputs]
+        print_table("outputs", ("output", "value", "unit"), cells)
+    if data["beams"]:
+        _print_beams(data["beams"])
+    if hidden := kept.count(False):
+        say(f"{hidden} coordinates of nodes of beams are left out; --all shows them")
+    forces = [(name, f"{value:.9g}") for name, value in data["multipliers"].items() if ": no " not in name]
+    if forces:
+        print_table("multipliers of constraints", ("row", "value"), forces[:_ROWS], numeric=(1,))
+    if len(forces) > _ROWS:
+        say(f"{len(forces) - _ROWS} more with --json")
+    frequencies = ", ".join(f"{value:.5g}" for value in result.frequencies[:12])
+    say(f"angular frequencies of small motions, rad/s: {frequencies}")
+
+
+def _print_beams(beams: Mapping[str, Mapping[str, Any]]) -> None:
+    """Print displacements and section loads of geometrically exact beams."""
+    rows = []
+    for name, beam in beams.items():
+        end, most = beam["end"], beam["largest_displacement"]
+        rows += [
+            (name, f"displacement at x = {end['x']:.4g} m", _numbers(end["displacement"]), "m"),
+            ("", f"rotation at x = {end['x']:.4g} m", _numbers(end["rotation"]), "rad"),
+            ("", f"largest displacement, at x = {most['x']:.4g} m", f"{most['size']:.6g}", "m"),
+        ]
+        for quantity, unit in (("moment", "N m"), ("force", "N")):
+            for section in (beam["first_section"], beam["last_section"]):
+                rows.append(("", f"section {quantity} at x = {section['x']:.4g} m", _numbers(section[quantity]), unit))
+            largest = beam[f"largest_{quantity}"]
+            where = f"largest section {quantity}, at x = {largest['x']:.4g} m"
+            rows.append(("", where, f"{largest['size']:.6g}", unit))
+    print_table("beams, against the initial shape", ("beam", "", "value", "unit"), rows)
+
+
+def _numbers(values: float | Sequence[float]) -> str:
+    """Return numbers beside each other; rounding errors beside larger ones are 0."""
+    entries = [values] if isinstance(values, float | int) else list(values)
+    size = max((abs(value) for value in entries), default=0.0)
+    return ", ".join(f"{0.0 if abs(value) < 1e-12 * size else value:.6g}" for value in entries)
+
+
+def _drawn(model: Model, result: Equilibrium, p: Array, initial: Any, path: Path) -> Path:
+    """Draw the shape at rest over the initial one, with supports and forces that are numbers."""
+    from eomgen.compiled.initial_state import initial_state  # noqa: PLC0415
+    from eomgen.results.shapes import draw_rest  # noqa: PLC0415  # matplotlib comes with it
+
+    loads = _arrows(model, p)
+    return draw_rest(model, result.q, result.t, p, path, reference=initial_state(model, initial, p).q, loads=loads)
+
+
+def _arrows(model: Model, p: Array) -> list[Arrow]:
+    """Return the forces of a scene that parameters alone determine, in world axes."""
+    from eomgen.formula.evaluate import evaluate  # noqa: PLC0415
+    from eomgen.results.shapes import Arrow  # noqa: PLC0415
+    from eomgen.scene.forces.forces import Force  # noqa: PLC0415
+
+    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
+    found = []
+    for item in getattr(model.scene, "elements", ()):
+        if isinstance(item, Force) and item.axes == "world":
+            try:
+                force, point = (
+                    [evaluate(entry, lambda symbol: values[symbol.name]) for entry in vector]
+                    for vector in (item.force, item.point)
+                )
+            except (ArithmeticError, KeyError):  # a force of the motion or of time
+                continue
+            found.append(Arrow(item.body, point, force))
+    return found
+
+
+def _beams(model: Model, result: Equilibrium, p: Array, inputs: Any, initial: Any) -> dict[str, Any]:
+    """Return displacements against the initial shape and section loads of geometrically exact beams."""
+    if not model.description.exact_beams:
+        return {}
+    import numpy as np  # noqa: PLC0415
+
+    from eomgen.compiled.initial_state import initial_state  # noqa: PLC0415
+    from eomgen.results.scenery import poses_and_scenery  # noqa: PLC0415
+    from eomgen.results.shapes import beam_displacements  # noqa: PLC0415
+
+    start = initial_state(model, initial, p).q
+    seen = poses_and_scenery(model, np.full(2, result.t), np.stack([start, result.q]), p)
+    given = {"a": np.zeros(model.nv), "z": result.z, "parameters": p}
+    loads = model.section_loads(result.q, result.v, result.t, inputs, multipliers=result.multipliers, **given)
+    found = {}
+    for name, (displacements, rotations) in beam_displacements(seen).items():
+        of_beam, x = loads[name], loads[name].nodes
+        sizes = np.linalg.norm(displacements, axis=1)
+        most = int(np.argmax(sizes))
+        entry: dict[str, Any] = {
+            "x": x.tolist(),
+            "displacement": displacements.tolist(),
+            "rotation": rotations.tolist(),
+            "end": {"x": float(x[-1]), "displacement": displacements[-1].tolist(), "rotation": rotations[-1].tolist()},
+            "largest_displacement": {"x": float(x[most]), "size": float(sizes[most])},
+        }
+        for quantity, ends in (("moment", of_beam.moment_at_ends), ("force", of_beam.force_at_ends)):
+            entry[quantity] = ends.tolist()
+            element, end = np.unravel_index(int(np.argmax(np.linalg.norm(ends, axis=-1))), ends.shape[:-1])
+            size = float(np.linalg.norm(ends[element, end]))
+            entry[f"largest_{quantity}"] = {"x": float(x[element + end]), "size": size}
+            for place, section, at in (("first", ends[0, 0], x[0]), ("last", ends[-1, 1], x[-1])):
+                entry.setdefault(f"{place}_section", {"x": float(at)})[quantity] = section.tolist()
+        found[name] = entry
+    return found
+
+
+def _described(model: Model, result: Equilibrium, p: Array, inputs: Any, initial: Any) -> dict[str, Any]:
+    import numpy as np  # noqa: PLC0415
+
+    still = {"a": np.zeros(model.nv), "z": result.z, "multipliers": result.multipliers, "parameters": p}
+    outputs = model.outputs(result.q, result.v, t=result.t, u=inputs, **still)
     return {
         "scene": model.name,
         "t": result.t,
@@ -106,6 +229,9 @@ def _described(model: Model, result: Equilibrium) -> dict[str, Any]:
         "v": dict(zip(model.v_names, result.v.tolist(), strict=True)),
         "z": dict(zip(model.z_names, result.z.tolist(), strict=True)),
         "multipliers": dict(zip(model.multipliers, result.multipliers.tolist(), strict=True)),
+        "outputs": {name: values.tolist() for name, values in outputs.items()},
+        "units": {item.name: item.unit for item in model.description.outputs},
+        "beams": _beams(model, result, p, inputs, initial),
         "residual": result.residual,
         "acceleration": result.acceleration,
         "iterations": result.iterations,

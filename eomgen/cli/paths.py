@@ -36,15 +36,17 @@ class PathRequest:
     ) -> PathRequest | None:
         """Return the request; None where there is none. Raises UsageError for words that cannot be read."""
         if along is None:
-            for option, given in (("--over", over), ("--plot", figure)):
-                if given:
-                    raise UsageError(Problem(option, "it belongs to a path", "--path load=0:10"))
+            if over:
+                raise UsageError(Problem("--over", "it belongs to a path", "--path load=0:10"))
+            if buckling is not None and figure:
+                what = "it belongs to a path, or to an equilibrium alone"
+                raise UsageError(Problem("--plot", what, "--path load=0:10"))
+        if figure is not None and Path(figure).suffix not in _FIGURES:
+            raise UsageError(Problem(f"--plot {figure}", "a figure is a .png, .svg or .pdf file", "--plot rest.png"))
         if along is None and buckling is None:
             return None
         if along is not None and buckling is not None:
             raise UsageError(Problem("--buckling", "it is asked for beside --path", "one of them"))
-        if figure is not None and Path(figure).suffix not in _FIGURES:
-            raise UsageError(Problem(f"--plot {figure}", "a figure is a .png, .svg or .pdf file", "--plot path.png"))
         endings = (".csv", ".json") if along is not None else (".json",)
         if out is not None and Path(out).suffix not in endings:
             what = f"{'a path is' if along is not None else 'buckling loads are'} written as {' or '.join(endings)}"

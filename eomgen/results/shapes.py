@@ -1,0 +1,233 @@
+"""Pictures of a machine's shapes: the undeformed one, and others by displacement or along modes; lines, equal axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.figures import new_figure, saved
+from eomgen.lie import numeric
+from eomgen.lie.groups import SE3
+from eomgen.lie.product import difference, update
+from eomgen.results.beam_curves import frames_along
+from eomgen.results.beam_stations import stations
+from eomgen.results.scenery import PosesAndScenery, poses_and_scenery
+from eomgen.system.description import BASE, WORLD
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Largest displacement in a picture, as a part of its size, and the one from which on shapes are drawn as they are.
+_SHOWN, _VISIBLE = 0.1, 0.03
+#: Steps along the group between two configurations: turns are drawn as turns.
+_THIN, _THICK, _LOAD = "#999999", "#0B62C4", "#C8102E"
+#: Modes of a figure.
+_MODES = 6
+_AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """A force on a body: its place in the frame of the body, m, and its direction in world axes, N."""
+
+    body: str
+    position: Sequence[float]
+    force: Sequence[float]
+
+
+def draw_rest(
+    model: CompiledModel, q: Array, t: float, p: Array, path: Path, *, reference: Array, loads: Sequence[Arrow] = ()
+) -> Path:
+    """Draw a configuration (nq,) thick over a reference thin, with supports and loads, and return the file.
+
+    Small displacements are enlarged, and the figure says by how much. Lengths are in m.
+
+    Raises
+    ------
+    FileError
+        The figure cannot be written.
+    """
+    lines = _Lines(model, t, p, np.stack([reference, q]))
+    factor = _enlargement(lines)
+    if factor > 1.0:
+        change = difference(model.factors, reference, q)
+        lines = _Lines(model, t, p, np.stack([reference, update(model.factors, reference, factor * change)]))
+    planes = _planes(lines)
+    figure = new_figure((6.5 * len(planes), 5.0))
+    enlarged = f"displacements {factor:.4g} times" if factor > 1.0 else "displacements to scale"
+    figure.suptitle(f"{model.name} at rest, {enlarged}", fontsize=11)
+    for axis, plane in zip(np.atleast_1d(figure.subplots(1, len(planes))), planes, strict=True):
+        _draw(axis, lines, 0, plane, color=_THIN, linewidth=1.0, label="initial shape")
+        _draw(axis, lines, 1, plane, color=_THICK, linewidth=2.4, label="at rest")
+        _supports(axis, lines, plane)
+        _arrows(axis, lines, loads, plane)
+        axis.legend(loc="best", fontsize=8, frameon=False)
+    return saved(figure, path)
+
+
+def draw_modes(
+    model: CompiledModel, q: Array, t: float, p: Array, shapes: Array, titles: Sequence[str], path: Path
+) -> Path:
+    """Draw motions (nv, n) about a configuration (nq,), the largest displacement a tenth of the machine.
+
+    Raises
+    ------
+    FileError
+        The figure cannot be written.
+    """
+    count = min(len(titles), _MODES)
+    moved = [update(model.factors, q, sign * shapes[:, k]) for k in range(count) for sign in (1e-4, 0.0)]
+    small = _Lines(model, t, p, np.stack(moved))
+    configurations = [q]
+    for k in range(count):
+        size = float(np.max(np.linalg.norm(small.places[2 * k] - small.places[2 * k + 1], axis=1), initial=0.0))
+        scale = 1e-4 * _SHOWN * small.size / size if size > 0.0 else 0.0
+        turns = np.max(np.abs(shapes[:, k][_angular(model)]), initial=0.0)
+        scale = min(scale, 1.0 / turns) if turns > 0.0 else scale
+        configurations += [update(model.factors, q, sign * scale * shapes[:, k]) for sign in (1.0, -1.0)]
+    lines = _Lines(model, t, p, np.stack(configurations))
+    columns = min(count, 3)
+    figure = new_figure((5.2 * columns, 4.0 * -(-count // columns)))
+    figure.suptitle(f"{model.name}: mode shapes, in the plane of each that shows most", fontsize=11)
+    axes = np.atleast_1d(figure.subplots(-(-count // columns), columns)).ravel()
+    for axis in axes[count:]:
+        axis.remove()
+    for k, axis in enumerate(axes[:count]):
+        move = np.abs(lines.places[2 * k + 1] - lines.places[0])
+        plane = max(combinations(range(3), 2), key=lambda pair: float(np.sum(move[:, pair])) + _extent(lines, pair))
+        _draw(axis, lines, 0, plane, color=_THIN, linewidth=1.0)
+        _draw(axis, lines, 2 * k + 2, plane, color=_THICK, linewidth=1.0, alpha=0.35)
+        _draw(axis, lines, 2 * k + 1, plane, color=_THICK, linewidth=2.2)
+        _supports(axis, lines, plane)
+        axis.set_title(titles[k], fontsize=9)
+    return saved(figure, path)
+
+
+def _angular(model: CompiledModel) -> Array:
+    return np.array([unit == "rad/s" for unit in model.v_units])
+
+
+class _Lines:
+    """Axes of beams and ties of bodies in the world, at some configurations (n, nq)."""
+
+    def __init__(self, model: CompiledModel, t: float, p: Array, q: Array) -> None:
+        seen = poses_and_scenery(model, np.full(len(q), t), q, p)
+        self.seen, self.count = seen, len(q)
+        self.lines: list[Array] = []  # (n, points, 3) each
+        of_beams = {node for beam in seen.scenery.get("beams", ()) for node in beam["nodes"]}
+        for beam in seen.scenery.get("beams", ()):
+            self.lines.append(frames_along(seen.poses, beam["nodes"])[..., 4:])
+        curved = {axis["name"] for axis in seen.scenery.get("axes", ())}
+        for axis in seen.scenery.get("axes", ()):
+            self.lines.append(stations(axis, seen.poses[axis["name"]], q)[..., 4:])
+        for body in seen.scenery["bodies"]:
+            if body["name"] not in of_beams | curved:
+                self.lines += [
+                    np.stack([self.at(body["name"], end) for end in (body["hub"], tie)], axis=1)
+                    for tie in body["links"]
+                ]
+        if not self.lines:
+            self.lines = [self.at(name, [0.0, 0.0, 0.0])[:, np.newaxis] for name in model.bodies]
+        #: All corners of all lines, (n, points, 3).
+        self.places = np.concatenate(self.lines, axis=1)
+        first = self.places[0]
+        self.size = float(np.max(np.ptp(first, axis=0), initial=0.0)) or 1.0
+
+    def at(self, body: str, position: Sequence[float]) -> Array:
+        """Return a place of a body in the world, (n, 3)."""
+        offset = np.array([1.0, 0.0, 0.0, 0.0, *position])
+        pose = self.seen.poses.get(body)
+        if pose is None or body == WORLD:
+            return np.tile(offset[4:], (self.count, 1))
+        return numeric.compose(SE3, pose, np.broadcast_to(offset, pose.shape))[:, 4:]
+
+    def supports(self) -> Array:
+        """Return the places of joints on the base and the world, (n, joints, 3)."""
+        joints = [item for item in self.seen.scenery["joints"] if item["parent"] in (BASE, WORLD)]
+        found = [self.at(item["parent"], item["position"]) for item in joints if item["type"] != "free"]
+        found += [
+            self.at(end["body"], end["position"])
+            for rod in self.seen.scenery["rods"]
+            for end in rod["ends"]
+            if end["body"] in (BASE, WORLD)
+        ]
+        return np.stack(found, axis=1) if found else np.zeros((self.count, 0, 3))
+
+
+def _enlargement(lines: _Lines) -> float:
+    """Return by what displacements are to be multiplied: 1, 2 or 5 times a power of ten."""
+    moved = float(np.max(np.linalg.norm(lines.places[1] - lines.places[0], axis=1), initial=0.0))
+    if not 0.0 < moved < _VISIBLE * lines.size:
+        return 1.0
+    wanted = _SHOWN * lines.size / moved
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted))
+
+
+def _extent(lines: _Lines, plane: Sequence[int]) -> float:
+    return float(np.sum(np.ptp(lines.places[0], axis=0)[list(plane)]))
+
+
+def _planes(lines: _Lines) -> list[tuple[int, int]]:
+    """Return the planes to draw: of a machine in a plane that one, of others those of x and z, and of x and y."""
+    extents = np.ptp(lines.places.reshape(-1, 3), axis=0)
+    shown = [(0, 2), (0, 1), (1, 2)]
+    size = float(extents.max()) or 1.0
+    flat = [plane for plane in shown if extents[3 - sum(plane)] < 1e-6 * size]
+    return flat[:1] or shown[:2]
+
+
+def _draw(axis: Any, lines: _Lines, row: int, plane: Sequence[int], label: str = "", **style: Any) -> None:
+    for number, line in enumerate(lines.lines):
+        x, y = line[row][:, plane[0]], line[row][:, plane[1]]
+        axis.plot(x, y, label=label if number == 0 else "", solid_capstyle="round", **style)
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.set_xlabel(f"{_AXES[plane[0]]}, m")
+    axis.set_ylabel(f"{_AXES[plane[1]]}, m")
+    axis.grid(True, color="#e5e5e5", linewidth=0.6)
+    axis.margins(0.08)
+
+
+def _supports(axis: Any, lines: _Lines, plane: Sequence[int]) -> None:
+    places = lines.supports()[0]
+    if len(places):
+        axis.plot(places[:, plane[0]], places[:, plane[1]], "^", color="#222222", markersize=8, label="supports")
+
+
+def _arrows(axis: Any, lines: _Lines, loads: Sequence[Arrow], plane: Sequence[int]) -> None:
+    """Draw forces as arrows of lengths by their sizes, with the largest an eighth of the picture."""
+    largest = max((float(np.linalg.norm(load.force)) for load in loads), default=0.0)
+    for load in loads:
+        head = lines.at(load.body, load.position)[-1][list(plane)]
+        along = np.array(load.force)[list(plane)] / largest if largest > 0.0 else np.zeros(2)
+        if np.linalg.norm(along) < 1e-3:
+            continue
+        tail = head - 0.125 * lines.size * along
+        axis.annotate("", xy=head, xytext=tail, arrowprops={"arrowstyle": "-|>", "color": _LOAD, "linewidth": 1.6})
+        axis.plot(*tail, alpha=0.0)  # so that the axes reach the arrow
+        size = float(np.linalg.norm(load.force))
+        axis.annotate(f"{size:.4g} N", xy=tail, color=_LOAD, fontsize=8, ha="center", va="bottom")
+
+
+def beam_displacements(
+    seen: PosesAndScenery,
+) -> Mapping[str, tuple[Array, Array]]:
+    """Return by beam the displacements, m, in world axes, and the rotation vectors, rad, of its nodes, (nodes, 3) each,
+    from the first configuration to the last one."""
+    found = {}
+    for beam in seen.scenery.get("beams", ()):
+        poses = np.stack([seen.poses[node] for node in beam["nodes"]], axis=1)
+        turned = poses[-1].copy()
+        turned[:, 4:] = 0.0
+        before = poses[0].copy()
+        before[:, 4:] = 0.0
+        relative = numeric.compose(SE3, turned, numeric.inverse(SE3, before))
+        relative[relative[:, 0] < 0.0, :4] *= -1.0
+        found[beam["nodes"][0]] = poses[-1][:, 4:] - poses[0][:, 4:], numeric.log(SE3, relative)[:, :3]
+    return found
