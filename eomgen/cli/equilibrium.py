@@ -28,9 +28,7 @@ from eomgen.text import json_text
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
-    from eomgen.arrays import Array
     from eomgen.model import Model
-    from eomgen.results.shapes import Arrow
 
 _SHOWN = 40
 #: Multipliers that are listed.
@@ -150,78 +148,27 @@ def _numbers(values: float | Sequence[float]) -> str:
     return ", ".join(f"{0.0 if abs(value) < 1e-12 * size else value:.6g}" for value in entries)
 
 
-def _drawn(model: Model, result: Equilibrium, p: Array, initial: Any, path: Path) -> Path:
+def _drawn(model: Model, result: Equilibrium, parameters: Any, initial: Any, path: Path) -> Path:
     """Draw the shape at rest over the initial one, with supports and forces that are numbers."""
-    from eomgen.compiled.initial_state import initial_state  # noqa: PLC0415
-    from eomgen.results.shapes import draw_rest  # noqa: PLC0415  # matplotlib comes with it
-
-    loads = _arrows(model, p)
-    return draw_rest(model, result.q, result.t, p, path, reference=initial_state(model, initial, p).q, loads=loads)
-
-
-def _arrows(model: Model, p: Array) -> list[Arrow]:
-    """Return the forces of a scene that parameters alone determine, in world axes."""
-    from eomgen.formula.evaluate import evaluate  # noqa: PLC0415
-    from eomgen.results.shapes import Arrow  # noqa: PLC0415
+    from eomgen.results.shapes import arrows, draw_rest  # noqa: PLC0415  # matplotlib comes with it
     from eomgen.scene.forces.forces import Force  # noqa: PLC0415
 
-    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
-    found = []
-    for item in getattr(model.scene, "elements", ()):
-        if isinstance(item, Force) and item.axes == "world":
-            try:
-                force, point = (
-                    [evaluate(entry, lambda symbol: values[symbol.name]) for entry in vector]
-                    for vector in (item.force, item.point)
-                )
-            except (ArithmeticError, KeyError):  # a force of the motion or of time
-                continue
-            found.append(Arrow(item.body, point, force))
-    return found
+    forces = [item for item in getattr(model.scene, "elements", ()) if isinstance(item, Force)]
+    loads = arrows([item for item in forces if item.axes == "world"], model, parameters)
+    return draw_rest(model, result.q, result.t, parameters, path, initial=initial, loads=loads)
 
 
-def _beams(model: Model, result: Equilibrium, p: Array, inputs: Any, initial: Any) -> dict[str, Any]:
-    """Return displacements against the initial shape and section loads of geometrically exact beams."""
-    if not model.description.exact_beams:
-        return {}
+def _described(model: Model, result: Equilibrium, parameters: Any, inputs: Any, initial: Any) -> dict[str, Any]:
     import numpy as np  # noqa: PLC0415
 
-    from eomgen.compiled.initial_state import initial_state  # noqa: PLC0415
-    from eomgen.results.scenery import poses_and_scenery  # noqa: PLC0415
-    from eomgen.results.shapes import beam_displacements  # noqa: PLC0415
+    from eomgen.results.beams_at_rest import beams_at_rest  # noqa: PLC0415
 
-    start = initial_state(model, initial, p).q
-    seen = poses_and_scenery(model, np.full(2, result.t), np.stack([start, result.q]), p)
-    given = {"a": np.zeros(model.nv), "z": result.z, "parameters": p}
-    loads = model.section_loads(result.q, result.v, result.t, inputs, multipliers=result.multipliers, **given)
-    found = {}
-    for name, (displacements, rotations) in beam_displacements(seen).items():
-        of_beam, x = loads[name], loads[name].nodes
-        sizes = np.linalg.norm(displacements, axis=1)
-        most = int(np.argmax(sizes))
-        entry: dict[str, Any] = {
-            "x": x.tolist(),
-            "displacement": displacements.tolist(),
-            "rotation": rotations.tolist(),
-            "end": {"x": float(x[-1]), "displacement": displacements[-1].tolist(), "rotation": rotations[-1].tolist()},
-            "largest_displacement": {"x": float(x[most]), "size": float(sizes[most])},
-        }
-        for quantity, ends in (("moment", of_beam.moment_at_ends), ("force", of_beam.force_at_ends)):
-            entry[quantity] = ends.tolist()
-            element, end = np.unravel_index(int(np.argmax(np.linalg.norm(ends, axis=-1))), ends.shape[:-1])
-            size = float(np.linalg.norm(ends[element, end]))
-            entry[f"largest_{quantity}"] = {"x": float(x[element + end]), "size": size}
-            for place, section, at in (("first", ends[0, 0], x[0]), ("last", ends[-1, 1], x[-1])):
-                entry.setdefault(f"{place}_section", {"x": float(at)})[quantity] = section.tolist()
-        found[name] = entry
-    return found
-
-
-def _described(model: Model, result: Equilibrium, p: Array, inputs: Any, initial: Any) -> dict[str, Any]:
-    import numpy as np  # noqa: PLC0415
-
-    still = {"a": np.zeros(model.nv), "z": result.z, "multipliers": result.multipliers, "parameters": p}
+    still = {"a": np.zeros(model.nv), "z": result.z, "multipliers": result.multipliers, "parameters": parameters}
     outputs = model.outputs(result.q, result.v, t=result.t, u=inputs, **still)
+    beams = {}
+    if model.description.exact_beams:
+        loads = model.section_loads(result.q, result.v, result.t, inputs, **still)
+        beams = beams_at_rest(model, initial, result.q, result.t, parameters, loads)
     return {
         "scene": model.name,
         "t": result.t,
@@ -231,7 +178,7 @@ def _described(model: Model, result: Equilibrium, p: Array, inputs: Any, initial
         "multipliers": dict(zip(model.multipliers, result.multipliers.tolist(), strict=True)),
         "outputs": {name: values.tolist() for name, values in outputs.items()},
         "units": {item.name: item.unit for item in model.description.outputs},
-        "beams": _beams(model, result, p, inputs, initial),
+        "beams": beams,
         "residual": result.residual,
         "acceleration": result.acceleration,
         "iterations": result.iterations,

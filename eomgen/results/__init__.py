@@ -2,6 +2,7 @@
 
 __all__ = [
     "animation",
+    "beams_at_rest",
     "dense_output",
     "error_estimate",
     "events",
@@ -12,5 +13,6 @@ __all__ = [
     "sample_errors",
     "scenery",
     "section_plots",
+    "shapes",
     "solution",
 ]

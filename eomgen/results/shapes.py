@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.figures import new_figure, saved
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Vector
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import difference, update
 from eomgen.results.beam_curves import frames_along
 from eomgen.results.beam_stations import stations
-from eomgen.results.scenery import PosesAndScenery, poses_and_scenery
+from eomgen.results.scenery import poses_and_scenery
 from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
@@ -39,6 +41,33 @@ class Arrow:
     body: str
     position: Sequence[float]
     force: Sequence[float]
+
+
+class Load(Protocol):
+    """A force on a body by formulas: in the frame of the body its place, m, in world axes its direction, N."""
+
+    @property
+    def body(self) -> str: ...
+    @property
+    def point(self) -> Vector: ...
+    @property
+    def force(self) -> Vector: ...
+
+
+def arrows(loads: Sequence[Load], model: CompiledModel, p: Array) -> list[Arrow]:
+    """Return the forces that parameters (np,) alone determine, not those of the motion or of time."""
+    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
+    found = []
+    for load in loads:
+        try:
+            place, force = (
+                [evaluate(entry, lambda symbol: values[symbol.name]) for entry in vector]
+                for vector in (load.point, load.force)
+            )
+        except (ArithmeticError, KeyError):
+            continue
+        found.append(Arrow(load.body, place, force))
+    return found
 
 
 def draw_rest(
@@ -213,21 +242,3 @@ def _arrows(axis: Any, lines: _Lines, loads: Sequence[Arrow], plane: Sequence[in
         axis.plot(*tail, alpha=0.0)  # so that the axes reach the arrow
         size = float(np.linalg.norm(load.force))
         axis.annotate(f"{size:.4g} N", xy=tail, color=_LOAD, fontsize=8, ha="center", va="bottom")
-
-
-def beam_displacements(
-    seen: PosesAndScenery,
-) -> Mapping[str, tuple[Array, Array]]:
-    """Return by beam the displacements, m, in world axes, and the rotation vectors, rad, of its nodes, (nodes, 3) each,
-    from the first configuration to the last one."""
-    found = {}
-    for beam in seen.scenery.get("beams", ()):
-        poses = np.stack([seen.poses[node] for node in beam["nodes"]], axis=1)
-        turned = poses[-1].copy()
-        turned[:, 4:] = 0.0
-        before = poses[0].copy()
-        before[:, 4:] = 0.0
-        relative = numeric.compose(SE3, turned, numeric.inverse(SE3, before))
-        relative[relative[:, 0] < 0.0, :4] *= -1.0
-        found[beam["nodes"][0]] = poses[-1][:, 4:] - poses[0][:, 4:], numeric.log(SE3, relative)[:, :3]
-    return found
