@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.section_loads import SectionLoads
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3
@@ -18,13 +19,19 @@ if TYPE_CHECKING:
 
 
 def beams_at_rest(
-    model: CompiledModel, start: Array, q: Array, t: float, p: Array, loads: Mapping[str, SectionLoads]
+    model: CompiledModel,
+    initial: Mapping[str, Any] | None,
+    q: Array,
+    t: float,
+    p: Array,
+    loads: Mapping[str, SectionLoads],
 ) -> dict[str, dict[str, Any]]:
     """Return by beam, as JSON types, displacements, rotations and section loads, with the largest ones.
 
     Parameters
     ----------
-    start, q : (nq,), the initial shape and the one at rest
+    initial : values of the initial shape that differ from the scene's
+    q : (nq,), the shape at rest
     p : (np,) parameters
     loads : at rest
 
@@ -35,6 +42,7 @@ def beams_at_rest(
         ``moment``, N m, and ``force``, N, at both ends of each element, (n, 2, 3), in section axes; ``end``,
         ``first_section``, ``last_section``, ``largest_displacement``, ``largest_moment``, ``largest_force``
     """
+    start = initial_state(model, initial, p).q
     seen = poses_and_scenery(model, np.full(2, t), np.stack([start, q]), p)
     found = {}
     for nodes in model.description.exact_beams:
@@ -58,10 +66,8 @@ def beams_at_rest(
             element, end = np.unravel_index(int(np.argmax(np.linalg.norm(ends, axis=-1))), ends.shape[:-1])
             size = float(np.linalg.norm(ends[element, end]))
             entry[f"largest_{quantity}"] = {"x": float(x[element + end]), "size": size}
-            entry["first_section"][quantity], entry["last_section"][quantity] = (
-                ends[0, 0].tolist(),
-                ends[-1, 1].tolist(),
-            )
+            entry["first_section"][quantity] = ends[0, 0].tolist()
+            entry["last_section"][quantity] = ends[-1, 1].tolist()
         found[nodes[0]] = entry
     return found
 

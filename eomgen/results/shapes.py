@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.initial_state import initial_state
 from eomgen.figures import new_figure, saved
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Vector
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 #: Largest displacement in a picture, as a part of its size, and the one from which on shapes are drawn as they are.
 _SHOWN, _VISIBLE = 0.1, 0.03
-#: Steps along the group between two configurations: turns are drawn as turns.
+#: Colours of the initial shape, of the other one, and of forces.
 _THIN, _THICK, _LOAD = "#999999", "#0B62C4", "#C8102E"
 #: Modes of a figure.
 _MODES = 6
@@ -71,17 +72,29 @@ def arrows(loads: Sequence[Load], model: CompiledModel, p: Array) -> list[Arrow]
 
 
 def draw_rest(
-    model: CompiledModel, q: Array, t: float, p: Array, path: Path, *, reference: Array, loads: Sequence[Arrow] = ()
+    model: CompiledModel,
+    q: Array,
+    t: float,
+    p: Array,
+    path: Path,
+    *,
+    initial: Mapping[str, Any] | None = None,
+    loads: Sequence[Arrow] = (),
 ) -> Path:
-    """Draw a configuration (nq,) thick over a reference thin, with supports and loads, and return the file.
+    """Draw a configuration (nq,) thick over the initial one thin, with supports and loads, and return the file.
 
     Small displacements are enlarged, and the figure says by how much. Lengths are in m.
+
+    Parameters
+    ----------
+    initial : values of the initial shape that differ from the scene's
 
     Raises
     ------
     FileError
         The figure cannot be written.
     """
+    reference = initial_state(model, initial, p).q
     lines = _Lines(model, t, p, np.stack([reference, q]))
     factor = _enlargement(lines)
     if factor > 1.0:

