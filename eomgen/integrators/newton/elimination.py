@@ -324,18 +324,19 @@ class _Active:
 def _equilibrated(size: int, samples: Mapping[tuple[int, int], Array], groups: Sequence[Sequence[int]]) -> Array:
     """Return the entries (n, samples) with rows and columns scaled so that the largest of each is about 1 (Ruiz 2001).
 
-    Columns of a group share their scale, so that sums over them stay sums.
+    Every sample has scales of its own: stiffness and inertia of one entry may differ by more than numbers have digits,
+    by the unit of time alone. Columns of a group share their scale, so that sums over them stay sums.
     """
     indices = np.array(list(samples), dtype=np.intp).reshape(-1, 2)
     values = np.array(list(samples.values()), dtype=float)
-    magnitude = np.max(np.abs(values), axis=1)
-    row_scale, column_scale = np.ones(size), np.ones(size)
+    magnitude = np.abs(values)
+    row_scale, column_scale = np.ones((2, size, values.shape[1]))
     for _ in range(8):
         scaled = magnitude * row_scale[indices[:, 0]] * column_scale[indices[:, 1]]
         for scale, index in ((row_scale, indices[:, 0]), (column_scale, indices[:, 1])):
-            largest = np.zeros(size)
+            largest = np.zeros_like(scale)
             np.maximum.at(largest, index, scaled)
             scale[:] = scale / np.sqrt(np.where(largest > 0.0, largest, 1.0))
         for group in groups:
-            column_scale[list(group)] = np.max(column_scale[list(group)])
-    return values * (row_scale[indices[:, 0]] * column_scale[indices[:, 1]])[:, np.newaxis]
+            column_scale[list(group)] = np.max(column_scale[list(group)], axis=0)
+    return values * (row_scale[indices[:, 0]] * column_scale[indices[:, 1]])

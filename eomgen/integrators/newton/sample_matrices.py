@@ -68,7 +68,8 @@ def samples_of(system: Any) -> Samples:
     rng = np.random.default_rng(1)
     q0, v0 = np.array(system.initial_q, float), np.array(system.initial_v, float)
     drawn = rng.normal(size=(system.nv, 2, _OTHERS))  # what the first bodies get depends on no number of bodies
-    turns, spins = 0.7 * drawn[:, 0].T, drawn[:, 1].T * (1.0 + np.abs(v0).max(initial=0.0))
+    scale = _scales(system)
+    turns, spins = 0.7 * drawn[:, 0].T * scale, drawn[:, 1].T * (scale + np.abs(v0).max(initial=0.0))
     with np.errstate(all="ignore"):
         inputs = _drivers(system)
         q, v = (
@@ -89,6 +90,19 @@ def samples_of(system: Any) -> Samples:
     good = np.all(np.isfinite(numbers), axis=1)
     good[0] = True
     return Samples(packing, np.nan_to_num(numbers[good]), v[good])
+
+
+def _scales(system: Any) -> Array:
+    """Return what counts as far for each velocity component, (nv,): 1 rad, or the size of the machine, m.
+
+    Sizes are powers of 1000, so that pivots depend little on the numbers of a scene.
+    """
+    size = 1.0
+    if system.extent:
+        parameters = [parameter.value for parameter in system.parameters]
+        size = float(evaluate(system.tape, system.extent[:1], {"p": parameters})[0])
+    travels = 1e3 ** round(np.log10(size) / 3.0) if 0.0 < size < np.inf else 1.0
+    return np.where(np.array(system.angular or (True,) * system.nv), 1.0, travels)
 
 
 def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array) -> tuple[Array, Array]:
@@ -174,9 +188,20 @@ def _consistent(system: Any, inputs: dict[str, Any]) -> dict[str, Any]:
     for (row, column), value in zip(system.patterns["B"], values("iteration", "B"), strict=True):
         A[nv + row, column] = A[column, nv + row] = value
     right = np.concatenate([values(forces, "r"), values("constraint_bias", "g")])
-    solution = np.linalg.lstsq(A, -right, rcond=None)[0]
+    scale = _equilibrating(A, nv)
+    solution = scale * np.linalg.lstsq(A * np.outer(scale, scale), -scale * right, rcond=None)[0]
     count = len(inputs["q"])
     return {"a": _repeated(solution[:nv], count), "lam": _repeated(solution[nv:], count)}
+
+
+def _equilibrating(A: Array, nv: int) -> Array:
+    """Return factors of rows and columns of [[M, B^T], [B, 0]] that leave no units: M_ii becomes 1, rows of B about 1."""
+    scale = np.ones(len(A))
+    inertia = np.abs(np.diagonal(A)[:nv])
+    scale[:nv] = 1.0 / np.sqrt(np.where(inertia > 0.0, inertia, 1.0))
+    rows = np.max(np.abs(A[nv:, :nv] * scale[:nv]), axis=1, initial=0.0)
+    scale[nv:] = 1.0 / np.where(rows > 0.0, rows, 1.0)
+    return scale
 
 
 def _repeated(values: Sequence[float] | Array, count: int) -> Array:
