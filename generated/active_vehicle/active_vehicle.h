@@ -308,14 +308,23 @@ active_vehicle_status active_vehicle_run_inputs(const active_vehicle_parameters 
     const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
+/* Where the last step of a simulator ended, or its start. */
+typedef struct active_vehicle_end {
+    int known;
+    eomgen_real t;
+    eomgen_real q[7];
+    eomgen_real v[7];
+} active_vehicle_end;
+
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps; after t, q or v of the state,
- * start it again. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
+ * compares these with the end of the last one and starts again from what was written. */
 typedef struct active_vehicle_simulator {
     active_vehicle_parameters parameters;
     active_vehicle_settings settings;
     active_vehicle_state state;
     active_vehicle_workspace work;
+    active_vehicle_end end;
 } active_vehicle_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */
@@ -325,7 +334,7 @@ void active_vehicle_simulator_default(active_vehicle_simulator *simulator);
  * scene's formulas. See active_vehicle_initialize. */
 active_vehicle_status active_vehicle_simulator_start(active_vehicle_simulator *simulator, const eomgen_real *u);
 
-/* See active_vehicle_run_inputs. */
+/* See active_vehicle_run_inputs. Fewer steps than one are a bad argument. */
 active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *simulator, long steps,
     const eomgen_real *u,
     const eomgen_real *u_end);

@@ -2013,27 +2013,59 @@ active_vehicle_status active_vehicle_run_inputs(const active_vehicle_parameters 
 void active_vehicle_simulator_default(active_vehicle_simulator *simulator)
 {
     memset(&simulator->work, 0, sizeof simulator->work);
+    memset(&simulator->end, 0, sizeof simulator->end);
     active_vehicle_default_parameters(&simulator->parameters);
     active_vehicle_default_settings(&simulator->settings);
     active_vehicle_default_state(&simulator->state);
 }
 
+/* Note where a start or a step ended. */
+static void active_vehicle_note_end(active_vehicle_simulator *simulator)
+{
+    simulator->end.known = 1;
+    simulator->end.t = simulator->state.t;
+    memcpy(simulator->end.q, simulator->state.q, sizeof simulator->end.q);
+    memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
+}
+
+/* Whether the state was written since then. */
+static int active_vehicle_is_written(const active_vehicle_simulator *simulator)
+{
+    return simulator->end.known && (simulator->end.t != simulator->state.t
+        || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
+        || memcmp(simulator->end.v, simulator->state.v, sizeof simulator->end.v) != 0);
+}
+
 active_vehicle_status active_vehicle_simulator_start(active_vehicle_simulator *simulator, const real *u)
 {
+    active_vehicle_status status;
     const real *table = NULL;
     real rows[8];
     if (u != NULL)
         table = active_vehicle_rows_of_inputs(u, NULL, 0, 1, rows);
-    return active_vehicle_initialize(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
+    status = active_vehicle_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work,
         table);
+    if (status == ACTIVE_VEHICLE_OK)
+        active_vehicle_note_end(simulator);
+    return status;
 }
 
 active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *simulator, long steps, const real *u,
     const real *u_end)
 {
-    return active_vehicle_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
-        steps,
+    active_vehicle_status status = ACTIVE_VEHICLE_OK;
+    if (steps < 1)
+        return ACTIVE_VEHICLE_BAD_ARGUMENT;
+    if (active_vehicle_is_written(simulator))
+        status = active_vehicle_simulator_start(simulator, u);
+    if (status != ACTIVE_VEHICLE_OK)
+        return status;
+    status = active_vehicle_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work, steps,
         u, u_end);
+    active_vehicle_note_end(simulator);
+    return status;
 }
 
 #endif

@@ -309,14 +309,23 @@ bouncing_ball_status bouncing_ball_run_inputs(const bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings, bouncing_ball_state *state,
     bouncing_ball_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
+/* Where the last step of a simulator ended, or its start. */
+typedef struct bouncing_ball_end {
+    int known;
+    eomgen_real t;
+    eomgen_real q[2];
+    eomgen_real v[2];
+} bouncing_ball_end;
+
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps; after t, q or v of the state,
- * start it again. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
+ * compares these with the end of the last one and starts again from what was written. */
 typedef struct bouncing_ball_simulator {
     bouncing_ball_parameters parameters;
     bouncing_ball_settings settings;
     bouncing_ball_state state;
     bouncing_ball_workspace work;
+    bouncing_ball_end end;
 } bouncing_ball_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */
@@ -325,7 +334,7 @@ void bouncing_ball_simulator_default(bouncing_ball_simulator *simulator);
 /* Starts at t, q and v of the state. See bouncing_ball_initialize. */
 bouncing_ball_status bouncing_ball_simulator_start(bouncing_ball_simulator *simulator, const eomgen_real *u);
 
-/* See bouncing_ball_run_inputs. */
+/* See bouncing_ball_run_inputs. Fewer steps than one are a bad argument. */
 bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simulator, long steps, const eomgen_real *u,
     const eomgen_real *u_end);
 

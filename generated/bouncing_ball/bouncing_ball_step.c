@@ -1235,25 +1235,56 @@ bouncing_ball_status bouncing_ball_run_inputs(const bouncing_ball_parameters *p,
 void bouncing_ball_simulator_default(bouncing_ball_simulator *simulator)
 {
     memset(&simulator->work, 0, sizeof simulator->work);
+    memset(&simulator->end, 0, sizeof simulator->end);
     bouncing_ball_default_parameters(&simulator->parameters);
     bouncing_ball_default_settings(&simulator->settings);
     bouncing_ball_default_state(&simulator->state);
 }
 
+/* Note where a start or a step ended. */
+static void bouncing_ball_note_end(bouncing_ball_simulator *simulator)
+{
+    simulator->end.known = 1;
+    simulator->end.t = simulator->state.t;
+    memcpy(simulator->end.q, simulator->state.q, sizeof simulator->end.q);
+    memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
+}
+
+/* Whether the state was written since then. */
+static int bouncing_ball_is_written(const bouncing_ball_simulator *simulator)
+{
+    return simulator->end.known && (simulator->end.t != simulator->state.t
+        || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
+        || memcmp(simulator->end.v, simulator->state.v, sizeof simulator->end.v) != 0);
+}
+
 bouncing_ball_status bouncing_ball_simulator_start(bouncing_ball_simulator *simulator, const real *u)
 {
+    bouncing_ball_status status;
     const real *table = NULL;
     (void)u;
-    return bouncing_ball_initialize(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
+    status = bouncing_ball_initialize(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
         table);
+    if (status == BOUNCING_BALL_OK)
+        bouncing_ball_note_end(simulator);
+    return status;
 }
 
 bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simulator, long steps, const real *u,
     const real *u_end)
 {
-    return bouncing_ball_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
-        steps,
+    bouncing_ball_status status = BOUNCING_BALL_OK;
+    if (steps < 1)
+        return BOUNCING_BALL_BAD_ARGUMENT;
+    if (bouncing_ball_is_written(simulator))
+        status = bouncing_ball_simulator_start(simulator, u);
+    if (status != BOUNCING_BALL_OK)
+        return status;
+    status = bouncing_ball_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work, steps,
         u, u_end);
+    bouncing_ball_note_end(simulator);
+    return status;
 }
 
 #endif

@@ -254,14 +254,23 @@ free_spinning_body_status free_spinning_body_run_inputs(const free_spinning_body
     const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
+/* Where the last step of a simulator ended, or its start. */
+typedef struct free_spinning_body_end {
+    int known;
+    eomgen_real t;
+    eomgen_real q[7];
+    eomgen_real v[6];
+} free_spinning_body_end;
+
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps; after t, q or v of the state,
- * start it again. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
+ * compares these with the end of the last one and starts again from what was written. */
 typedef struct free_spinning_body_simulator {
     free_spinning_body_parameters parameters;
     free_spinning_body_settings settings;
     free_spinning_body_state state;
     free_spinning_body_workspace work;
+    free_spinning_body_end end;
 } free_spinning_body_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */
@@ -271,7 +280,7 @@ void free_spinning_body_simulator_default(free_spinning_body_simulator *simulato
 free_spinning_body_status free_spinning_body_simulator_start(free_spinning_body_simulator *simulator,
     const eomgen_real *u);
 
-/* See free_spinning_body_run_inputs. */
+/* See free_spinning_body_run_inputs. Fewer steps than one are a bad argument. */
 free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_simulator *simulator, long steps,
     const eomgen_real *u,
     const eomgen_real *u_end);

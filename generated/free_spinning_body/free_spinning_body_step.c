@@ -1349,25 +1349,57 @@ free_spinning_body_status free_spinning_body_run_inputs(const free_spinning_body
 void free_spinning_body_simulator_default(free_spinning_body_simulator *simulator)
 {
     memset(&simulator->work, 0, sizeof simulator->work);
+    memset(&simulator->end, 0, sizeof simulator->end);
     free_spinning_body_default_parameters(&simulator->parameters);
     free_spinning_body_default_settings(&simulator->settings);
     free_spinning_body_default_state(&simulator->state);
 }
 
+/* Note where a start or a step ended. */
+static void free_spinning_body_note_end(free_spinning_body_simulator *simulator)
+{
+    simulator->end.known = 1;
+    simulator->end.t = simulator->state.t;
+    memcpy(simulator->end.q, simulator->state.q, sizeof simulator->end.q);
+    memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
+}
+
+/* Whether the state was written since then. */
+static int free_spinning_body_is_written(const free_spinning_body_simulator *simulator)
+{
+    return simulator->end.known && (simulator->end.t != simulator->state.t
+        || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
+        || memcmp(simulator->end.v, simulator->state.v, sizeof simulator->end.v) != 0);
+}
+
 free_spinning_body_status free_spinning_body_simulator_start(free_spinning_body_simulator *simulator, const real *u)
 {
+    free_spinning_body_status status;
     const real *table = NULL;
     (void)u;
-    return free_spinning_body_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work, table);
+    status = free_spinning_body_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work,
+        table);
+    if (status == FREE_SPINNING_BODY_OK)
+        free_spinning_body_note_end(simulator);
+    return status;
 }
 
 free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_simulator *simulator, long steps,
     const real *u, const real *u_end)
 {
-    return free_spinning_body_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
+    free_spinning_body_status status = FREE_SPINNING_BODY_OK;
+    if (steps < 1)
+        return FREE_SPINNING_BODY_BAD_ARGUMENT;
+    if (free_spinning_body_is_written(simulator))
+        status = free_spinning_body_simulator_start(simulator, u);
+    if (status != FREE_SPINNING_BODY_OK)
+        return status;
+    status = free_spinning_body_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work, steps,
         u, u_end);
+    free_spinning_body_note_end(simulator);
+    return status;
 }
 
 #endif

@@ -336,14 +336,23 @@ heavy_top_r3xso3_status heavy_top_r3xso3_run_inputs(const heavy_top_r3xso3_param
     const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
+/* Where the last step of a simulator ended, or its start. */
+typedef struct heavy_top_r3xso3_end {
+    int known;
+    eomgen_real t;
+    eomgen_real q[7];
+    eomgen_real v[6];
+} heavy_top_r3xso3_end;
+
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps; after t, q or v of the state,
- * start it again. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
+ * compares these with the end of the last one and starts again from what was written. */
 typedef struct heavy_top_r3xso3_simulator {
     heavy_top_r3xso3_parameters parameters;
     heavy_top_r3xso3_settings settings;
     heavy_top_r3xso3_state state;
     heavy_top_r3xso3_workspace work;
+    heavy_top_r3xso3_end end;
 } heavy_top_r3xso3_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */
@@ -352,7 +361,7 @@ void heavy_top_r3xso3_simulator_default(heavy_top_r3xso3_simulator *simulator);
 /* Starts at t, q and v of the state. See heavy_top_r3xso3_initialize. */
 heavy_top_r3xso3_status heavy_top_r3xso3_simulator_start(heavy_top_r3xso3_simulator *simulator, const eomgen_real *u);
 
-/* See heavy_top_r3xso3_run_inputs. */
+/* See heavy_top_r3xso3_run_inputs. Fewer steps than one are a bad argument. */
 heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulator *simulator, long steps,
     const eomgen_real *u,
     const eomgen_real *u_end);

@@ -2255,25 +2255,57 @@ heavy_top_r3xso3_status heavy_top_r3xso3_run_inputs(const heavy_top_r3xso3_param
 void heavy_top_r3xso3_simulator_default(heavy_top_r3xso3_simulator *simulator)
 {
     memset(&simulator->work, 0, sizeof simulator->work);
+    memset(&simulator->end, 0, sizeof simulator->end);
     heavy_top_r3xso3_default_parameters(&simulator->parameters);
     heavy_top_r3xso3_default_settings(&simulator->settings);
     heavy_top_r3xso3_default_state(&simulator->state);
 }
 
+/* Note where a start or a step ended. */
+static void heavy_top_r3xso3_note_end(heavy_top_r3xso3_simulator *simulator)
+{
+    simulator->end.known = 1;
+    simulator->end.t = simulator->state.t;
+    memcpy(simulator->end.q, simulator->state.q, sizeof simulator->end.q);
+    memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
+}
+
+/* Whether the state was written since then. */
+static int heavy_top_r3xso3_is_written(const heavy_top_r3xso3_simulator *simulator)
+{
+    return simulator->end.known && (simulator->end.t != simulator->state.t
+        || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
+        || memcmp(simulator->end.v, simulator->state.v, sizeof simulator->end.v) != 0);
+}
+
 heavy_top_r3xso3_status heavy_top_r3xso3_simulator_start(heavy_top_r3xso3_simulator *simulator, const real *u)
 {
+    heavy_top_r3xso3_status status;
     const real *table = NULL;
     (void)u;
-    return heavy_top_r3xso3_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work, table);
+    status = heavy_top_r3xso3_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work,
+        table);
+    if (status == HEAVY_TOP_R3XSO3_OK)
+        heavy_top_r3xso3_note_end(simulator);
+    return status;
 }
 
 heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulator *simulator, long steps,
     const real *u, const real *u_end)
 {
-    return heavy_top_r3xso3_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
+    heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
+    if (steps < 1)
+        return HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
+    if (heavy_top_r3xso3_is_written(simulator))
+        status = heavy_top_r3xso3_simulator_start(simulator, u);
+    if (status != HEAVY_TOP_R3XSO3_OK)
+        return status;
+    status = heavy_top_r3xso3_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work, steps,
         u, u_end);
+    heavy_top_r3xso3_note_end(simulator);
+    return status;
 }
 
 #endif

@@ -287,14 +287,23 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_run_inputs(const pendul
     const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
+/* Where the last step of a simulator ended, or its start. */
+typedef struct pendulum_on_shaking_base_end {
+    int known;
+    eomgen_real t;
+    eomgen_real q[1];
+    eomgen_real v[1];
+} pendulum_on_shaking_base_end;
+
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps; after t, q or v of the state,
- * start it again. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
+ * compares these with the end of the last one and starts again from what was written. */
 typedef struct pendulum_on_shaking_base_simulator {
     pendulum_on_shaking_base_parameters parameters;
     pendulum_on_shaking_base_settings settings;
     pendulum_on_shaking_base_state state;
     pendulum_on_shaking_base_workspace work;
+    pendulum_on_shaking_base_end end;
 } pendulum_on_shaking_base_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */
@@ -304,7 +313,7 @@ void pendulum_on_shaking_base_simulator_default(pendulum_on_shaking_base_simulat
 pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_start(pendulum_on_shaking_base_simulator *simulator,
     const eomgen_real *u);
 
-/* See pendulum_on_shaking_base_run_inputs. */
+/* See pendulum_on_shaking_base_run_inputs. Fewer steps than one are a bad argument. */
 pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum_on_shaking_base_simulator *simulator,
     long steps, const eomgen_real *u,
     const eomgen_real *u_end);

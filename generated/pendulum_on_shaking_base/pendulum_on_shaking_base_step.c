@@ -1121,26 +1121,58 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_run_inputs(const pendul
 void pendulum_on_shaking_base_simulator_default(pendulum_on_shaking_base_simulator *simulator)
 {
     memset(&simulator->work, 0, sizeof simulator->work);
+    memset(&simulator->end, 0, sizeof simulator->end);
     pendulum_on_shaking_base_default_parameters(&simulator->parameters);
     pendulum_on_shaking_base_default_settings(&simulator->settings);
     pendulum_on_shaking_base_default_state(&simulator->state);
 }
 
+/* Note where a start or a step ended. */
+static void pendulum_on_shaking_base_note_end(pendulum_on_shaking_base_simulator *simulator)
+{
+    simulator->end.known = 1;
+    simulator->end.t = simulator->state.t;
+    memcpy(simulator->end.q, simulator->state.q, sizeof simulator->end.q);
+    memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
+}
+
+/* Whether the state was written since then. */
+static int pendulum_on_shaking_base_is_written(const pendulum_on_shaking_base_simulator *simulator)
+{
+    return simulator->end.known && (simulator->end.t != simulator->state.t
+        || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
+        || memcmp(simulator->end.v, simulator->state.v, sizeof simulator->end.v) != 0);
+}
+
 pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_start(pendulum_on_shaking_base_simulator *simulator,
     const real *u)
 {
+    pendulum_on_shaking_base_status status;
     const real *table = NULL;
     (void)u;
-    return pendulum_on_shaking_base_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work, table);
+    status = pendulum_on_shaking_base_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work,
+        table);
+    if (status == PENDULUM_ON_SHAKING_BASE_OK)
+        pendulum_on_shaking_base_note_end(simulator);
+    return status;
 }
 
 pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum_on_shaking_base_simulator *simulator,
     long steps, const real *u, const real *u_end)
 {
-    return pendulum_on_shaking_base_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
+    pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
+    if (steps < 1)
+        return PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
+    if (pendulum_on_shaking_base_is_written(simulator))
+        status = pendulum_on_shaking_base_simulator_start(simulator, u);
+    if (status != PENDULUM_ON_SHAKING_BASE_OK)
+        return status;
+    status = pendulum_on_shaking_base_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work, steps,
         u, u_end);
+    pendulum_on_shaking_base_note_end(simulator);
+    return status;
 }
 
 #endif

@@ -254,14 +254,23 @@ spherical_pendulum_status spherical_pendulum_run_inputs(const spherical_pendulum
     const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
+/* Where the last step of a simulator ended, or its start. */
+typedef struct spherical_pendulum_end {
+    int known;
+    eomgen_real t;
+    eomgen_real q[4];
+    eomgen_real v[3];
+} spherical_pendulum_end;
+
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps; after t, q or v of the state,
- * start it again. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
+ * compares these with the end of the last one and starts again from what was written. */
 typedef struct spherical_pendulum_simulator {
     spherical_pendulum_parameters parameters;
     spherical_pendulum_settings settings;
     spherical_pendulum_state state;
     spherical_pendulum_workspace work;
+    spherical_pendulum_end end;
 } spherical_pendulum_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */
@@ -271,7 +280,7 @@ void spherical_pendulum_simulator_default(spherical_pendulum_simulator *simulato
 spherical_pendulum_status spherical_pendulum_simulator_start(spherical_pendulum_simulator *simulator,
     const eomgen_real *u);
 
-/* See spherical_pendulum_run_inputs. */
+/* See spherical_pendulum_run_inputs. Fewer steps than one are a bad argument. */
 spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_simulator *simulator, long steps,
     const eomgen_real *u,
     const eomgen_real *u_end);

@@ -1249,25 +1249,57 @@ spherical_pendulum_status spherical_pendulum_run_inputs(const spherical_pendulum
 void spherical_pendulum_simulator_default(spherical_pendulum_simulator *simulator)
 {
     memset(&simulator->work, 0, sizeof simulator->work);
+    memset(&simulator->end, 0, sizeof simulator->end);
     spherical_pendulum_default_parameters(&simulator->parameters);
     spherical_pendulum_default_settings(&simulator->settings);
     spherical_pendulum_default_state(&simulator->state);
 }
 
+/* Note where a start or a step ended. */
+static void spherical_pendulum_note_end(spherical_pendulum_simulator *simulator)
+{
+    simulator->end.known = 1;
+    simulator->end.t = simulator->state.t;
+    memcpy(simulator->end.q, simulator->state.q, sizeof simulator->end.q);
+    memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
+}
+
+/* Whether the state was written since then. */
+static int spherical_pendulum_is_written(const spherical_pendulum_simulator *simulator)
+{
+    return simulator->end.known && (simulator->end.t != simulator->state.t
+        || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
+        || memcmp(simulator->end.v, simulator->state.v, sizeof simulator->end.v) != 0);
+}
+
 spherical_pendulum_status spherical_pendulum_simulator_start(spherical_pendulum_simulator *simulator, const real *u)
 {
+    spherical_pendulum_status status;
     const real *table = NULL;
     (void)u;
-    return spherical_pendulum_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work, table);
+    status = spherical_pendulum_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work,
+        table);
+    if (status == SPHERICAL_PENDULUM_OK)
+        spherical_pendulum_note_end(simulator);
+    return status;
 }
 
 spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_simulator *simulator, long steps,
     const real *u, const real *u_end)
 {
-    return spherical_pendulum_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
+    spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
+    if (steps < 1)
+        return SPHERICAL_PENDULUM_BAD_ARGUMENT;
+    if (spherical_pendulum_is_written(simulator))
+        status = spherical_pendulum_simulator_start(simulator, u);
+    if (status != SPHERICAL_PENDULUM_OK)
+        return status;
+    status = spherical_pendulum_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work, steps,
         u, u_end);
+    spherical_pendulum_note_end(simulator);
+    return status;
 }
 
 #endif

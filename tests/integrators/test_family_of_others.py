@@ -10,12 +10,24 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from eomgen.integrators.families.family import Family
+from tests.integrators.adams.family import AdamsBashforth
 from tests.models.distributions import distribution, register
 from tests.models.scenes import LENGTH, PENDULUM_TOML, flyer, pendulum
 
 __all__ = ["register"]
 
 METHOD, STEP = "adams_bashforth", 1e-3
+#: A family that its author forgot to say of how states between rows are interpolated.
+Undense = type(
+    "Undense",
+    (Family,),
+    {
+        name: item
+        for name, item in vars(AdamsBashforth).items()
+        if name not in ("dense_output", "__dict__", "__weakref__")
+    },
+)
 
 
 pytestmark = pytest.mark.usefixtures("register")
@@ -132,6 +144,10 @@ def _scene(folder: Path) -> Path:
         ("gone = no_such_module:Family", "does not load: ModuleNotFoundError: No module named 'no_such_module'"),
         ("wrong = math:pi", "is no subclass of eomgen.integrators.families.family.Family"),
         ("bare = eomgen.integrators.families.family:Family", "lacks data, names, statuses, terms, title"),
+        (
+            "undense = tests.integrators.test_family_of_others:Undense",
+            "lacks the class attribute dense_output",
+        ),
         ("again = eomgen.integrators.families.taylor:Taylor", "takes the name taylor, which there is"),
     ],
 )

@@ -127,4 +127,7 @@ def _checked(entry: EntryPoint) -> type[Family]:
         raise broken(entry, f"is no subclass of {Family.__module__}.Family")
     if inspect.isabstract(family):
         raise broken(entry, f"lacks {', '.join(sorted(family.__abstractmethods__))}")
+    attributes = [name for name in ("family", "dense_output") if not hasattr(family, name)]
+    if attributes:
+        raise broken(entry, f"lacks the class attribute{'s' * (len(attributes) > 1)} {' and '.join(attributes)}")
     return family

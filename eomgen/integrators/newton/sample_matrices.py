@@ -195,7 +195,7 @@ def _consistent(system: Any, inputs: dict[str, Any]) -> dict[str, Any]:
 
 
 def _equilibrating(A: Array, nv: int) -> Array:
-    """Return factors of rows and columns of [[M, B^T], [B, 0]] that leave no units: M_ii becomes 1, rows of B about 1."""
+    """Return factors of rows and columns of [[M, B^T], [B, 0]] without units: M_ii is 1, rows of B about 1."""
     scale = np.ones(len(A))
     inertia = np.abs(np.diagonal(A)[:nv])
     scale[:nv] = 1.0 / np.sqrt(np.where(inertia > 0.0, inertia, 1.0))
