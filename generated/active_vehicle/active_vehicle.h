@@ -309,12 +309,12 @@ active_vehicle_status active_vehicle_run_inputs(const active_vehicle_parameters 
     active_vehicle_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
 /* Where the last step of a simulator ended, or its start. */
-typedef struct active_vehicle_end {
+typedef struct active_vehicle_simulator_end {
     int known;
     eomgen_real t;
     eomgen_real q[7];
     eomgen_real v[7];
-} active_vehicle_end;
+} active_vehicle_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
@@ -324,7 +324,7 @@ typedef struct active_vehicle_simulator {
     active_vehicle_settings settings;
     active_vehicle_state state;
     active_vehicle_workspace work;
-    active_vehicle_end end;
+    active_vehicle_simulator_end end;
 } active_vehicle_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */

@@ -2020,7 +2020,7 @@ void active_vehicle_simulator_default(active_vehicle_simulator *simulator)
 }
 
 /* Note where a start or a step ended. */
-static void active_vehicle_note_end(active_vehicle_simulator *simulator)
+static void active_vehicle_note_simulator(active_vehicle_simulator *simulator)
 {
     simulator->end.known = 1;
     simulator->end.t = simulator->state.t;
@@ -2029,7 +2029,7 @@ static void active_vehicle_note_end(active_vehicle_simulator *simulator)
 }
 
 /* Whether the state was written since then. */
-static int active_vehicle_is_written(const active_vehicle_simulator *simulator)
+static int active_vehicle_simulator_is_written(const active_vehicle_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
         || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
@@ -2047,7 +2047,7 @@ active_vehicle_status active_vehicle_simulator_start(active_vehicle_simulator *s
         &simulator->work,
         table);
     if (status == ACTIVE_VEHICLE_OK)
-        active_vehicle_note_end(simulator);
+        active_vehicle_note_simulator(simulator);
     return status;
 }
 
@@ -2057,14 +2057,14 @@ active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *si
     active_vehicle_status status = ACTIVE_VEHICLE_OK;
     if (steps < 1)
         return ACTIVE_VEHICLE_BAD_ARGUMENT;
-    if (active_vehicle_is_written(simulator))
+    if (active_vehicle_simulator_is_written(simulator))
         status = active_vehicle_simulator_start(simulator, u);
     if (status != ACTIVE_VEHICLE_OK)
         return status;
     status = active_vehicle_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work, steps,
         u, u_end);
-    active_vehicle_note_end(simulator);
+    active_vehicle_note_simulator(simulator);
     return status;
 }
 

@@ -310,12 +310,12 @@ bouncing_ball_status bouncing_ball_run_inputs(const bouncing_ball_parameters *p,
     bouncing_ball_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
 /* Where the last step of a simulator ended, or its start. */
-typedef struct bouncing_ball_end {
+typedef struct bouncing_ball_simulator_end {
     int known;
     eomgen_real t;
     eomgen_real q[2];
     eomgen_real v[2];
-} bouncing_ball_end;
+} bouncing_ball_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
@@ -325,7 +325,7 @@ typedef struct bouncing_ball_simulator {
     bouncing_ball_settings settings;
     bouncing_ball_state state;
     bouncing_ball_workspace work;
-    bouncing_ball_end end;
+    bouncing_ball_simulator_end end;
 } bouncing_ball_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */

@@ -1242,7 +1242,7 @@ void bouncing_ball_simulator_default(bouncing_ball_simulator *simulator)
 }
 
 /* Note where a start or a step ended. */
-static void bouncing_ball_note_end(bouncing_ball_simulator *simulator)
+static void bouncing_ball_note_simulator(bouncing_ball_simulator *simulator)
 {
     simulator->end.known = 1;
     simulator->end.t = simulator->state.t;
@@ -1251,7 +1251,7 @@ static void bouncing_ball_note_end(bouncing_ball_simulator *simulator)
 }
 
 /* Whether the state was written since then. */
-static int bouncing_ball_is_written(const bouncing_ball_simulator *simulator)
+static int bouncing_ball_simulator_is_written(const bouncing_ball_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
         || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
@@ -1266,7 +1266,7 @@ bouncing_ball_status bouncing_ball_simulator_start(bouncing_ball_simulator *simu
     status = bouncing_ball_initialize(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
         table);
     if (status == BOUNCING_BALL_OK)
-        bouncing_ball_note_end(simulator);
+        bouncing_ball_note_simulator(simulator);
     return status;
 }
 
@@ -1276,14 +1276,14 @@ bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simul
     bouncing_ball_status status = BOUNCING_BALL_OK;
     if (steps < 1)
         return BOUNCING_BALL_BAD_ARGUMENT;
-    if (bouncing_ball_is_written(simulator))
+    if (bouncing_ball_simulator_is_written(simulator))
         status = bouncing_ball_simulator_start(simulator, u);
     if (status != BOUNCING_BALL_OK)
         return status;
     status = bouncing_ball_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work, steps,
         u, u_end);
-    bouncing_ball_note_end(simulator);
+    bouncing_ball_note_simulator(simulator);
     return status;
 }
 

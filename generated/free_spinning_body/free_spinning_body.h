@@ -255,12 +255,12 @@ free_spinning_body_status free_spinning_body_run_inputs(const free_spinning_body
     free_spinning_body_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
 /* Where the last step of a simulator ended, or its start. */
-typedef struct free_spinning_body_end {
+typedef struct free_spinning_body_simulator_end {
     int known;
     eomgen_real t;
     eomgen_real q[7];
     eomgen_real v[6];
-} free_spinning_body_end;
+} free_spinning_body_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
@@ -270,7 +270,7 @@ typedef struct free_spinning_body_simulator {
     free_spinning_body_settings settings;
     free_spinning_body_state state;
     free_spinning_body_workspace work;
-    free_spinning_body_end end;
+    free_spinning_body_simulator_end end;
 } free_spinning_body_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */

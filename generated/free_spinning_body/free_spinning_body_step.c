@@ -1356,7 +1356,7 @@ void free_spinning_body_simulator_default(free_spinning_body_simulator *simulato
 }
 
 /* Note where a start or a step ended. */
-static void free_spinning_body_note_end(free_spinning_body_simulator *simulator)
+static void free_spinning_body_note_simulator(free_spinning_body_simulator *simulator)
 {
     simulator->end.known = 1;
     simulator->end.t = simulator->state.t;
@@ -1365,7 +1365,7 @@ static void free_spinning_body_note_end(free_spinning_body_simulator *simulator)
 }
 
 /* Whether the state was written since then. */
-static int free_spinning_body_is_written(const free_spinning_body_simulator *simulator)
+static int free_spinning_body_simulator_is_written(const free_spinning_body_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
         || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
@@ -1381,7 +1381,7 @@ free_spinning_body_status free_spinning_body_simulator_start(free_spinning_body_
         &simulator->work,
         table);
     if (status == FREE_SPINNING_BODY_OK)
-        free_spinning_body_note_end(simulator);
+        free_spinning_body_note_simulator(simulator);
     return status;
 }
 
@@ -1391,14 +1391,14 @@ free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_s
     free_spinning_body_status status = FREE_SPINNING_BODY_OK;
     if (steps < 1)
         return FREE_SPINNING_BODY_BAD_ARGUMENT;
-    if (free_spinning_body_is_written(simulator))
+    if (free_spinning_body_simulator_is_written(simulator))
         status = free_spinning_body_simulator_start(simulator, u);
     if (status != FREE_SPINNING_BODY_OK)
         return status;
     status = free_spinning_body_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work, steps,
         u, u_end);
-    free_spinning_body_note_end(simulator);
+    free_spinning_body_note_simulator(simulator);
     return status;
 }
 

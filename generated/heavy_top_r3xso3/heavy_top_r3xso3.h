@@ -337,12 +337,12 @@ heavy_top_r3xso3_status heavy_top_r3xso3_run_inputs(const heavy_top_r3xso3_param
     heavy_top_r3xso3_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
 /* Where the last step of a simulator ended, or its start. */
-typedef struct heavy_top_r3xso3_end {
+typedef struct heavy_top_r3xso3_simulator_end {
     int known;
     eomgen_real t;
     eomgen_real q[7];
     eomgen_real v[6];
-} heavy_top_r3xso3_end;
+} heavy_top_r3xso3_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
@@ -352,7 +352,7 @@ typedef struct heavy_top_r3xso3_simulator {
     heavy_top_r3xso3_settings settings;
     heavy_top_r3xso3_state state;
     heavy_top_r3xso3_workspace work;
-    heavy_top_r3xso3_end end;
+    heavy_top_r3xso3_simulator_end end;
 } heavy_top_r3xso3_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */

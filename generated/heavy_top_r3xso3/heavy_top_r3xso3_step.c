@@ -2262,7 +2262,7 @@ void heavy_top_r3xso3_simulator_default(heavy_top_r3xso3_simulator *simulator)
 }
 
 /* Note where a start or a step ended. */
-static void heavy_top_r3xso3_note_end(heavy_top_r3xso3_simulator *simulator)
+static void heavy_top_r3xso3_note_simulator(heavy_top_r3xso3_simulator *simulator)
 {
     simulator->end.known = 1;
     simulator->end.t = simulator->state.t;
@@ -2271,7 +2271,7 @@ static void heavy_top_r3xso3_note_end(heavy_top_r3xso3_simulator *simulator)
 }
 
 /* Whether the state was written since then. */
-static int heavy_top_r3xso3_is_written(const heavy_top_r3xso3_simulator *simulator)
+static int heavy_top_r3xso3_simulator_is_written(const heavy_top_r3xso3_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
         || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
@@ -2287,7 +2287,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_simulator_start(heavy_top_r3xso3_simula
         &simulator->work,
         table);
     if (status == HEAVY_TOP_R3XSO3_OK)
-        heavy_top_r3xso3_note_end(simulator);
+        heavy_top_r3xso3_note_simulator(simulator);
     return status;
 }
 
@@ -2297,14 +2297,14 @@ heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulat
     heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
     if (steps < 1)
         return HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
-    if (heavy_top_r3xso3_is_written(simulator))
+    if (heavy_top_r3xso3_simulator_is_written(simulator))
         status = heavy_top_r3xso3_simulator_start(simulator, u);
     if (status != HEAVY_TOP_R3XSO3_OK)
         return status;
     status = heavy_top_r3xso3_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work, steps,
         u, u_end);
-    heavy_top_r3xso3_note_end(simulator);
+    heavy_top_r3xso3_note_simulator(simulator);
     return status;
 }
 

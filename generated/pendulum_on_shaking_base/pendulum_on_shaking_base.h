@@ -288,12 +288,12 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_run_inputs(const pendul
     pendulum_on_shaking_base_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
 /* Where the last step of a simulator ended, or its start. */
-typedef struct pendulum_on_shaking_base_end {
+typedef struct pendulum_on_shaking_base_simulator_end {
     int known;
     eomgen_real t;
     eomgen_real q[1];
     eomgen_real v[1];
-} pendulum_on_shaking_base_end;
+} pendulum_on_shaking_base_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
@@ -303,7 +303,7 @@ typedef struct pendulum_on_shaking_base_simulator {
     pendulum_on_shaking_base_settings settings;
     pendulum_on_shaking_base_state state;
     pendulum_on_shaking_base_workspace work;
-    pendulum_on_shaking_base_end end;
+    pendulum_on_shaking_base_simulator_end end;
 } pendulum_on_shaking_base_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */

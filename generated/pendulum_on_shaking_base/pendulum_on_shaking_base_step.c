@@ -1128,7 +1128,7 @@ void pendulum_on_shaking_base_simulator_default(pendulum_on_shaking_base_simulat
 }
 
 /* Note where a start or a step ended. */
-static void pendulum_on_shaking_base_note_end(pendulum_on_shaking_base_simulator *simulator)
+static void pendulum_on_shaking_base_note_simulator(pendulum_on_shaking_base_simulator *simulator)
 {
     simulator->end.known = 1;
     simulator->end.t = simulator->state.t;
@@ -1137,7 +1137,7 @@ static void pendulum_on_shaking_base_note_end(pendulum_on_shaking_base_simulator
 }
 
 /* Whether the state was written since then. */
-static int pendulum_on_shaking_base_is_written(const pendulum_on_shaking_base_simulator *simulator)
+static int pendulum_on_shaking_base_simulator_is_written(const pendulum_on_shaking_base_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
         || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
@@ -1154,7 +1154,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_start(pendulu
         &simulator->work,
         table);
     if (status == PENDULUM_ON_SHAKING_BASE_OK)
-        pendulum_on_shaking_base_note_end(simulator);
+        pendulum_on_shaking_base_note_simulator(simulator);
     return status;
 }
 
@@ -1164,14 +1164,14 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum
     pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
     if (steps < 1)
         return PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
-    if (pendulum_on_shaking_base_is_written(simulator))
+    if (pendulum_on_shaking_base_simulator_is_written(simulator))
         status = pendulum_on_shaking_base_simulator_start(simulator, u);
     if (status != PENDULUM_ON_SHAKING_BASE_OK)
         return status;
     status = pendulum_on_shaking_base_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work, steps,
         u, u_end);
-    pendulum_on_shaking_base_note_end(simulator);
+    pendulum_on_shaking_base_note_simulator(simulator);
     return status;
 }
 

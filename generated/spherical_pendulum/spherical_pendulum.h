@@ -255,12 +255,12 @@ spherical_pendulum_status spherical_pendulum_run_inputs(const spherical_pendulum
     spherical_pendulum_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
 /* Where the last step of a simulator ended, or its start. */
-typedef struct spherical_pendulum_end {
+typedef struct spherical_pendulum_simulator_end {
     int known;
     eomgen_real t;
     eomgen_real q[4];
     eomgen_real v[3];
-} spherical_pendulum_end;
+} spherical_pendulum_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
@@ -270,7 +270,7 @@ typedef struct spherical_pendulum_simulator {
     spherical_pendulum_settings settings;
     spherical_pendulum_state state;
     spherical_pendulum_workspace work;
-    spherical_pendulum_end end;
+    spherical_pendulum_simulator_end end;
 } spherical_pendulum_simulator;
 
 /* The scene's parameters and initial state, and the method's settings. */

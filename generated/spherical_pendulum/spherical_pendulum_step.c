@@ -1256,7 +1256,7 @@ void spherical_pendulum_simulator_default(spherical_pendulum_simulator *simulato
 }
 
 /* Note where a start or a step ended. */
-static void spherical_pendulum_note_end(spherical_pendulum_simulator *simulator)
+static void spherical_pendulum_note_simulator(spherical_pendulum_simulator *simulator)
 {
     simulator->end.known = 1;
     simulator->end.t = simulator->state.t;
@@ -1265,7 +1265,7 @@ static void spherical_pendulum_note_end(spherical_pendulum_simulator *simulator)
 }
 
 /* Whether the state was written since then. */
-static int spherical_pendulum_is_written(const spherical_pendulum_simulator *simulator)
+static int spherical_pendulum_simulator_is_written(const spherical_pendulum_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
         || memcmp(simulator->end.q, simulator->state.q, sizeof simulator->end.q) != 0
@@ -1281,7 +1281,7 @@ spherical_pendulum_status spherical_pendulum_simulator_start(spherical_pendulum_
         &simulator->work,
         table);
     if (status == SPHERICAL_PENDULUM_OK)
-        spherical_pendulum_note_end(simulator);
+        spherical_pendulum_note_simulator(simulator);
     return status;
 }
 
@@ -1291,14 +1291,14 @@ spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_s
     spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
     if (steps < 1)
         return SPHERICAL_PENDULUM_BAD_ARGUMENT;
-    if (spherical_pendulum_is_written(simulator))
+    if (spherical_pendulum_simulator_is_written(simulator))
         status = spherical_pendulum_simulator_start(simulator, u);
     if (status != SPHERICAL_PENDULUM_OK)
         return status;
     status = spherical_pendulum_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work, steps,
         u, u_end);
-    spherical_pendulum_note_end(simulator);
+    spherical_pendulum_note_simulator(simulator);
     return status;
 }
 
