@@ -9,7 +9,9 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
+from eomgen.errors import Problem, UsageError
 from eomgen.figures import axes_of_caller, pyplot_figure
+from eomgen.spectra.weighting import weighting_response
 
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 
@@ -47,15 +49,33 @@ class PowerSpectrum:
             return "1/Hz" if unit else ""
         return f"({unit})^2/Hz" if any(sign in unit for sign in "/^* ") else f"{unit}^2/Hz"
 
-    def rms(self, low: float = 0.0, high: float = np.inf) -> float:
-        """Return the root mean square of the part between two frequencies in Hz, by the trapezoidal rule.
+    def rms(self, low: float = 0.0, high: float = np.inf, *, weighting: str | None = None) -> float:
+        """Return the root mean square of the part between two frequencies, by the trapezoidal rule.
 
         The points have to resolve the resonances; ``Linearization.rms`` integrates adaptively.
+
+        Parameters
+        ----------
+        low, high : float
+            Hz.
+        weighting : str, optional
+            ``Wk`` or ``Wd`` of ISO 2631-1, of an acceleration in m/s^2, as people feel it.
+
+        Raises
+        ------
+        UsageError
+            There is no such weighting, or the quantity is no acceleration.
         """
         ends = np.clip([low, high], self.frequencies[0], self.frequencies[-1])
         inside = (self.frequencies > ends[0]) & (self.frequencies < ends[1])
         f = np.concatenate([ends[:1], self.frequencies[inside], ends[1:]])
-        return float(np.sqrt(np.trapezoid(np.interp(f, self.frequencies, self.density), f)))
+        density = np.interp(f, self.frequencies, self.density)
+        if weighting is not None:
+            if self.quantity_unit not in ("", "m/s^2"):
+                what = f"{self.name} is in {self.quantity_unit}, and weightings are of accelerations in m/s^2"
+                raise UsageError(Problem("weighting", what, "an output that is an acceleration"))
+            density = density * np.abs(weighting_response(weighting, f)) ** 2
+        return float(np.sqrt(np.trapezoid(density, f)))
 
     def plot(self, axes: object = None, label: str | None = None) -> list[Any]:
         """Draw the density over frequency in double logarithmic scales; return matplotlib's axes, a list of one.
