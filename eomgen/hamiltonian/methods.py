@@ -160,11 +160,17 @@ def _collocation(name: str, order: int, fractions: tuple[float, ...], source: st
     return Method(name, order, "COLLOCATION", fractions, source, stages=stages, A=A, b=b)
 
 
-def _composition(name: str, first: str) -> Composition:
-    if not names_composition(name):
+def check_name(name: str) -> None:
+    """Raise UsageError if no method has a name; makes no method."""
+    key = name.lower().replace("-", "_")
+    if not (key == MIDPOINT or key in _OF_GAUSS or key in EXPLICIT or names_composition(key)):
         known = [*(item.name for item in every_composition()), MIDPOINT, *_OF_GAUSS, *EXPLICIT]
-        hint = ELSEWHERE.get(name) or nearest(name, known)
-        raise UsageError([Problem("method", f"there is no method {name!r} of Hamiltonian systems", hint)])
+        hint = ELSEWHERE.get(key) or nearest(key, known)
+        raise UsageError([Problem("method", f"there is no method {key!r} of Hamiltonian systems", hint)])
+
+
+def _composition(name: str, first: str) -> Composition:
+    check_name(name)
     try:
         return composition_named(name, "drift" if first == "drift" else "kick")
     except UsageError as error:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.front_end import FrontEnd
 from eomgen.scene.hamiltonian.document import Hamiltonian
@@ -78,6 +78,19 @@ def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
     return load_fields(path)
 
 
+def _check_method(found: Hamiltonian, file: str) -> None:
+    """Raise DescriptionError if a file asks for a method that there is not."""
+    if not (method := found.simulation.method):
+        return
+    from eomgen.hamiltonian.methods import check_name  # noqa: PLC0415  # few files choose a method
+
+    try:
+        check_name(method)
+    except UsageError as error:
+        where = f"{file} (simulation.method)" if file else "simulation.method"
+        raise DescriptionError([Problem(where, p.what, p.hint) for p in error.problems]) from None
+
+
 def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) -> Hamiltonian | None:
     """Return the Hamiltonian system that something is, or describes; None where it is anything else.
 
@@ -100,6 +113,8 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
         found = load_hamiltonian(described)
     else:
         return None
+    if found is not described:
+        _check_method(found, Path(described).name if isinstance(described, str | os.PathLike) else "")
     if given := given_options(options or {}):
         what = f"{', '.join(given)} is of mechanical scenes, and {found.name} is a Hamiltonian system"
         raise UsageError(Problem(given[0], what, "leave it out"))

@@ -227,3 +227,31 @@ def test_a_reader_of_the_output_that_has_gone_is_no_error(words: list[str], tmp_
     finally:
         os.close(writing)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("method", "what", "hint"),
+    [
+        ("", "the method has no name", 'method = "omf4", or no key'),
+        ("ode45", "there is no method 'ode45' of Hamiltonian systems", "rk45"),
+    ],
+)
+def test_methods_of_hamiltonian_files_are_checked_when_they_are_read(
+    method: str, what: str, hint: str, tmp_path: Path
+) -> None:
+    text = f"""\
+format = 1
+kind = "hamiltonian"
+name = "oscillator"
+hamiltonian = "p_x**2/2 + x**2/2"
+[coordinates]
+x = {{ initial = [1, 0] }}
+[simulation]
+method = "{method}"
+"""
+    (tmp_path / "oscillator.toml").write_text(text)
+    with pytest.raises(eomgen.DescriptionError) as error:
+        eomgen.load(tmp_path / "oscillator.toml")
+    (problem,) = error.value.problems
+    assert what in problem.what and hint in problem.hint
+    assert problem.where.startswith("oscillator.toml") and problem.where.endswith("(simulation.method)")

@@ -274,6 +274,8 @@ class _Reader(Entries):
                 given[name] = value
         if "method" in table:
             given["method"] = self.text("simulation", table, "method")
+            if table["method"] == "":
+                self.report.add("simulation.method", "the method has no name", 'method = "omf4", or no key')
         if "tolerance" in table and table.get("method") != "rk45":
             what = "a tolerance is of rk45, and other methods take equal steps"
             self.report.add("simulation.tolerance", what, 'method = "rk45"')
