@@ -233,7 +233,7 @@ def test_a_reader_of_the_output_that_has_gone_is_no_error(words: list[str], tmp_
     ("method", "what", "hint"),
     [
         ("", "the method has no name", 'method = "omf4", or no key'),
-        ("ode45", "there is no method 'ode45' of Hamiltonian systems", "rk45"),
+        ("ode45", "there is no method 'ode45' of Hamiltonian systems", "one of leapfrog"),
     ],
 )
 def test_methods_of_hamiltonian_files_are_checked_when_they_are_read(
