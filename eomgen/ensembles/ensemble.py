@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,8 @@ from eomgen.text import json_text, nearest, shown
 
 #: Quantiles of the table over time and of the fan chart.
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+#: Part of a result below which its deviation is rounding.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +165,12 @@ class Ensemble:
             raise UsageError(
                 Problem("sensitivity", f"there is no result {shown(result)}", nearest(result, self.results))
             )
-        return ranking(self.design, self.asked, self.values, result, self.results[result])
+        values = self.results[result]
+        found = ranking(self.design, self.asked, self.values, result, values)
+        spread = float(np.nanstd(values))
+        error = self.error.columns.get(result.rpartition(".")[0], math.nan)
+        varies = spread > _ROUNDING * float(np.nanmax(np.abs(values)))
+        return replace(found, error=error / spread if varies else math.nan)
 
     @cached_property
     def _samples(self) -> tuple[Array, Array]:

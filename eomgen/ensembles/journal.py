@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -41,6 +42,7 @@ class Journal:
         self.done = 0
         self.reduction: Reduction | None = None
         self.failed: list[Failed] = []
+        self.notes: list[str] = []
         if folder is None:
             return
         make_folder(folder)
@@ -72,7 +74,11 @@ class Journal:
         path = folder / _REDUCED
         if not path.exists():
             return
-        arrays, data = read_arrays(path, _KIND, "another folder")
+        try:
+            arrays, data = read_arrays(path, _KIND, "another folder")
+        except FileError:  # cut short, as by a full disk
+            self.notes.append(f"{_REDUCED} was cut short: all samples are run again")
+            return
         self.reduction, self.done = Reduction.of_arrays(arrays), int(data["done"])
         self.failed = [Failed(item["number"], item["reason"], item["values"]) for item in data["failed"]]
 
@@ -83,10 +89,31 @@ class Journal:
                 replace(block, rows=block.rows[:0].copy())
             )  # which are reduced, and would grow with the samples
         else:
-            path = self._folder / _BLOCKS / f"{block.first:09d}.npz"
-            write_arrays(path, {"values": block.values, "extremes": block.extremes}, {"first": block.first})
+            self._write_part(block)
         self.failed += block.failed
         self.done = block.first + len(block.values)
+
+    def broken(self, block: int) -> list[tuple[int, int]]:
+        """Return the first number and the count of samples of each part that is missing or cut short."""
+        if self._folder is None:
+            return []
+        firsts = range(0, self.done, block)
+        bad = [first for first in firsts if not zipfile.is_zipfile(self._path(first))]
+        return [(first, min(block, self.done - first)) for first in bad]
+
+    def replace(self, block: Block) -> None:
+        """Write a part again whose samples are reduced already."""
+        last = block.first + len(block.values) - 1
+        self._write_part(block)
+        self.notes.append(f"samples {block.first} to {last} were run again: their part of the folder was cut short")
+
+    def _path(self, first: int) -> Path:
+        return (self._folder or Path()) / _BLOCKS / f"{first:09d}.npz"
+
+    def _write_part(self, block: Block) -> None:
+        write_arrays(
+            self._path(block.first), {"values": block.values, "extremes": block.extremes}, {"first": block.first}
+        )
 
     def write(self, reduction: Reduction) -> None:
         """Write what all blocks that were kept come to."""

@@ -15,6 +15,7 @@ from eomgen.ensembles.samples import EXTREMES, Failed
 from eomgen.ensembles.sensitivity import Ranking
 from eomgen.errors import UsageError
 from eomgen.figures import new_figure, saved
+from eomgen.results.error_estimate import NOTICED
 
 #: Panels of a figure, and points of a scatter plot, at most.
 _PANELS, _POINTS = 12, 5000
@@ -130,9 +131,14 @@ def _rankings(ensemble: Drawn) -> Any | None:
         places = np.arange(len(names))
         if one.total is not one.first:
             axes.barh(places, [one.total[name] for name in names], color="#A9C6E8", label="with interactions")
+        for shift, bounds in ((0.12, one.total_interval), (-0.12, one.first_interval)):
+            if bounds:
+                low, high = np.array([bounds[name] for name in names]).T
+                axes.hlines(places + shift, low, high, color="black", linewidth=1.0)
         axes.barh(places, [one.first[name] for name in names], color=_COLOUR, height=0.5, label="by itself")
         axes.set_yticks(places, names)
-        axes.set_title(one.result, fontsize="small", loc="left")
+        told = f", errors of steps up to {100 * one.error:.2g} % of its deviation" if one.error > NOTICED else ""
+        axes.set_title(f"{one.result}{told}", fontsize="small", loc="left")
         axes.grid(alpha=0.3, axis="x")
     panels[-1].set_xlabel(f"share of the variance ({found[0].kind})")
     panels[-1].set_xlim(left=min(0.0, panels[-1].get_xlim()[0]))

@@ -120,6 +120,9 @@ def simulate_many(
         if runs is not None:
             make_folder(runs)
         began = time.perf_counter()
+        for first, count in journal.broken(block):
+            if (again := work.block(first, count)) is not None:
+                journal.replace(again)
         work.save_those_before(journal.done)
         reduction = journal.reduction or Reduction(len(looked_at), len(thinned))
         left = (journal.done, drawn.samples, block)
@@ -145,7 +148,9 @@ def simulate_many(
         journal=journal,
         method=str(pilot.metadata["method"]),
         how=how,
-        notes=tuple(filter(None, (unbalanced(name, samples), *unresolved, _doubts(pilot), *of_samples, *notes))),
+        notes=tuple(
+            filter(None, (unbalanced(name, samples), *unresolved, _doubts(pilot), *of_samples, *journal.notes, *notes))
+        ),
         error=errors,
     )
 

@@ -23,14 +23,21 @@ from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.random_processes.covariance import Covariance, Exponential
 
-#: Most modes: each is a table, and a variable.
-MOST_MODES = 256
+#: Most modes: each is a table, and a variable. Loading grows with the cube of their number, up to seconds; a step grows
+#: in proportion.
+MOST_MODES = 1024
 #: Nodes of a panel.
 _NODES = 16
 #: Most nodes of the window.
 _MOST_NODES = 4096
 #: So many nodes for each of the most modes tell whether more are needed.
 _ENOUGH = 4
+#: Frequencies of a spectrum, by the window's own, and their number; part of the variance that these have to hold, and
+#: modes, in part and in number, by which a spectrum may be off.
+_LOWEST, _HIGHEST, _FREQUENCIES = 1e-3, 1e15, 40_000
+_HELD, _MARGIN, _FEW_MODES = 0.9, 0.1, 8
+#: The least share that is suggested.
+_USEFUL = 0.05
 #: Change of an eigenvalue by twice as many panels, measured by the largest, by which it is taken as found.
 _CONVERGED = 1e-10
 #: The same of several processes together, whose tables of modes are no closer.
@@ -91,6 +98,8 @@ def expand(
         Neither a share nor a number; a covariance with a negative eigenvalue; a share that the modes cannot have; more
         modes than there are.
     """
+    if modes is None and share is not None:
+        _refuse_far(covariance, duration, share)
     if isinstance(covariance, Exponential):
         return _chosen(_closed_form(covariance, duration), share, modes)
     return _converged([[covariance]], duration, share, modes, repair)[0]
@@ -161,6 +170,40 @@ def _converged(
         panels, before = 2 * panels, resolved
 
 
+def _refuse_far(covariance: Covariance, duration: float, share: float) -> None:
+    """Raise UsageError for a share that needs far more modes than there may be, without looking for them.
+
+    In long windows eigenvalues are G(f) / 2 at frequencies 1 / (2 T) apart, so n modes have the largest part of the
+    spectrum on n / (2 T) of frequencies; Nystrom's nodes do not resolve correlations that are as short.
+
+    References
+    ----------
+    Grenander, Szegoe: Toeplitz Forms and Their Applications (1958), 8.6.
+    """
+    edges = np.concatenate([[0.0], np.geomspace(_LOWEST, _HIGHEST, _FREQUENCIES) / duration])
+    widths = np.diff(edges)
+    density = covariance.density(0.5 * (edges[1:] + edges[:-1]))
+    variance = float(covariance.at(np.zeros(1))[0])
+    if not float(density @ widths) > _HELD * variance:
+        return
+
+    def captured(modes: float) -> float:
+        order = np.argsort(-density, kind="stable")
+        room = np.cumsum(widths[order])
+        taken = np.clip(0.5 * modes / duration - (room - widths[order]), 0.0, widths[order])
+        return float(density[order] @ taken) / variance
+
+    if captured((1.0 + _MARGIN) * MOST_MODES + _FEW_MODES) < share:
+        raise UsageError(_too_many(share, MOST_MODES, captured(MOST_MODES)))
+
+
+def _too_many(share: float, modes: int, has: float) -> Problem:
+    what = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {modes} have {has:.4g}"
+    least = math.floor(has * 1e4) / 1e4
+    hint = f"share = {least:g}, or a shorter window" if least >= _USEFUL else "a shorter window, a longer correlation"
+    return Problem("", what, hint)
+
+
 def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansion:
     """Return the first modes of an expansion: as many as are asked for, or as have the share."""
     if modes is None:
@@ -172,9 +215,7 @@ def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansi
         count = int(reached[0]) + 1 if len(reached) else math.inf
         if count > MOST_MODES:
             most = min(MOST_MODES, len(found.eigenvalues))
-            has = found.captured[most - 1]
-            what = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {most} have {has:.4f}"
-            raise UsageError(Problem("", what, f"share = {math.floor(has * 1e4) / 1e4:g}, or a shorter window"))
+            raise UsageError(_too_many(share, most, float(found.captured[most - 1])))
         modes = int(count)
     if modes > MOST_MODES:
         raise UsageError(Problem("", f"{modes} modes are asked for, and {MOST_MODES} are the most", "fewer modes"))

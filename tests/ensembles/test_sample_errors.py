@@ -15,6 +15,7 @@ from eomgen.cli import main
 from eomgen.ensembles.examined_samples import spread_samples
 from eomgen.ensembles.unresolved_processes import unresolved_processes
 from eomgen.scene.load import load_toml
+from tests.ensembles.carts import bits, small_blocks
 
 SLIDER = """
 format = 1
@@ -134,3 +135,31 @@ def test_examined_samples_are_spread_over_the_design(samples: int, varied: int) 
     if varied == 1:
         assert {int(values.argmin()), int(values.argmax())} <= set(chosen)
     np.testing.assert_equal(spread_samples(np.ones((5, 2)), 3), [0, 1, 2])
+
+
+@pytest.mark.parametrize("cut", ["part", "reduced"])
+def test_parts_that_are_cut_short_are_run_again(slider: eomgen.Model, tmp_path: Path, cut: str) -> None:
+    options = {"vary": {"k": "uniform(50, 150)"}, "samples": 40, "folder": tmp_path / "out"}
+    with small_blocks():
+        whole = slider.simulate_many(2.0, 0.02, **options)
+        parts = sorted((tmp_path / "out" / "samples").glob("*.npz"))
+        assert len(parts) > 2
+        file = parts[1] if cut == "part" else tmp_path / "out" / "reduced.npz"
+        file.write_bytes(file.read_bytes()[:-100])
+        again = slider.simulate_many(2.0, 0.02, resume=True, **options)
+    assert bits(again) == bits(whole)
+    told = "all samples are run again" if cut == "reduced" else "were run again: their part of the folder was cut short"
+    assert told in again.message and told not in whole.message
+
+
+def test_sobol_indices_have_bounds_and_the_error_of_their_samples(slider: eomgen.Model) -> None:
+    """x(T) = 0.1 cos(sqrt(k) T) does not depend on what is no force; the other number has all of the variance."""
+    vary = {"k": "uniform(90, 110)", "v.slide": "uniform(-1e-9, 1e-9)"}
+    found = slider.simulate_many(1.0, 0.005, vary=vary, samples=128, design="saltelli")
+    ranking = found.sensitivity("output.x.final")
+    for name, share in (("k", 1.0), ("v.slide", 0.0)):
+        for low, high in (ranking.first_interval[name], ranking.total_interval[name]):
+            assert low - 1e-6 < share < high + 1e-6 and high - low < 0.8
+    spread = np.std(0.1 * np.cos(np.sqrt(found.values["k"])))
+    assert ranking.error == pytest.approx(found.error.columns["output.x"] / spread, rel=0.1)
+    assert 0.001 < ranking.error < 0.5

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass
 
 import mpmath
@@ -137,12 +139,34 @@ def test_a_share_or_a_number_of_modes_is_needed() -> None:
 
 def test_shares_that_need_too_many_modes_are_refused_with_the_share_that_does_not() -> None:
     with pytest.raises(
-        UsageError, match=f"needs more than {MOST_MODES} modes; {MOST_MODES} have 0.9881; try: share = "
+        UsageError, match=f"needs more than {MOST_MODES} modes; {MOST_MODES} have 0.997.*; try: share = "
     ):
-        expand(Exponential(1.0, 1.0), 15.0, share=0.999)
+        expand(Exponential(1.0, 1.0), 15.0, share=0.9999)
     with pytest.raises(
         UsageError, match=r"the process has \d+ modes in this window beyond rounding, and 200 are asked"
     ):
         expand(UNIT, 1.0, modes=200)
-    with pytest.raises(UsageError, match="needs more than 256 modes"):
+    with pytest.raises(UsageError, match="needs more than 1024 modes"):
         expand(UNIT, 1e6, share=0.9)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e-4, 1e-6, 1e-9])
+def test_the_share_that_too_many_modes_have_is_that_of_the_spectrum(scale: float) -> None:
+    """1024 modes of 3 s have the spectrum up to 1024 / 6 Hz: erf(sqrt(2) pi l f) of exp(-tau^2 / (2 l^2))."""
+    share = math.erf(math.sqrt(2.0) * math.pi * scale * MOST_MODES / 6.0)
+    with pytest.raises(UsageError, match="needs more than 1024 modes") as caught:
+        expand(SquaredExponential(1.0, scale), 3.0, share=0.99)
+    (has,) = re.findall("1024 have ([-0-9.e]+); try", str(caught.value))
+    assert float(has) == pytest.approx(share, rel=2e-3)
+    assert ("share = " in str(caught.value)) == (share > 0.05)
+
+
+@pytest.mark.slow
+def test_an_earthquake_of_half_a_minute_has_its_modes() -> None:
+    """Of Kanai and Tajimi's spectrum; the number of modes is that of the spectrum, within a few."""
+    soil = KanaiTajimi(1.0, 15.0, 0.6)
+    found = expand(soil, 30.0, share=0.85)
+    frequency = np.linspace(0.0, 200.0, 400_001)
+    below = np.cumsum(soil.density(frequency)) * frequency[1]
+    assert len(found.eigenvalues) == pytest.approx(60.0 * frequency[np.searchsorted(below, 0.85)], abs=8)
+    assert found.captured[-1] >= 0.85

@@ -379,6 +379,10 @@ def test_a_file_that_is_not_there_or_no_text(slider: eomgen.Model, tmp_path: Pat
         ({"push": np.nan}, "run1: 201 of 201 rows have missing values (push 201)"),
         ({"x": "text"}, "data: the column x is str, no array of numbers"),
         ({"x": np.zeros(201, complex)}, "data: the column x is complex, no array of numbers"),
+        (
+            {"x": 1e300},
+            "run1, column x: 1e+300 is too large a value: squares of differences to it overflow; try: values",
+        ),
         ({"x": np.inf}, "run1: 201 of 201 rows have infinite values (x 201); try: missing"),
         (
             {"pair": 1.0},

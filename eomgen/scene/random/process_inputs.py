@@ -13,6 +13,9 @@ from eomgen.scene.random import schema as written
 from eomgen.system.random_processes import RandomProcess
 from eomgen.system.signals import Input, Parameter
 
+#: Terms of a sum, one within the other: formulas are trees, which are walked recursively.
+_DEPTH = 257
+
 
 def input_of(process: RandomProcess, entry: written.RandomProcess) -> Input:
     """Return a process as an input, whose formula it is."""
@@ -41,11 +44,13 @@ def _formula(process: RandomProcess) -> Formula:
         * Application(mode, x)
         for variable, weight, mode in zip(process.variables, process.weights, process.modes, strict=True)
     ]
-    g: Formula = functools.reduce(operator.add, terms, Number(process.mean)) if process.mean else _sum(terms)
+    g: Formula = _sum([Number(process.mean), *terms] if process.mean else terms)
     if process.translation is None:
         return g
     return mapped(process.translation, lambda symbol: g if symbol.kind == "gaussian" else symbol)
 
 
 def _sum(terms: Sequence[Formula]) -> Formula:
-    return functools.reduce(operator.add, terms)
+    """Return the sum of terms; that of many in parts, whose depth does not grow with their number."""
+    parts = [functools.reduce(operator.add, terms[k : k + _DEPTH]) for k in range(0, len(terms), _DEPTH)]
+    return parts[0] if len(parts) == 1 else _sum(parts)

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 #: A file, or columns by name, t among them.
 Data = str | os.PathLike[str] | Mapping[str, Any]
 MISSING = ("refuse", "drop")
+#: Largest value whose square, and sums of such, are numbers.
+_LARGEST = 1e100
 
 
 @dataclass(frozen=True)
@@ -194,6 +196,12 @@ def _without_gaps(
     name: str, t: Array, outputs: dict[str, Array], inputs: dict[str, Array], ignored: tuple[str, ...], missing: str
 ) -> Measurements:
     """Return the data with inputs at every time. Raises UsageError where values are missing and none are dropped."""
+    for column, values in (outputs | inputs).items():
+        largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+        if largest > _LARGEST:
+            what = f"{largest:.3g} is too large a value: squares of differences to it overflow"
+            hint = "values in the unit of the column, and empty cells for missing ones"
+            raise UsageError(Problem(f"{name}, column {column}", what, hint))
     gaps = {column: int(np.count_nonzero(~np.isfinite(values))) for column, values in (outputs | inputs).items()}
     count = sum(gaps.values())
     if count and missing == "refuse":
