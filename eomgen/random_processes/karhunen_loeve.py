@@ -21,10 +21,10 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
-from eomgen.random_processes.covariance import Covariance, Exponential
+from eomgen.random_processes.covariance import Covariance, CovarianceTable, Exponential
 
-#: Most modes: each is a table, and a variable. Loading grows with the cube of their number, up to seconds; a step grows
-#: in proportion.
+#: Most modes: each is a table, and a variable. Loading grows with the cube of their number, to half a minute; a step
+#: grows in proportion.
 MOST_MODES = 1024
 #: Nodes of a panel.
 _NODES = 16
@@ -98,7 +98,9 @@ def expand(
         Neither a share nor a number; a covariance with a negative eigenvalue; a share that the modes cannot have; more
         modes than there are.
     """
-    if modes is None and share is not None:
+    if (
+        modes is None and share is not None and not isinstance(covariance, CovarianceTable)
+    ):  # it integrates its spectrum
         _refuse_far(covariance, duration, share)
     if isinstance(covariance, Exponential):
         return _chosen(_closed_form(covariance, duration), share, modes)
@@ -147,7 +149,7 @@ def _converged(
         return [one(own) for own in range(count)]
 
     while True:
-        resolved = np.zeros(0)
+        resolved, refused = np.zeros(0), None
         try:
             found = _nystrom(covariances, duration, panels, repair)
             resolved = found.eigenvalues
@@ -158,11 +160,13 @@ def _converged(
                 change = float(np.max(np.abs(values - before[: len(values)]))) / values[0]
             if change <= (_CONVERGED if count == 1 else _CONVERGED_JOINTLY):
                 return of_each(chosen)
-        except UsageError:
+        except UsageError as error:
             if panels * _NODES >= _ENOUGH * MOST_MODES:
                 raise
-            change = math.inf
+            change, refused = math.inf, error
         if 2 * panels * _NODES * count > _MOST_NODES:
+            if refused is not None:
+                raise refused
             if change <= _DOUBTFUL:
                 return of_each(chosen)
             what = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes"
