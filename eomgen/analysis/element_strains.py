@@ -82,12 +82,9 @@ class ElementStrains:
 
         ``derivative`` is that of d by q; what carries nodes that are no unknowns of their own is taken as fixed.
         """
-        changes = []
-        for k in range(6):
-            moved = d.astype(complex)
-            moved[:, k] += 1j * _STEP
-            changes.append(np.einsum("eij,ei->ej", _along_twists(moved), forces).imag / _STEP)
-        return csc_array(self._twists(q).T @ (self._of_nodes(np.stack(changes, axis=1)).T @ derivative))
+        moved = d.astype(complex) + 1j * _STEP * np.eye(6)[:, np.newaxis]
+        changes = np.einsum("keij,ei->ekj", _along_twists(moved), forces).imag / _STEP
+        return csc_array(self._twists(q).T @ (self._of_nodes(changes).T @ derivative))
 
     def _of_nodes(self, blocks: Array) -> csr_array:
         """Return blocks (elements, 6, 12) of the elements' two nodes as (6 elements, 6 nodes)."""
@@ -136,6 +133,6 @@ class ElementStrains:
 
 
 def _along_twists(d: Array) -> Array:
-    """Return the derivatives of d along the twists of both nodes, (elements, 6, 12)."""
+    """Return the derivatives of d along the twists of both nodes, (..., elements, 6, 12)."""
     tangents = [numeric.tangent_inverse(SE3, sign * d) for sign in (-1.0, 1.0)]
-    return np.concatenate([-tangents[0], tangents[1]], axis=2)
+    return np.concatenate([-tangents[0], tangents[1]], axis=-1)

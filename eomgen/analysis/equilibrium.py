@@ -19,12 +19,14 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem
-from eomgen.lie.product import difference, update
+from eomgen.lie.product import difference
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.equilibrium_search import left_at_start, nearest_rest
 from eomgen.solvers.load_steps import by_load_steps
-from eomgen.solvers.statics import SOFT, Largest, Point, Search, Statics, examine, onto_constraints
+from eomgen.solvers.stable_branch import stable_branch
+from eomgen.solvers.statics import SOFT, Largest, Point, Search, Statics, examine, onto_constraints, polished
+from eomgen.solvers.tangent_stiffness import TangentStiffness
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -33,10 +35,8 @@ _TO_STAY = "any_kind=True (--any-kind) finds the nearest of any kind"
 _ELSEWHERE = "it is not where a damped motion"
 #: Components of a direction below this part of the largest are left out when it is named.
 _NAMED = 0.05
-#: Starts that are tried past bifurcations, and how far they are moved: rad, or parts of the scene's length.
-_BRANCHES, _IMPERFECTION = 2, 1e-3
-#: Largest load steps, and those past bifurcations.
-_STEPS, _CLOSE_STEPS = StepLimits(factor=0.5), StepLimits(0.2, 0.02)
+#: Largest load steps.
+_STEPS = StepLimits(factor=0.5)
 
 
 @dataclass(frozen=True)
@@ -162,10 +162,11 @@ def equilibrium(
     assembled = onto_constraints(statics, first)
     loaded = loaded_statics(model, measures, assembled.q, u, driven)
     stepped: Search | str = ""
+    left_along: Array | None = None
     if model.description.exact_beams:
         stepped = _by_load_steps(loaded, statics, assembled)
         if isinstance(stepped, Search) and not any_kind:
-            stepped = _settled(loaded, statics, assembled, stepped)
+            stepped, left_along = _settled(loaded, statics, stepped)
     if isinstance(stepped, Search):
         damped, chosen = stepped, stepped
     else:
@@ -183,13 +184,15 @@ def equilibrium(
     if not any_kind and chosen is damped and chosen is not stepped and left_at_start(statics, start.z, damped):
         notes.append(_left(model, statics, damped))
     notes += equilibrium_notes(measures, chosen.path, u)
-    return _result(model, _stiffness(statics, loaded, chosen.point), chosen, driven, measures, notes)
+    if left_along is not None:
+        notes.append(_branches(model, statics, left_along))
+    return _result(model, loaded, _stiffness(statics, loaded, chosen.point), chosen, driven, measures, notes)
 
 
-def _by_load_steps(loaded: LoadedStatics, statics: Statics, start: Point, limits: StepLimits = _STEPS) -> Search | str:
+def _by_load_steps(loaded: LoadedStatics, statics: Statics, start: Point) -> Search | str:
     """Return where load steps lead from the start, or how far they lead and why they end."""
     try:
-        rest, path = by_load_steps(loaded, Rest(start.q, start.lam, start.z, 1.0), limits)
+        rest, path = by_load_steps(loaded, Rest(start.q, start.lam, start.z, 1.0), _STEPS)
         search = Search(examine(statics, rest.q, rest.z), True, len(path) - 1, path)
     except PathEndError as end:
         part = end.point.rest.s if end.point else 0.0
@@ -202,37 +205,35 @@ def _by_load_steps(loaded: LoadedStatics, statics: Statics, start: Point, limits
     return search
 
 
-def _settled(loaded: LoadedStatics, statics: Statics, start: Point, found: Search) -> Search:
-    """Return where load steps lead from a start that is moved a little as an unstable rest would be left.
+def _settled(loaded: LoadedStatics, statics: Statics, found: Search) -> tuple[Search, Array | None]:
+    """Return the stable rest to which an unstable one leads, and the displacement (nv,) along which that was left.
 
-    So they follow the path of an imperfect structure past a bifurcation; ``found`` itself if it is not unstable, or
-    where that leads to no rest that is stable.
+    ``found`` itself and None if it is stable, has internal states, or leads to none.
     """
-    search = found
-    for _ in range(_BRANCHES):
-        stiffness = _stiffness(statics, loaded, search.point)
-        if stiffness.positive or len(start.z) or _skew(search.point):
-            return search
-        shape = stiffness.directions[:, 0]
-        nudge = _IMPERFECTION / float(np.max(np.abs(shape) / statics.sizes)) * shape
-        aside = onto_constraints(statics, examine(statics, update(statics.factors, start.q, nudge), start.z))
-        moved = _by_load_steps(loaded, statics, aside, _CLOSE_STEPS)
-        if isinstance(moved, str):
-            return found
-        search = moved
-    return search if _stiffness(statics, loaded, search.point).positive else found
+    point = found.point
+    if len(point.z):
+        return found, None
+    branch = stable_branch(loaded, Rest(point.q, point.lam, point.z, 1.0))
+    if branch is None:
+        return found, None
+    reached = polished(statics, examine(statics, branch.rest.q, branch.rest.z))
+    path = [*found.path, *branch.path]
+    return Search(reached, True, found.steps + len(branch.path), path), branch.left_along
 
 
-def _skew(point: Point) -> bool:
+def _skew(model: CompiledModel, loaded: LoadedStatics, point: Point) -> bool:
     """Return whether forces follow the motion, so that stiffness alone does not decide stability."""
-    return float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0)) > 1e-6 * point.largest_stiffness
+    skew = float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0)) > 1e-6 * point.largest_stiffness
+    if skew or not model.description.exact_beams:
+        return skew
+    return not TangentStiffness.at(loaded, Rest(point.q, point.lam, point.z, 1.0)).symmetric  # loads beside stretch
 
 
-def _not_by_stiffness(model: CompiledModel, point: Point, v: Array, against: int) -> str:
+def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Point, v: Array, against: int) -> str:
     """Return why stiffness alone does not decide stability; nothing where it does."""
     if model.nz:
         return "internal states take part"
-    if _skew(point):
+    if _skew(model, loaded, point):
         return "forces or moments that follow the motion, or moments about fixed axes, have no potential"
     # in an even number of directions (Chetaev 1961)
     if np.any(v) and against and against % 2 == 0:
@@ -261,6 +262,18 @@ def _stiffness(statics: Statics, loaded: LoadedStatics, point: Point) -> _Stiffn
     values[soft], directions[:, soft] = soft_modes(loaded, rest, mass, directions[:, soft], largest)
     order = np.argsort(values, kind="stable")
     return _Stiffness(values[order], directions[:, order], largest)
+
+
+def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
+    """Return a note that names the branch on which a rest is, and the other one."""
+    shares = left_along / statics.sizes
+    k = int(np.flatnonzero(np.abs(shares) >= (1.0 - SAME) * np.max(np.abs(shares)))[0])
+    sides = ("positive", "negative") if shares[k] > 0.0 else ("negative", "positive")
+    name = model.v_names[k].removeprefix("v.")
+    return (
+        f"past a bifurcation, for load steps lead to an unstable rest: this is the branch on the {sides[0]} side of"
+        f" {name}, another one is on its {sides[1]} side (initial near it, or equilibrium_path(...).branch)"
+    )
 
 
 def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: Search) -> list[str]:
@@ -344,6 +357,7 @@ def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs, v: A
 
 def _result(
     model: CompiledModel,
+    loaded: LoadedStatics,
     stiffness: _Stiffness,
     search: Search,
     v: Array,
@@ -355,7 +369,7 @@ def _result(
     undetermined = _components(model, directions[:, soft])
     against = int(np.sum(values[~soft] < 0.0))
     stable: bool | None = not against
-    why = _not_by_stiffness(model, point, v, against)
+    why = _not_by_stiffness(model, loaded, point, v, against)
     if why:
         stable = None
     frequencies = np.where(soft, 0.0, np.sign(values) * np.sqrt(np.abs(values)))

@@ -33,6 +33,8 @@ class Critical:
     columns : of the path, there
     after : row of the path's arrays behind it
     components : of the mode, the names of those that take the largest part, largest first
+    modes : (nv, n) all displacements that nothing opposes there; more than one where several stiffnesses are zero at
+        once, as those of a round column are in both planes
     """
 
     kind: str
@@ -42,6 +44,12 @@ class Critical:
     columns: Mapping[str, float]
     after: int
     components: tuple[str, ...]
+    modes: Array
+
+    @property
+    def multiplicity(self) -> int:
+        """How many stiffnesses are zero at once."""
+        return int(self.modes.shape[1])
 
 
 @dataclass(frozen=True, repr=False)
@@ -169,6 +177,7 @@ class EquilibriumPath:
                     "after": item.after,
                     "columns": dict(item.columns),
                     "components": list(item.components),
+                    "multiplicity": item.multiplicity,
                     "q": item.q.tolist(),
                     "mode": item.mode.tolist(),
                 }

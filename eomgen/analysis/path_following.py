@@ -19,7 +19,13 @@ from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, corrected, direction, weights
-from eomgen.solvers.critical_points import CriticalPoint, Stiffnesses, critical_point, stiffnesses
+from eomgen.solvers.critical_points import (
+    CriticalPoint,
+    Examined,
+    critical_points,
+    examined,
+    lowest_frequency_squared,
+)
 from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, first_point, follow
 from eomgen.solvers.load_steps import by_load_steps
 
@@ -130,15 +136,13 @@ def _followed(
 ) -> EquilibriumPath:
     """Return the path from a point to a value of what is varied, as far as it goes."""
     points, critical = [start], list[tuple[int, CriticalPoint]]()
-    found: list[Stiffnesses] = [stiffnesses(statics, start.rest)] if stability else []
+    found: list[Examined] = [examined(statics, start)] if stability else []
     message = ""
     try:
         for point in follow(statics, start, target, limits, 0.3):
             if stability:
-                found.append(stiffnesses(statics, point.rest))
-                at = critical_point(statics, (points[-1], point), (found[-2], found[-1]))
-                if at is not None:
-                    critical.append((len(points), at))
+                found.append(examined(statics, point))
+                critical += [(len(points), at) for at in critical_points(statics, found[-2], found[-1])]
             points.append(point)
             if len(points) >= max_points and point.rest.s != target:
                 message = f"{max_points} points are not enough; try: max_points={2 * max_points}, or a larger max_step"
@@ -155,7 +159,7 @@ def _followed(
     rests = [point.rest for point in points]
     columns, units, outputs = _columns(model, varied, rests)
     there, _, _ = _columns(model, varied, [item.point.rest for _, item in critical])
-    lowest = [item.values[int(np.argmin(np.abs(item.values)))] if len(item.values) else np.nan for item in found]
+    lowest = [lowest_frequency_squared(statics, item) for item in found]
     return EquilibriumPath(
         varied.name,
         varied.unit,
@@ -166,17 +170,18 @@ def _followed(
         columns,
         units,
         outputs,
-        np.array([item.negative for item in found]) if stability else np.full(len(rests), -1),
+        np.array([item.stiffness.negative for item in found]) if stability else np.full(len(rests), -1),
         np.array(lowest) if stability else np.full(len(rests), np.nan),
         tuple(
             Critical(
                 item.kind,
                 item.point.rest.s,
                 item.point.rest.q,
-                item.mode,
+                item.modes[:, 0],
                 {name: float(column[number]) for name, column in there.items()},
                 after,
-                components_of(model, statics, item.mode),
+                components_of(model, statics, item.modes[:, 0]),
+                item.modes,
             )
             for number, (after, item) in enumerate(critical)
         ),
@@ -232,7 +237,7 @@ def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float, limits:
     """Return a point of the path that branches off at a critical point, on the side of its mode times ``size``."""
     rest = critical.point.rest
     unknowns = np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z))
-    unknowns[: len(statics.sizes)] = critical.mode
+    unknowns[: len(statics.sizes)] = critical.modes[:, 0]
     length = float(np.sqrt(unknowns @ (weights(statics, rest) * unknowns)))
     along = Direction(unknowns / length, 0.0)
     for part in _ASIDE:

@@ -12,6 +12,7 @@ from scipy.sparse.linalg import splu
 
 from eomgen.arrays import Array
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest
+from eomgen.solvers.tangent_stiffness import ROUNDING
 
 #: Inverse iterations, and the part of the largest squared frequency below which strains oppose nothing.
 _ITERATIONS, _NOTHING = 4, 1e-24
@@ -47,4 +48,6 @@ def soft_modes(statics: LoadedStatics, rest: Rest, mass: Array, shapes: Array, l
     d = strains.values(rest.q)
     change = (strains.derivative(rest.q, d) @ shapes).reshape(*d.shape, -1)
     energy = np.einsum("eik,eij,ejk->k", change, strains.stiffness, change)
-    return np.where(energy > _NOTHING * largest, values, 0.0), shapes
+    every = np.abs(shapes)
+    rounding = ROUNDING * np.einsum("ij,ij->j", every, abs(tangents.K) @ every)
+    return np.where((energy > _NOTHING * largest) & (np.abs(values) > rounding), values, 0.0), shapes

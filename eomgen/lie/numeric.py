@@ -74,6 +74,8 @@ def _join(values: Sequence[Any]) -> Array:
 
 def _matrix(rows: Rows, of: Array) -> Array:
     """Return rows of values as matrices; their batch is that of ``of``, also where all entries are constant."""
-    batch = np.shape(of)[:-1]
-    entries = [np.broadcast_to(entry, batch) for row in rows for entry in row]
-    return np.stack(entries, axis=-1).reshape(*batch, len(rows), len(rows))
+    result = np.empty((*np.shape(of)[:-1], len(rows), len(rows)), np.result_type(of, float))
+    for row, entries in enumerate(rows):
+        for column, entry in enumerate(entries):
+            result[..., row, column] = entry
+    return result

@@ -14,7 +14,8 @@ from scipy.sparse.linalg import LinearOperator, eigs
 
 from eomgen.arrays import Array
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest, corrected, direction, held_factor
-from eomgen.solvers.critical_points import WHOLE, compliance, reciprocal, scaled_mode
+from eomgen.solvers.critical_points import scaled_mode
+from eomgen.solvers.tangent_stiffness import compliance
 
 Complex = NDArray[np.complex128]
 #: First change of the load factor along which the stiffness is differentiated, as a part of its reach, and later ones
@@ -22,6 +23,8 @@ Complex = NDArray[np.complex128]
 _FIRST, _PART, _TRIALS = 1e-2, 0.02, 3
 #: Loads among which the one is looked for that is told from elsewhere.
 _NEIGHBOURS = 4
+#: Up to so many velocity components eigenvalues come from whole matrices.
+WHOLE = 60
 #: Part of its size below which an eigenvalue has no imaginary part.
 _REAL = 1e-6
 #: Buckling factors beyond so many times the lowest are rounding.
@@ -50,7 +53,7 @@ def linear_buckling(statics: LoadedStatics, rest: Rest, count: int) -> tuple[Arr
         if 0.5 * change <= wanted <= 2.0 * change:
             break
         change = wanted
-    scaled = [scaled_mode(statics, mode) for mode in modes.T]
+    scaled = [scaled_mode(statics.sizes, mode) for mode in modes.T]
     return factors, np.array(scaled).T.reshape(len(statics.sizes), len(scaled))
 
 
@@ -101,7 +104,7 @@ def _factors(K: csc_array, B: csc_array, rate: csc_array, count: int) -> tuple[A
         operator = LinearOperator((nv, nv), matvec=lambda x: solve(rate @ x), dtype=float)
         values, vectors = eigs(operator, k=min(2 * count + 4, nv - 2), which="LM", v0=np.ones(nv))
     inverse: Complex = np.asarray(values, complex)
-    mu = -reciprocal(inverse)
+    mu = -np.divide(1.0, inverse, out=np.full_like(inverse, np.inf), where=inverse != 0.0)
     kept = np.isfinite(mu) & (np.abs(mu.imag) <= _REAL * np.abs(mu))
     kept &= np.abs(inverse) > np.max(np.abs(inverse), initial=0.0) / _FAR
     sizes = np.abs(mu) * np.where(mu.real < 0.0, 1.0 + _ALIKE, 1.0)  # of two of the same size the positive one first

@@ -1,8 +1,9 @@
-"""Where equilibria lose stability along a path: stiffnesses next to zero, limit points and bifurcations.
+"""Critical points of a path of equilibria: limit points and bifurcations, by signs of the stiffness alone.
 
 Between two points of a path the load factor turns round (a limit point), or the number of negative stiffnesses changes
-(a bifurcation, where it does not turn round). Both are located by false position along the path: R. Seydel, Practical
-Bifurcation and Stability Analysis (2010), chapter 5.
+(a bifurcation, if the factor does not turn round). Each stiffness that changes its sign is located by Brent's method
+along the path, and those that are zero at the same place are one bifurcation: R. Seydel, Practical Bifurcation and
+Stability Analysis (2010), chapter 5.
 """
 
 from __future__ import annotations
@@ -12,181 +13,213 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import scipy.linalg
-from numpy.typing import NDArray
-from scipy.sparse import block_array, csc_array
-from scipy.sparse.linalg import LinearOperator, eigs, splu
+from scipy.optimize import brentq
 
 from eomgen.arrays import Array
-from eomgen.solvers.bordered_newton import LoadedStatics, Rest
-from eomgen.solvers.equilibrium_path import PathPoint, step_to
+from eomgen.solvers.bordered_newton import LoadedStatics
+from eomgen.solvers.equilibrium_path import PathPoint, point_within
+from eomgen.solvers.tangent_stiffness import Components, TangentStiffness, canonical_direction
 
-#: Up to so many velocity components stiffnesses come from whole matrices.
-WHOLE = 60
-#: Stiffnesses next to zero that are looked at beside the negative ones.
-_NEXT = 6
-#: Trials of false position, and the part of a step to which a critical point is located.
-_TRIALS, _LOCATED = 40, 1e-10
-#: Part of its size below which an eigenvalue has no imaginary part.
-_REAL = 1e-6
+#: Part of a step to which a critical point is located, within which two are one, and beside a limit point within which
+#: its own stiffness changes its sign.
+_LOCATED, _ONE, _BESIDE = 1e-12, 1e-6, 1e-3
+#: Stiffnesses next to zero that are known beside those that change their signs.
+_NEXT = 2
 
-Complex = NDArray[np.complex128]
 Kind = Literal["limit point", "bifurcation"]
 
 
 @dataclass(frozen=True)
-class Stiffnesses:
-    """Squared frequencies by stiffness alone that are next to zero, increasing, and their directions.
-
-    Attributes
-    ----------
-    values : (n,) real ones, (rad/s)^2
-    directions : (nv, n)
-    """
-
-    values: Array
-    directions: Array
-
-    @property
-    def negative(self) -> int:
-        return int(np.sum(self.values < 0.0))
-
-
-@dataclass(frozen=True)
 class CriticalPoint:
-    """Where a path loses or regains stability.
+    """A point at which a path loses or regains stability.
 
     Attributes
     ----------
-    kind : ``limit point``, where the load factor turns round, or ``bifurcation``
+    kind : ``limit point``, if the load factor turns round, or ``bifurcation``
     point : of the path
-    mode : (nv,) displacement that nothing opposes there, its largest component 1 (rad, or the scene's length)
+    modes : (nv, n) displacements that nothing opposes there, the largest component of each 1 (rad, or the scene's
+        length)
     """
 
     kind: Kind
     point: PathPoint
-    mode: Array
+    modes: Array
 
 
-def stiffnesses(statics: LoadedStatics, rest: Rest, count: int = _NEXT) -> Stiffnesses:
-    """Return the stiffnesses next to zero of what constraints leave free."""
-    tangents, mass = statics.tangents(rest), statics.mass(rest)
-    nv, rows = len(statics.sizes), len(rest.multipliers)
-    if nv <= WHOLE:
-        free = scipy.linalg.null_space(tangents.B.toarray()) if rows else np.eye(nv)
-        if not free.shape[1]:
-            return Stiffnesses(np.zeros(0), np.zeros((nv, 0)))
-        inverse = compliance(tangents.K, tangents.B)
-        if inverse is None:
-            values, vectors = _eigen(free.T @ tangents.K @ free, free.T @ mass @ free)
-            return _real(values, free @ vectors)
-        flexible = free.T @ mass @ inverse(np.asarray(mass @ free))
-        values, vectors = _eigen(flexible, free.T @ mass @ free)
-        return _real(reciprocal(values), free @ vectors)
-    inverse = compliance(tangents.K, tangents.B)
-    if inverse is None:
-        return Stiffnesses(np.zeros(1), np.zeros((nv, 1)))
-    operator = LinearOperator((nv, nv), matvec=lambda x: inverse(mass @ x), dtype=float)
-    start = np.ones(nv)  # so that the same path has the same bits
-    values, vectors = eigs(operator, k=min(count, nv - 2), which="LM", v0=start)
-    return _real(reciprocal(values), vectors)
+@dataclass(frozen=True)
+class Examined:
+    """A point of a path, and the stiffness there."""
+
+    point: PathPoint
+    stiffness: TangentStiffness
 
 
-def compliance(K: csc_array, B: csc_array) -> Callable[[Array], Array] | None:
-    """Return what gives displacements by forces under the constraints; None where the stiffness is singular."""
-    nv = K.shape[0]
-    try:
-        factors = splu(block_array([[K, B.T], [B, None]], format="csc"))
-    except RuntimeError:
-        return None
-
-    def solve(right: Array) -> Array:
-        below = np.zeros((B.shape[0], *right.shape[1:]))
-        result: Array = factors.solve(np.concatenate([right, below]))[:nv]
-        return result
-
-    return solve if np.all(np.isfinite(solve(np.ones(nv)))) else None
+def examined(statics: LoadedStatics, point: PathPoint) -> Examined:
+    """Return a point with its stiffness."""
+    return Examined(point, TangentStiffness.at(statics, point.rest))
 
 
-def _eigen(A: Array, M: Array) -> tuple[Complex, Complex]:
-    values, vectors = scipy.linalg.eig(A, M)
-    return np.asarray(values, complex), np.asarray(vectors, complex)
+def lowest_frequency_squared(statics: LoadedStatics, examined: Examined) -> float:
+    """Return the stiffness next to zero along unit kinetic energy, (rad/s)^2; not a number without a real one."""
+    values, _ = examined.stiffness.next_to_zero(1, statics.mass(examined.point.rest))
+    return float(values[0]) if len(values) else np.nan
 
 
-def reciprocal(values: Complex) -> Complex:
-    return np.divide(1.0, values, out=np.full_like(values, np.inf), where=values != 0.0)
+def critical_points(statics: LoadedStatics, before: Examined, after: Examined) -> list[CriticalPoint]:
+    """Return the critical points between two neighbouring points of a path, in their order."""
+    way = after.point.stride
+    if before.point.direction.s * after.point.direction.s >= 0.0:
+        return _bifurcations(statics, before, after, (0.0, before), (way, after))
+    turning = _Along(statics, before.point, after.point, lambda found: found.point.direction.s)
+    turn, at = turning.root((0.0, before.point.direction.s), (way, after.point.direction.s), before, after)
+    limit = CriticalPoint("limit point", at.point, _modes(at, 1))
+    sides = [turn + sign * _BESIDE * way for sign in (-1.0, 1.0)]
+    if before.stiffness.negative != after.stiffness.negative and _single(before, after):
+        return [limit]
+    near = [turning.examined(side) if 0.0 < side < way else None for side in sides]
+    below = _bifurcations(statics, before, after, (0.0, before), (sides[0], near[0])) if near[0] else []
+    above = _bifurcations(statics, before, after, (sides[1], near[1]), (way, after)) if near[1] else []
+    return [*below, limit, *above]
 
 
-def _real(values: Complex, vectors: Complex) -> Stiffnesses:
-    """Return the real ones, increasing; complex pairs are of forces that follow the motion, and cross no zero."""
-    real = np.isfinite(values) & (np.abs(values.imag) <= _REAL * np.abs(values))
-    order = np.argsort(values.real[real], kind="stable")
-    return Stiffnesses(values.real[real][order], vectors.real[:, real][:, order])
-
-
-def critical_point(
-    statics: LoadedStatics, ends: tuple[PathPoint, PathPoint], found: tuple[Stiffnesses, Stiffnesses]
-) -> CriticalPoint | None:
-    """Return the critical point between two neighbouring points of a path, whose stiffnesses are known; None without
-    one."""
-    first, second = ends
-    before, after = found
-    if first.direction.s * second.direction.s < 0.0:
-        located = _located(statics, ends, lambda point: point.direction.s, (first.direction.s, second.direction.s))
-        return _critical("limit point", statics, located)
-    if before.negative == after.negative:
-        return None
-    number = min(before.negative, after.negative)
-    if number >= min(len(before.values), len(after.values)):
-        return None
-
-    def crossing(point: PathPoint) -> float:
-        values = stiffnesses(statics, point.rest).values
-        return float(values[min(number, len(values) - 1)]) if len(values) else 0.0
-
-    located = _located(statics, ends, crossing, (float(before.values[number]), float(after.values[number])))
-    return _critical("bifurcation", statics, located)
-
-
-def _critical(kind: Kind, statics: LoadedStatics, point: PathPoint) -> CriticalPoint:
-    near = stiffnesses(statics, point.rest)
-    mode = near.directions[:, int(np.argmin(np.abs(near.values)))]
-    return CriticalPoint(kind, point, scaled_mode(statics, mode))
-
-
-def scaled_mode(statics: LoadedStatics, mode: Array) -> Array:
+def scaled_mode(sizes: Array, mode: Array) -> Array:
     """Return a displacement whose largest component is 1: 1 rad, or the scene's length."""
-    parts = mode / statics.sizes
+    parts = mode / sizes
     largest = parts[int(np.argmax(np.abs(parts)))]
     return mode / largest if largest else mode
 
 
-def _located(
+def _single(before: Examined, after: Examined) -> bool:
+    return abs(before.stiffness.negative - after.stiffness.negative) == 1
+
+
+class _LostError(Exception):
+    """A point between two others of a path was not found."""
+
+
+class _Along:
+    """A number along the step between two points of a path."""
+
+    def __init__(
+        self, statics: LoadedStatics, first: PathPoint, second: PathPoint, value: Callable[[Examined], float]
+    ) -> None:
+        self._statics, self._first, self._second, self._value = statics, first, second, value
+        self._known: dict[float, Examined] = {}
+
+    def examined(self, way: float) -> Examined | None:
+        """Return the point after a way; None where there is none."""
+        if way not in self._known:
+            reached = point_within(self._statics, self._first, self._second, way)
+            if isinstance(reached, str):
+                return None
+            self._known[way] = examined(self._statics, reached)
+        return self._known[way]
+
+    def root(
+        self, low: tuple[float, float], high: tuple[float, float], first: Examined, second: Examined
+    ) -> tuple[float, Examined]:
+        """Return the way to where the number is zero, and the point there, or the nearest to it that was found."""
+        tried = {low[0]: low[1], high[0]: high[1]}
+        self._known.update({low[0]: first, high[0]: second})
+
+        def value(way: float) -> float:
+            if way not in tried:
+                found = self.examined(way)
+                if found is None:
+                    raise _LostError
+                tried[way] = self._value(found)
+            return tried[way]
+
+        try:
+            where = float(brentq(value, low[0], high[0], xtol=_LOCATED * self._second.stride, rtol=_LOCATED))
+        except _LostError:  # singular where it is zero: the line through its neighbours
+            negative = max((way for way in tried if tried[way] * low[1] > 0.0), default=low[0])
+            positive = min((way for way in tried if tried[way] * high[1] > 0.0), default=high[0])
+            share = tried[negative] / (tried[negative] - tried[positive])
+            where = negative + share * (positive - negative)
+        nearest = min(self._known, key=lambda way: abs(way - where))
+        return where, self._known[nearest]
+
+
+def _bifurcations(
     statics: LoadedStatics,
-    ends: tuple[PathPoint, PathPoint],
-    value: Callable[[PathPoint], float],
-    values: tuple[float, float],
-) -> PathPoint:
-    """Return the point between two at which a value is zero, by false position with halved weights (Illinois)."""
-    first, second = ends
-    low, high = 0.0, second.stride
-    of_low, of_high = values
-    best = min((abs(of_low), first), (abs(of_high), second), key=lambda pair: pair[0])
-    for _ in range(_TRIALS):
-        way = high - of_high * (high - low) / (of_high - of_low) if of_high != of_low else 0.5 * (low + high)
-        reached = step_to(statics, first, way)
-        if isinstance(reached, str):
+    first: Examined,
+    second: Examined,
+    low: tuple[float, Examined],
+    high: tuple[float, Examined],
+) -> list[CriticalPoint]:
+    """Return the bifurcations between two ways along the step from ``first`` to ``second``, in their order."""
+    below, above = low[1].stiffness, high[1].stiffness
+    if below.negative == above.negative and below.symmetric == above.symmetric:
+        return []
+    located: list[tuple[float, Examined]] = []
+    for value in _sign_changes(below, above):
+        along = _Along(statics, first.point, second.point, value)
+        ends = [(way, value(found)) for way, found in (low, high)]
+        if ends[0][1] * ends[1][1] < 0.0:
+            located.append(along.root(ends[0], ends[1], low[1], high[1]))
+    located.sort(key=lambda item: item[0])
+    points: list[CriticalPoint] = []
+    apart = _ONE * second.point.stride
+    while located:
+        together = [item for item in located if item[0] - located[0][0] <= apart]
+        located = located[len(together) :]
+        at = together[len(together) // 2][1]
+        points.append(CriticalPoint("bifurcation", at.point, _modes(at, len(together))))
+    return points
+
+
+def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Callable[[Examined], float]]:
+    """Return functions of points, each with a change of its sign where one stiffness has one."""
+    if below.symmetric and above.symmetric:
+        numbers = range(min(below.negative, above.negative), max(below.negative, above.negative))
+        neutral = min(below.neutral, above.neutral)
+        return [_eigenvalue(number, len(numbers) + _NEXT, neutral) for number in numbers]
+    groups = below.groups(above)
+    signs = zip(below.determinants(groups), above.determinants(groups), strict=True)
+    return [_determinant(group, groups, was[1]) for group, (was, now) in enumerate(signs) if was[0] * now[0] < 0]
+
+
+def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[Examined], float]:
+    """Return the stiffness with so many below it, as a function of points; of ``neutral`` ones the sign is rounding."""
+
+    def value(found: Examined) -> float:
+        negative = found.stiffness.negative if neutral else found.stiffness.below(0.0)
+        values, _ = found.stiffness.next_to_zero(count + neutral)
+        values = values[neutral:]
+        sign = -1.0 if number < negative else 1.0
+        alike = np.sort(np.abs(values[sign * values > 0.0]))
+        place = negative - number - 1 if number < negative else number - negative
+        far = float(np.max(np.abs(values[np.isfinite(values)]), initial=1.0))
+        return sign * (float(alike[place]) if place < len(alike) else far)
+
+    return value
+
+
+def _determinant(group: int, groups: Components, logarithm: float) -> Callable[[Examined], float]:
+    """Return the determinant of a group of components by that of ``logarithm``, as a function of points."""
+
+    def value(found: Examined) -> float:
+        sign, now = found.stiffness.determinants(groups)[group]
+        return sign * float(np.exp(np.clip(now - logarithm, -600.0, 600.0)))
+
+    return value
+
+
+def _modes(at: Examined, count: int) -> Array:
+    """Return so many displacements that are opposed least, (nv, count), the same whatever rounding does."""
+    stiffness = at.stiffness
+    _, directions = stiffness.next_to_zero(count)
+    directions, found = directions[:, :count], []
+    if not directions.shape[1]:
+        return np.zeros((len(stiffness.sizes), 1))
+    while directions.shape[1]:
+        mode = canonical_direction(directions, stiffness.sizes)
+        found.append(mode)
+        scaled = directions / stiffness.sizes[:, np.newaxis]
+        unit = mode / stiffness.sizes / np.linalg.norm(mode / stiffness.sizes)
+        left, sizes, _ = np.linalg.svd(scaled - np.outer(unit, unit @ scaled), full_matrices=False)
+        directions = stiffness.sizes[:, np.newaxis] * left[:, : directions.shape[1] - 1]
+        if not sizes.size or sizes[0] == 0.0:
             break
-        now = value(reached)
-        if abs(now) < best[0]:
-            best = (abs(now), reached)
-        if now == 0.0 or abs(high - low) <= _LOCATED * second.stride:
-            break
-        if now * of_high < 0.0:
-            low, of_low = high, of_high
-        else:
-            of_low *= 0.5
-        if abs(way - high) <= _LOCATED * second.stride:
-            break
-        high, of_high = way, now
-    return best[1]
+    return np.array(found).T

@@ -27,6 +27,7 @@ from eomgen.solvers.statics import (
     share_of_turn,
     unbalanced,
 )
+from eomgen.solvers.tangent_stiffness import canonical_direction
 
 MAX_STEPS = 300
 #: Largest error of a step, a part of the step; below the second one it is not worth a correction.
@@ -204,5 +205,6 @@ def _nudged(statics: Statics, point: Point) -> Point | None:
     values, vectors = np.linalg.eigh(point.symmetric)
     if values[0] >= -1e3 * SOFT * point.largest_stiffness:
         return None
-    direction = np.max(np.abs(point.basis @ vectors[:, 0]) / statics.sizes)
-    return moved(statics, point, _NUDGE / float(direction) * vectors[:, 0])
+    lowest = values <= values[0] + 1e-9 * abs(values[0])
+    away = canonical_direction(point.basis @ vectors[:, lowest], statics.sizes)  # rounding decides no side
+    return moved(statics, point, _NUDGE * (point.dual @ away))

@@ -158,6 +158,14 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     return PathPoint(rest, onwards, point.way + length, found.corrections, left if ends else way)
 
 
+def point_within(statics: LoadedStatics, first: PathPoint, second: PathPoint, way: float) -> PathPoint | str:
+    """Return the point after a way along the step between two neighbouring points of a path; or why there is none."""
+    start, along = first.rest, first.direction
+    at_factor = start.s + second.stride * along.s
+    ends = along.s != 0.0 and abs(second.rest.s - at_factor) <= _THERE * statics.reach
+    return step_to(statics, first, way, start.s + way * along.s if ends else np.inf)
+
+
 def _length(statics: LoadedStatics, found: Corrected, start: Rest, rest: Rest) -> float:
     of_q = weights(statics, rest)[: len(statics.sizes)]
     return float(np.sqrt(found.displacement @ (of_q * found.displacement) + ((rest.s - start.s) / statics.reach) ** 2))

@@ -8,14 +8,13 @@ goes from 0 to 1. Forces that hold are constant in the axes of the base, so comp
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from eomgen.arrays import Array
-from eomgen.lie import numeric
-from eomgen.lie.groups import SO3
 from eomgen.lie.product import Factor
 from eomgen.solvers.bordered_newton import Balance, LoadedStatics, Rest, Tangents
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits, first_point, follow
@@ -56,57 +55,72 @@ def by_load_steps(statics: LoadedStatics, start: Rest, limits: StepLimits) -> tu
 def _held(statics: LoadedStatics, start: Rest) -> LoadedStatics:
     """Return statics in which what is unbalanced at the start is held, by 1 - s of it."""
     first = statics.balance(start)
-    blocks = _turning(statics.factors)
-    fixed = _turned(blocks, start.q, first.residual, back=False)
+    blocks = turning_blocks(statics.factors)
+    fixed = dead_forces(blocks, start.q, first.residual, back=False)
 
     def balance(rest: Rest) -> Balance:
         now, left = statics.balance(rest), 1.0 - rest.s
-        residual = now.residual - left * _turned(blocks, rest.q, fixed, back=True)
+        residual = now.residual - left * dead_forces(blocks, rest.q, fixed, back=True)
         return Balance(residual, now.constraint, now.rates - left * first.rates)
 
     def tangents(rest: Rest) -> Tangents:
         now = statics.tangents(rest)
-        change = (rest.s - 1.0) * _derivative(blocks, _turned(blocks, rest.q, fixed, back=True))
+        change = (rest.s - 1.0) * turned_derivative(blocks, dead_forces(blocks, rest.q, fixed, back=True))
         return replace(now, K=csc_array(now.K + change))
 
     def by_factor(rest: Rest) -> Balance:
-        held = _turned(blocks, rest.q, fixed, back=True)
+        held = dead_forces(blocks, rest.q, fixed, back=True)
         return Balance(held, np.zeros(len(first.constraint)), first.rates)
 
     return replace(statics, reach=1.0, balance=balance, tangents=tangents, by_factor=by_factor)
 
 
-def _turning(factors: Sequence[Factor]) -> list[tuple[int, int]]:
-    """Return where in q quaternions start, and in v each triple of components in the axes that they turn."""
+@dataclass(frozen=True)
+class Blocks:
+    """Triples of components of v in axes that turn.
+
+    Attributes
+    ----------
+    quaternions : (n, 4) places in q of the quaternions that turn them
+    triples, turned_by : (n, 3) their places in v, and those of the angular velocities that turn them
+    """
+
+    quaternions: NDArray[np.intp]
+    triples: NDArray[np.intp]
+    turned_by: NDArray[np.intp]
+
+
+def turning_blocks(factors: Sequence[Factor]) -> Blocks:
+    """Return the triples of a configuration's rotations and poses."""
     found = []
     for factor in factors:
-        if factor.group in ("SO3", "R3xSO3"):
-            found.append((factor.q_start, factor.v_start))
-        elif factor.group == "SE3":
-            found += [(factor.q_start, factor.v_start), (factor.q_start, factor.v_start + 3)]
-    return found
+        if factor.group in ("SO3", "R3xSO3", "SE3"):
+            found.append((factor.q_start, factor.v_start, factor.v_start))
+        if factor.group == "SE3":
+            found.append((factor.q_start, factor.v_start + 3, factor.v_start))
+    places = np.array(found, np.intp).reshape(-1, 3, 1)
+    return Blocks(places[:, 0] + np.arange(4), places[:, 1] + np.arange(3), places[:, 2] + np.arange(3))
 
 
-def _turned(blocks: Sequence[tuple[int, int]], q: Array, forces: Array, *, back: bool) -> Array:
-    """Return generalized forces, (nv,), triples of bodies turned from their axes to those of the base, or back."""
+def dead_forces(blocks: Blocks, q: Array, forces: Array, *, back: bool) -> Array:
+    """Return generalized forces, (nv,), triples of bodies turned from their axes to those of the base, or ``back``."""
     result = forces.copy()
-    for quaternion, place in blocks:
-        R = numeric.adjoint(SO3, q[quaternion : quaternion + 4])
-        triple = forces[place : place + 3]
-        result[place : place + 3] = R.T @ triple if back else R @ triple
+    if blocks.quaternions.size:
+        places = blocks.triples
+        w, vector = q[blocks.quaternions[:, 0]], q[blocks.quaternions[:, 1:]]
+        vector = -vector if back else vector
+        doubled = 2.0 * np.cross(vector, forces[places])
+        result[places] = forces[places] + w[:, np.newaxis] * doubled + np.cross(vector, doubled)
     return result
 
 
-def _derivative(blocks: Sequence[tuple[int, int]], forces: Array) -> csc_array:
-    """Return the derivative by q of forces that are constant in the base, (nv, nv), where they are in body axes."""
+def turned_derivative(blocks: Blocks, forces: Array) -> csc_array:
+    """Return the derivative by q of forces that are constant in the base, (nv, nv), here in body axes (nv,)."""
     nv = len(forces)
-    rows, columns, entries = [], [], []
-    turned_by: dict[int, int] = {}
-    for quaternion, place in blocks:
-        turned_by.setdefault(quaternion, place)  # the angular components come first
-        x, y, z = forces[place : place + 3]
-        for row, column, entry in ((0, 1, -z), (0, 2, y), (1, 0, z), (1, 2, -x), (2, 0, -y), (2, 1, x)):
-            rows.append(place + row)
-            columns.append(turned_by[quaternion] + column)
-            entries.append(entry)
-    return csc_array((entries, (rows, columns)), shape=(nv, nv))
+    if not blocks.triples.size:
+        return csc_array((nv, nv))
+    rows = blocks.triples[:, [0, 0, 1, 1, 2, 2]]
+    columns = blocks.turned_by[:, [1, 2, 0, 2, 0, 1]]
+    x, y, z = forces[blocks.triples].T
+    entries = np.stack([-z, y, z, -x, -y, x], axis=1)
+    return csc_array((entries.ravel(), (rows.ravel(), columns.ravel())), shape=(nv, nv))

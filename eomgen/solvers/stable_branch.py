@@ -1,0 +1,133 @@
+"""The stable rest beside an unstable one, the same whatever rounding does.
+
+At an unstable rest a structure is led off along the direction that its stiffness drives most: a dead force along that
+direction holds it, more force and then less, until it rests without. That is a path of equilibria over the size of the
+force, from zero back to zero (J. M. T. Thompson and G. W. Hunt, A General Theory of Elastic Stability (1973), chapter
+3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import csc_array, diags_array
+
+from eomgen.arrays import Array
+from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, Tangents, direction
+from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, follow
+from eomgen.solvers.load_steps import dead_forces, turned_derivative, turning_blocks
+from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
+
+#: Steps of a path at most, and the largest in rad or lengths of the scene.
+_STEPS, _LIMITS = 200, StepLimits(0.2)
+#: Times that a structure is led off an unstable rest.
+_TIMES = 4
+#: Part of the largest negative stiffness within which others are the same.
+_ALIKE = 1e-6
+#: Part of it that Newton's matrix gets beside the stiffness, so that families of equilibria have one.
+_BESIDE = 1e-6
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A stable rest, the displacement (nv,) along which the first unstable one was left, and configurations on the
+    way."""
+
+    rest: Rest
+    left_along: Array
+    path: list[Array]
+
+
+def stable_branch(statics: LoadedStatics, rest: Rest) -> Branch | None:
+    """Return the stable rest to which an unstable one leads; None without one, or where forces have no potential.
+
+    Parameters
+    ----------
+    statics : the load factor of which has no effect
+    rest : unstable
+    """
+    first: Array | None = None
+    path = [rest.q]
+    for _ in range(_TIMES):
+        stiffness = TangentStiffness.at(statics, rest)
+        if not stiffness.symmetric:
+            return None
+        if not stiffness.negative:
+            return None if first is None else Branch(rest, first, path)
+        value, mode = _most_unstable(stiffness)
+        for side in (1.0, -1.0):
+            found = _led_off(statics, rest, value, side * mode)
+            if found is not None:
+                break
+        else:
+            return None
+        first = side * mode if first is None else first
+        rest, path = found[0], [*path, *found[1]]
+    return Branch(rest, path=path, left_along=first) if first is not None and not _unstable(statics, rest) else None
+
+
+def _unstable(statics: LoadedStatics, rest: Rest) -> bool:
+    return TangentStiffness.at(statics, rest).negative > 0
+
+
+def _most_unstable(stiffness: TangentStiffness) -> tuple[float, Array]:
+    """Return the most negative stiffness and its displacement, (nv,)."""
+    values, directions = stiffness.next_to_zero(stiffness.negative + stiffness.neutral)
+    lowest = float(np.min(values))
+    alike = values <= (1.0 - _ALIKE) * lowest
+    return lowest, canonical_direction(directions[:, alike], stiffness.sizes)
+
+
+def _led_off(statics: LoadedStatics, rest: Rest, value: float, mode: Array) -> tuple[Rest, list[Array]] | None:
+    """Return the next rest on the side of a mode with a negative stiffness, and configurations on the way."""
+    measure = 1.0 / statics.sizes**2
+    led = _held_back(statics, rest, mode * measure, abs(value), _BESIDE * abs(value) * measure)
+    start = replace(rest, s=0.0)
+    unknowns = np.zeros(len(mode) + len(rest.multipliers) + len(rest.z))
+    unknowns[: len(mode)] = mode
+    along = direction(led, start, Direction(unknowns, 0.0))
+    if along is None:
+        return None
+    path = []
+    try:
+        for point in follow(led, PathPoint(start, along, 0.0, 0, 0.0), 0.0, _LIMITS, 0.1):
+            path.append(point.rest.q)
+            if point.rest.s == 0.0:
+                return replace(point.rest, s=rest.s), path
+            if len(path) > _STEPS:
+                return None
+    except PathEndError:
+        return None
+    return None
+
+
+def _held_back(statics: LoadedStatics, rest: Rest, force: Array, reach: float, beside: Array) -> LoadedStatics:
+    """Return statics with s times a dead force, (nv,), and ``beside`` (nv,) on the diagonal of Newton's matrix."""
+    blocks = turning_blocks(statics.factors)
+    fixed = dead_forces(blocks, rest.q, force, back=False)
+
+    def acting(at: Rest) -> Array:
+        return dead_forces(blocks, at.q, fixed, back=True)
+
+    def balance(at: Rest) -> Balance:
+        now = statics.balance(replace(at, s=rest.s))
+        return replace(now, residual=now.residual - at.s * acting(at))
+
+    def tangents(at: Rest) -> Tangents:
+        now = statics.tangents(replace(at, s=rest.s))
+        return replace(now, K=csc_array(now.K - at.s * turned_derivative(blocks, acting(at)) + diags_array(beside)))
+
+    def by_factor(at: Rest) -> Balance:
+        return Balance(-acting(at), np.zeros(len(at.multipliers)), np.zeros(len(at.z)))
+
+    return replace(
+        statics,
+        reach=reach,
+        balance=balance,
+        tangents=tangents,
+        by_factor=by_factor,
+        followed=lambda q, s: statics.followed(q, rest.s),
+        strains=lambda s: statics.strains(rest.s),
+        mass=lambda at: statics.mass(replace(at, s=rest.s)),
+    )

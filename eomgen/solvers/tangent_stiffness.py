@@ -1,0 +1,294 @@
+"""Signs and small eigenvalues of a tangent stiffness under constraints, without masses.
+
+The number of negative stiffnesses is read off the pivots of a symmetric-indefinite factorization of the bordered matrix
+[[K, B^T], [B, 0]], which has as many negative ones as K on the null space of B, and one for each row of B (Gould, Math.
+Program. 32 (1985) 90; pivots: Bunch and Kaufman, Math. Comp. 31 (1977) 163). Where forces have no potential K is not
+symmetric; the sign of its determinant tells there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+from scipy.sparse import block_array, csc_array, csr_array, diags_array
+from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
+from scipy.sparse.linalg import SuperLU, splu
+
+from eomgen.arrays import Array
+from eomgen.solvers.bordered_newton import LoadedStatics, Rest
+
+#: Up to so many rows pivots come from a whole matrix.
+_WHOLE = 600
+#: Skew part of a stiffness, as parts of its diagonal and of its largest entry, from which forces have no potential.
+_SKEW, _LARGEST = 1e-7, 1e-12
+#: Entries of the scaled matrix below this couple nothing.
+_COUPLED = 1e-12
+#: Sweeps of row and column scaling, of inverse iteration, and the change of an eigenvalue that ends the latter.
+_SWEEPS, _ITERATIONS, _SETTLED = 4, 60, 1e-12
+#: Directions of inverse iteration beside those wanted.
+_BESIDE = 4
+#: Part of its right-hand side that a solution by sparse pivots without exchanges may leave.
+_EXACT = 1e-8
+#: Part of the terms of which a stiffness is the sum that is rounding, and how many next to zero are compared with it.
+ROUNDING, _NEUTRAL = 1e3 * float(np.finfo(float).eps), 2
+#: Part of its diagonal by which an exactly singular stiffness is shifted.
+_SHIFT = 1e-14
+
+Components = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class TangentStiffness:
+    """A stiffness K (nv, nv) under constraints B (rows, nv), by components measured in ``sizes`` (nv,)."""
+
+    K: csc_array
+    B: csc_array
+    sizes: Array
+
+    @classmethod
+    def at(cls, statics: LoadedStatics, rest: Rest) -> TangentStiffness:
+        """Return the stiffness at a rest, internal states following where they can."""
+        tangents = statics.tangents(rest)
+        K = tangents.K
+        if tangents.Fz.shape[0]:
+            inner = _factors(csc_array(tangents.Fz))
+            if inner is not None:
+                K = csc_array(K - tangents.Rz @ csc_array(inner.solve(tangents.Fq.toarray())))
+        return cls(K, tangents.B, statics.sizes)
+
+    @cached_property
+    def symmetric(self) -> bool:
+        """Whether forces have a potential."""
+        size = diags_array(self.sizes)
+        K = csc_array(size @ self.K @ size)
+        skew = abs(K - K.T).tocoo()
+        if not skew.nnz:
+            return True
+        diagonal = np.sqrt(np.abs(K.diagonal()))
+        row, column = skew.coords
+        allowed = _SKEW * diagonal[row] * diagonal[column] + _LARGEST * float(abs(K).max())
+        return bool(np.all(skew.data <= allowed))
+
+    @cached_property
+    def bordered(self) -> csc_array:
+        """[[K, B^T], [B, 0]], rows and columns scaled alike by positive numbers; its signs are those of K and B."""
+        matrix = csc_array(block_array([[self.K, self.B.T], [self.B, None]], format="csc"))
+        scale = np.ones(matrix.shape[0])
+        size = abs(matrix)
+        for _ in range(_SWEEPS):
+            largest = np.asarray((diags_array(scale) @ size @ diags_array(scale)).max(axis=1).toarray()).ravel()
+            scale = scale / np.sqrt(np.where(largest > 0.0, largest, 1.0))
+        return csc_array(diags_array(scale) @ matrix @ diags_array(scale))
+
+    @cached_property
+    def negative(self) -> int:
+        """The number of negative stiffnesses beyond rounding; without a potential, of groups with a negative
+        determinant."""
+        if not self.symmetric:
+            return sum(sign < 0 for sign, _ in self.determinants(self.groups()))
+        return self.below(-self._of_neutral[1])
+
+    @property
+    def neutral(self) -> int:
+        """The number of stiffnesses that are zero but for rounding, as along a family of equilibria."""
+        return self._of_neutral[0]
+
+    @cached_property
+    def _of_neutral(self) -> tuple[int, float]:
+        """The number of stiffnesses that are zero but for rounding, and a stiffness beyond them."""
+        values, X = self.next_to_zero(_NEUTRAL)
+        every = np.abs(X)
+        measured = np.einsum("ij,ij->j", every, abs(self.K) @ every)
+        rounding = ROUNDING * measured / np.einsum("ij,ij->j", every, every / self.sizes[:, np.newaxis] ** 2)
+        zero = np.abs(values) <= rounding
+        return int(np.sum(zero)), float(np.max(rounding[zero], initial=0.0))
+
+    def below(self, value: float) -> int:
+        """Return the number of eigenvalues of K x = k W x under the constraints below a value; W: see
+        ``next_to_zero``."""
+        rows = self.B.shape[0]
+        if value:
+            return replace(self, K=csc_array(self.K - diags_array(value / self.sizes**2))).below(0.0)
+        if len(self.sizes) + rows > _WHOLE:
+            found = self._sparse_negative()
+            if found is not None:
+                return found
+        matrix = self.bordered.toarray()
+        return _negative_pivots(0.5 * (matrix + matrix.T)) - rows
+
+    def groups(self, other: TangentStiffness | None = None) -> Components:
+        """Return the group of each component and row that is coupled to others, here or in another stiffness too."""
+        pattern = abs(self.bordered) > _COUPLED
+        if other is not None:
+            pattern = pattern + (abs(other.bordered) > _COUPLED)
+        _, labels = connected_components(csr_array(pattern), directed=False)
+        return np.asarray(labels, np.intp)
+
+    def determinants(self, groups: Components) -> list[tuple[int, float]]:
+        """Return sign and logarithm of the determinant of K on the null space of B, of each group.
+
+        The logarithm is that of the scaled matrix ``bordered``.
+        """
+        nv, found = len(self.sizes), []
+        for group in range(int(groups.max(initial=-1)) + 1):
+            members = np.flatnonzero(groups == group)
+            part = csc_array(self.bordered[members][:, members])
+            sign, logarithm = _determinant(part)
+            found.append((sign * (-1) ** int(np.sum(members >= nv)), logarithm))
+        return found
+
+    def next_to_zero(self, count: int, mass: csc_array | None = None) -> tuple[Array, Array]:
+        """Return the real eigenvalues of K x = k W x under the constraints that are next to zero, and their x (nv, n).
+
+        Parameters
+        ----------
+        mass : W (nv, nv), positive definite; the squares of 1 / sizes, if None
+
+        Returns
+        -------
+        values : (n,) by size; n may exceed ``count``; zero directions come first as 0
+        directions : (nv, n)
+        """
+        nv = len(self.sizes)
+        W = csc_array(diags_array(1.0 / self.sizes**2)) if mass is None else mass
+        wide = min(nv - min(self.B.shape[0], nv), count + _BESIDE)
+        solve = self._compliance() if wide > 0 else None
+        if solve is None:
+            return np.zeros(0), np.zeros((nv, 0))
+        generator = np.random.default_rng(4)
+        X = np.zeros((nv, 0))
+        values, before = np.zeros(wide), np.full(wide, np.inf)
+        for _ in range(_ITERATIONS):
+            others = generator.normal(size=(nv, wide - X.shape[1])) * self.sizes[:, np.newaxis]
+            others = others - X @ (X.T @ (W @ others))  # or what is next to zero hides the rest
+            X = _orthonormal(solve(np.asarray(W @ np.hstack([X, others]))), W)
+            reduced = np.asarray(X.T @ (W @ solve(np.asarray(W @ X))), float)
+            values, X = _ritz(reduced, X, symmetric=self.symmetric)
+            led = slice(0, min(count, len(values)))
+            if len(values) == len(before) and np.all(np.abs(values - before)[led] <= _SETTLED * np.abs(values)[led]):
+                break
+            before = values
+        return values, X
+
+    def _compliance(self) -> Callable[[Array], Array] | None:
+        """Return the displacements by forces; exactly singular stiffnesses are shifted by rounding."""
+        found = compliance(self.K, self.B)
+        if found is None:
+            diagonal = np.abs(self.K.diagonal())
+            shift = _SHIFT * np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=0.0))
+            found = compliance(csc_array(self.K + diags_array(shift)), self.B)
+        return found
+
+    def _sparse_negative(self) -> int | None:
+        """Return the number of negative stiffnesses by sparse pivots without exchanges; None where they lose digits.
+
+        B^T B beside K leaves the signs as they are, and makes K regular where only constraints hold a body.
+        """
+        nv, rows = len(self.sizes), self.B.shape[0]
+        scaled = self.bordered
+        K, B = csc_array(scaled[:nv, :nv]), csc_array(scaled[nv:, :nv])
+        first = csc_array(0.5 * (K + K.T) + B.T @ B)
+        order = reverse_cuthill_mckee(csr_array(first), symmetric_mode=True)
+        order = np.concatenate([order, nv + np.arange(rows)])
+        matrix = csc_array(csc_array(block_array([[first, B.T], [B, None]], format="csc"))[order][:, order])
+        factors = _factors(matrix, exchanges=False)
+        if factors is None or np.any(factors.perm_r != np.arange(nv + rows)):
+            return None
+        right = np.random.default_rng(5).normal(size=nv + rows)
+        found = factors.solve(right)
+        if not np.max(np.abs(matrix @ found - right)) <= _EXACT * (1.0 + float(np.max(np.abs(found)))):
+            return None
+        return int(np.sum(factors.U.diagonal() < 0.0)) - rows
+
+
+def compliance(K: csc_array, B: csc_array) -> Callable[[Array], Array] | None:
+    """Return the displacements by forces (nv, ...) under the constraints; None where the stiffness is singular."""
+    nv = K.shape[0]
+    factors = _factors(csc_array(block_array([[K, B.T], [B, None]], format="csc")))
+    if factors is None:
+        return None
+
+    def solve(right: Array) -> Array:
+        below = np.zeros((B.shape[0], *right.shape[1:]))
+        result: Array = factors.solve(np.concatenate([right, below]))[:nv]
+        return result
+
+    return solve if np.all(np.isfinite(solve(np.ones(nv)))) else None
+
+
+def canonical_direction(directions: Array, sizes: Array) -> Array:
+    """Return the direction of a space, (nv,), that rounding and the choice of its basis (nv, n) do not change.
+
+    It is the projection of the first component that the space holds most of, its largest component 1, or the scene's
+    length; of a single direction the sign is fixed so.
+    """
+    basis = np.linalg.qr(directions / sizes[:, np.newaxis])[0]
+    held = np.sum(basis**2, axis=1)
+    first = int(np.flatnonzero(held >= (1.0 - 1e-6) * np.max(held))[0])
+    direction = basis @ basis[first]
+    return np.asarray(sizes * direction / np.max(np.abs(direction)), float)
+
+
+def _factors(matrix: csc_array, *, exchanges: bool = True) -> SuperLU[np.float64] | None:
+    """Return sparse factors; None if the matrix is exactly singular. Without ``exchanges`` rows and columns keep their
+    order, and pivots are on the diagonal."""
+    try:
+        if exchanges:
+            return splu(matrix)
+        return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:
+        return None
+
+
+def _negative_pivots(matrix: Array) -> int:
+    """Return the number of negative eigenvalues of a symmetric matrix: of its negative pivots, and of the 2 x 2 ones,
+    which are indefinite."""
+    if not matrix.size:
+        return 0
+    factors, pivots, _ = scipy.linalg.lapack.dsytrf(matrix, lower=1)
+    single = pivots > 0
+    return int(np.sum(np.diagonal(factors)[single] < 0.0)) + int(np.sum(~single)) // 2
+
+
+def _determinant(matrix: csc_array) -> tuple[int, float]:
+    """Return the sign, and the logarithm of the absolute value; (0, -inf) of a singular matrix."""
+    factors = _factors(matrix)
+    if factors is None:
+        return 0, -np.inf
+    diagonal = factors.U.diagonal()
+    exchanges = _parity(factors.perm_r) * _parity(factors.perm_c)
+    return int(np.prod(np.sign(diagonal))) * exchanges, float(np.sum(np.log(np.abs(diagonal))))
+
+
+def _parity(order: NDArray[np.intp]) -> int:
+    n = len(order)
+    cycles, _ = connected_components(csr_array((np.ones(n), (np.arange(n), order)), shape=(n, n)), directed=False)
+    return 1 if (n - cycles) % 2 == 0 else -1
+
+
+def _orthonormal(X: Array, W: csc_array) -> Array:
+    """Return a basis of the columns, orthonormal in the measure of W."""
+    X = X / np.sqrt(np.maximum(np.einsum("ij,ij->j", X, W @ X), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(X.T @ (W @ X))
+    kept = values > 1e-14 * values[-1]
+    X = X @ (vectors[:, kept] / np.sqrt(values[kept]))
+    return np.asarray(X / np.sqrt(np.einsum("ij,ij->j", X, W @ X)))
+
+
+def _ritz(reduced: Array, X: Array, *, symmetric: bool) -> tuple[Array, Array]:
+    """Return the real eigenvalues next to zero of the inverse of a reduced matrix, and their directions."""
+    if symmetric:
+        inverse, turn = np.linalg.eigh(0.5 * (reduced + reduced.T))
+    else:
+        of_all, vectors = np.linalg.eig(reduced)
+        real = np.abs(of_all.imag) <= 1e-6 * np.abs(of_all)
+        inverse, turn = of_all.real[real], vectors.real[:, real]
+    order = np.argsort(-np.abs(inverse), kind="stable")
+    inverse, turn = inverse[order], turn[:, order]
+    values = np.divide(1.0, inverse, out=np.full_like(inverse, np.inf), where=inverse != 0.0)
+    return values, X @ turn
