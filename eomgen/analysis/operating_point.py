@@ -12,6 +12,7 @@ import numpy as np
 from eomgen.analysis.driven_rest import driven_components, held_base, law_rates
 from eomgen.analysis.equilibrium import Equilibrium, equilibrium
 from eomgen.analysis.equilibrium_warnings import Measures as MeasuresOfScene
+from eomgen.analysis.rest_on_base import rest_on_base, turns_evenly
 from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, components
@@ -121,14 +122,26 @@ def found_state(
     driven = bool(np.any(law_rates(model, _of_scene(model, operating_point), start.q)))
     absolute = driven and bool(model.description.joints)
     turning = at is None and (absolute or (operating_point.base is None and _base_moves(model, operating_point)))
+    p, t, u = operating_point.parameters, operating_point.t, operating_point.u
+    evenly = turning and not driven and turns_evenly(model, p, t)
+    unsteady = ""
+    if evenly and model.description.exact_beams:
+        try:
+            return as_found("steady motion", rest_on_base(model, start.q, start.z, p, t, u), operating_point)
+        except NumericalError as error:
+            unsteady, turning = error.problems[0].what, False
     if at == "steady" or turning:
         at_rest = [_zero_velocities(model, start.q, operating_point)] if turning and not absolute else []
         for given in (*at_rest, None):  # without given velocities rounding of symmetries decides nothing
             try:
                 return as_found("steady motion", steady_motion(model, given, None, *where), operating_point)
-            except NumericalError:
+            except NumericalError as error:
                 if at == "steady":
                     raise
+                unsteady = unsteady or error.problems[0].what
+    if evenly:
+        what = f"linear about an equilibrium with the base held, which turns, for there is no steady motion: {unsteady}"
+        warnings.warn(f'{what}; try: at="equilibrium" if it is meant', RuntimeWarning, stacklevel=5)
     if at in (None, "equilibrium"):
         try:
             found = equilibrium(model, *where, any_kind=any_kind)
