@@ -47,8 +47,14 @@ class BucklingLoads:
     components: tuple[tuple[str, ...], ...]
     warning: str = ""
 
+    @property
+    def reversed(self) -> tuple[bool, ...]:
+        """Which of the values are those of the reversed load."""
+        return tuple(bool(value < 0.0) if self.at >= 0.0 else bool(value > 0.0) for value in self.values)
+
     def __repr__(self) -> str:
-        values = ", ".join(f"{value:.6g}" for value in self.values)
+        pairs = zip(self.values, self.reversed, strict=True)
+        values = ", ".join(f"{value:.6g}{' (reversed load)' if turned else ''}" for value, turned in pairs)
         unit = f" {self.unit}" if self.unit not in ("", "1") else ""
         return f"<BucklingLoads: {self.parameter} = {values or 'none'}{unit if len(self.values) else ''}>"
 

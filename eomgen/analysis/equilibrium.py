@@ -24,7 +24,6 @@ from eomgen.solvers.bordered_newton import LoadedStatics, Rest
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.equilibrium_search import left_at_start, nearest_rest
 from eomgen.solvers.load_steps import by_load_steps
-from eomgen.solvers.stable_branch import stable_branch
 from eomgen.solvers.statics import SOFT, Largest, Point, Search, Statics, examine, onto_constraints, polished
 from eomgen.solvers.tangent_stiffness import TangentStiffness
 
@@ -164,15 +163,13 @@ def equilibrium(
     stepped: Search | str = ""
     left_along: Array | None = None
     if model.description.exact_beams:
-        stepped = _by_load_steps(loaded, statics, assembled)
-        if isinstance(stepped, Search) and not any_kind:
-            stepped, left_along = _settled(loaded, statics, stepped)
+        stepped, left_along = _by_load_steps(loaded, statics, assembled, stable=not any_kind)
     if isinstance(stepped, Search):
         damped, chosen = stepped, stepped
     else:
         damped, found = nearest_rest(statics, start.q, start.z, any_kind=any_kind)
         if found is None:
-            stepped = stepped or _by_load_steps(loaded, statics, assembled)
+            stepped = stepped or _by_load_steps(loaded, statics, assembled, stable=False)[0]
             if isinstance(stepped, str):
                 raise _failure(model, statics, damped, stepped)
             found = stepped
@@ -189,36 +186,23 @@ def equilibrium(
     return _result(model, loaded, _stiffness(statics, loaded, chosen.point), chosen, driven, measures, notes)
 
 
-def _by_load_steps(loaded: LoadedStatics, statics: Statics, start: Point) -> Search | str:
-    """Return where load steps lead from the start, or how far they lead and why they end."""
+def _by_load_steps(
+    loaded: LoadedStatics, statics: Statics, start: Point, *, stable: bool
+) -> tuple[Search | str, Array | None]:
+    """Return the rest to which load steps lead from the start, or how far they lead and why they end; and the
+    displacement along which an unstable rest was left on the way, if one was."""
     try:
-        rest, path = by_load_steps(loaded, Rest(start.q, start.lam, start.z, 1.0), _STEPS)
-        search = Search(examine(statics, rest.q, rest.z), True, len(path) - 1, path)
+        rest, path, left_along = by_load_steps(loaded, Rest(start.q, start.lam, start.z, 1.0), _STEPS, stable=stable)
+        search = Search(polished(statics, examine(statics, rest.q, rest.z)), True, len(path) - 1, path)
     except PathEndError as end:
         part = end.point.rest.s if end.point else 0.0
-        return f"load steps from the start end at {100.0 * part:.3g} % of the loads, for {end.why}"
+        return f"load steps from the start end at {100.0 * part:.3g} % of the loads, for {end.why}", None
     except np.linalg.LinAlgError:
-        return "load steps from the start end where the inertia matrix is not positive definite"
+        return "load steps from the start end where the inertia matrix is not positive definite", None
     largest = Largest(max(statics.weight, start.force), np.abs(start.rates))
     if not (search.point.finite and largest.balanced(search.point)):
-        return "load steps from the start leave forces unbalanced"
-    return search
-
-
-def _settled(loaded: LoadedStatics, statics: Statics, found: Search) -> tuple[Search, Array | None]:
-    """Return the stable rest to which an unstable one leads, and the displacement (nv,) along which that was left.
-
-    ``found`` itself and None if it is stable, has internal states, or leads to none.
-    """
-    point = found.point
-    if len(point.z):
-        return found, None
-    branch = stable_branch(loaded, Rest(point.q, point.lam, point.z, 1.0))
-    if branch is None:
-        return found, None
-    reached = polished(statics, examine(statics, branch.rest.q, branch.rest.z))
-    path = [*found.path, *branch.path]
-    return Search(reached, True, found.steps + len(branch.path), path), branch.left_along
+        return "load steps from the start leave forces unbalanced", None
+    return search, left_along
 
 
 def _skew(model: CompiledModel, loaded: LoadedStatics, point: Point) -> bool:
@@ -271,8 +255,9 @@ def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
     sides = ("positive", "negative") if shares[k] > 0.0 else ("negative", "positive")
     name = model.v_names[k].removeprefix("v.")
     return (
-        f"past a bifurcation, for load steps lead to an unstable rest: this is the branch on the {sides[0]} side of"
-        f" {name}, another one is on its {sides[1]} side (initial near it, or equilibrium_path(...).branch)"
+        f"past a bifurcation or limit point, behind which load steps lead to rest that is unstable: this is the stable"
+        f" rest on the {sides[0]} side of {name}, others may be on its {sides[1]} side (initial near them, or"
+        " equilibrium_path(...).branch)"
     )
 
 

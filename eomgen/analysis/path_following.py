@@ -119,7 +119,7 @@ def _rest_at(statics: LoadedStatics, guess: Rest) -> Rest:
         followed=lambda q, s: statics.followed(q, value),
         strains=lambda s: statics.strains(value),
     )
-    rest, _ = by_load_steps(fixed, guess, StepLimits(factor=0.5))
+    rest = by_load_steps(fixed, guess, StepLimits(factor=0.5)).rest
     return replace(rest, s=value)
 
 

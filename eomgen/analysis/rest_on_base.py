@@ -58,7 +58,7 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
     statics = loaded_statics(model, Measures(model, p, t, base), q, u, still)
     start = Rest(q, np.zeros(len(model.multipliers)), z, 1.0)
     try:
-        rest, path = by_load_steps(statics, start, _STEPS)
+        rest, path, _ = by_load_steps(statics, start, _STEPS)
     except PathEndError as end:
         what = f"no rest was found on the base, which turns: load steps end, for {end.why}"
         raise NumericalError(

@@ -109,6 +109,7 @@ class PathRequest:
             "unit": found.unit,
             "at": found.at,
             "values": found.values.tolist(),
+            "reversed": list(found.reversed),
             "modes": [dict(zip(model.v_names, mode, strict=True)) for mode in found.modes.T.tolist()],
         }
         if self.out is not None:
@@ -119,10 +120,10 @@ class PathRequest:
             print_json(data)
         else:
             rows = [
-                (f"{value:.9g}", ", ".join(names[:3]))
-                for value, names in zip(found.values.tolist(), found.components, strict=True)
+                (f"{value:.9g}", "reversed" if turned else "", ", ".join(names[:3]))
+                for value, turned, names in zip(found.values.tolist(), found.reversed, found.components, strict=True)
             ]
-            heading = (f"{found.parameter}{f', {found.unit}' if found.unit else ''}", "largest displacements")
+            heading = (f"{found.parameter}{f', {found.unit}' if found.unit else ''}", "load", "largest displacements")
             title = f"{model.name}: linear buckling about {found.parameter} = {found.at:.6g}"
             print_table(title, heading, rows, numeric=(0,))
         say(f"{len(found.values)} buckling loads{_written([Path(self.out)] if self.out else [])}")

@@ -15,14 +15,16 @@ from scipy.sparse import csc_array, diags_array
 
 from eomgen.arrays import Array
 from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, Tangents, direction
+from eomgen.solvers.dead_forces import dead_forces, turned_derivative, turning_blocks
 from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, follow
-from eomgen.solvers.load_steps import dead_forces, turned_derivative, turning_blocks
 from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
 
 #: Steps of a path at most, and the largest in rad or lengths of the scene.
 _STEPS, _LIMITS = 200, StepLimits(0.2)
 #: Times that a structure is led off an unstable rest.
 _TIMES = 4
+#: Cosine from which a mode counts as one along the path.
+_ALONG = 1e-2
 #: Part of the largest negative stiffness within which others are the same.
 _ALIKE = 1e-6
 #: Part of it that Newton's matrix gets beside the stiffness, so that families of equilibria have one.
@@ -39,14 +41,17 @@ class Branch:
     path: list[Array]
 
 
-def stable_branch(statics: LoadedStatics, rest: Rest) -> Branch | None:
-    """Return the stable rest to which an unstable one leads; None without one, or where forces have no potential.
+def stable_branch(statics: LoadedStatics, rest: Rest, onwards: Direction) -> Branch | None:
+    """Return the stable rest to which an unstable one leads, under the same loads.
+
+    None if the rest is stable, leads to none, or if forces have no potential or internal states take part.
 
     Parameters
     ----------
-    statics : the load factor of which has no effect
-    rest : unstable
+    onwards : direction of the path that led here; a mode along it is followed on, others to their positive sides
     """
+    if len(rest.z):
+        return None
     first: Array | None = None
     path = [rest.q]
     for _ in range(_TIMES):
@@ -56,7 +61,8 @@ def stable_branch(statics: LoadedStatics, rest: Rest) -> Branch | None:
         if not stiffness.negative:
             return None if first is None else Branch(rest, first, path)
         value, mode = _most_unstable(stiffness)
-        for side in (1.0, -1.0):
+        first_side = _side(statics, mode, onwards) if first is None else 1.0
+        for side in (first_side, -first_side):
             found = _led_off(statics, rest, value, side * mode)
             if found is not None:
                 break
@@ -65,6 +71,13 @@ def stable_branch(statics: LoadedStatics, rest: Rest) -> Branch | None:
         first = side * mode if first is None else first
         rest, path = found[0], [*path, *found[1]]
     return Branch(rest, path=path, left_along=first) if first is not None and not _unstable(statics, rest) else None
+
+
+def _side(statics: LoadedStatics, mode: Array, onwards: Direction) -> float:
+    """Return the sign with which a mode goes along a direction; 1 across it."""
+    scaled, along = mode / statics.sizes, onwards.unknowns[: len(mode)] / statics.sizes
+    share = float(scaled @ along) / (float(np.linalg.norm(scaled) * np.linalg.norm(along)) or 1.0)
+    return -1.0 if share < -_ALONG else 1.0
 
 
 def _unstable(statics: LoadedStatics, rest: Rest) -> bool:

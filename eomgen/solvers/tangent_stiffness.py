@@ -36,6 +36,8 @@ _BESIDE = 4
 _EXACT = 1e-8
 #: Part of the terms of which a stiffness is the sum that is rounding, and how many next to zero are compared with it.
 ROUNDING, _NEUTRAL = 1e3 * float(np.finfo(float).eps), 2
+#: Part of the largest constraint that is left of one that follows from others.
+_DEPENDENT = 1e-10
 #: Part of its diagonal by which an exactly singular stiffness is shifted.
 _SHIFT = 1e-14
 
@@ -59,7 +61,7 @@ class TangentStiffness:
             inner = _factors(csc_array(tangents.Fz))
             if inner is not None:
                 K = csc_array(K - tangents.Rz @ csc_array(inner.solve(tangents.Fq.toarray())))
-        return cls(K, tangents.B, statics.sizes)
+        return cls(K, _independent(tangents.B, statics.sizes), statics.sizes)
 
     @cached_property
     def symmetric(self) -> bool:
@@ -91,7 +93,7 @@ class TangentStiffness:
         determinant."""
         if not self.symmetric:
             return sum(sign < 0 for sign, _ in self.determinants(self.groups()))
-        return self.below(-self._of_neutral[1])
+        return self.below(-self._of_neutral[1]) if self.below(0.0) else 0
 
     @property
     def neutral(self) -> int:
@@ -219,6 +221,16 @@ def compliance(K: csc_array, B: csc_array) -> Callable[[Array], Array] | None:
         return result
 
     return solve if np.all(np.isfinite(solve(np.ones(nv)))) else None
+
+
+def _independent(B: csc_array, sizes: Array) -> csc_array:
+    """Return rows of constraints of which no one follows from the others, as far as there are few enough."""
+    if not B.shape[0] or B.shape[0] * B.shape[1] > _WHOLE**2:
+        return B
+    _, R, order = scipy.linalg.qr((B.toarray() * sizes).T, mode="economic", pivoting=True)
+    left = np.abs(np.diagonal(R))
+    rank = int(np.sum(left > _DEPENDENT * np.max(left, initial=0.0)))
+    return B if rank == B.shape[0] else csc_array(B[np.sort(order[:rank])])
 
 
 def canonical_direction(directions: Array, sizes: Array) -> Array:

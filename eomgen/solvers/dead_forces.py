@@ -1,0 +1,64 @@
+"""Forces that keep their directions while the bodies that carry them turn: dead loads, in axes of the base."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+
+from eomgen.arrays import Array
+from eomgen.lie.product import Factor
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Triples of components of v in axes that turn.
+
+    Attributes
+    ----------
+    quaternions : (n, 4) places in q of the quaternions that turn them
+    triples, turned_by : (n, 3) their places in v, and those of the angular velocities that turn them
+    """
+
+    quaternions: NDArray[np.intp]
+    triples: NDArray[np.intp]
+    turned_by: NDArray[np.intp]
+
+
+def turning_blocks(factors: Sequence[Factor]) -> Blocks:
+    """Return the triples of a configuration's rotations and poses."""
+    found = []
+    for factor in factors:
+        if factor.group in ("SO3", "R3xSO3", "SE3"):
+            found.append((factor.q_start, factor.v_start, factor.v_start))
+        if factor.group == "SE3":
+            found.append((factor.q_start, factor.v_start + 3, factor.v_start))
+    places = np.array(found, np.intp).reshape(-1, 3, 1)
+    return Blocks(places[:, 0] + np.arange(4), places[:, 1] + np.arange(3), places[:, 2] + np.arange(3))
+
+
+def dead_forces(blocks: Blocks, q: Array, forces: Array, *, back: bool) -> Array:
+    """Return generalized forces, (nv,), triples of bodies turned from their axes to those of the base, or ``back``."""
+    result = forces.copy()
+    if blocks.quaternions.size:
+        places = blocks.triples
+        w, vector = q[blocks.quaternions[:, 0]], q[blocks.quaternions[:, 1:]]
+        vector = -vector if back else vector
+        doubled = 2.0 * np.cross(vector, forces[places])
+        result[places] = forces[places] + w[:, np.newaxis] * doubled + np.cross(vector, doubled)
+    return result
+
+
+def turned_derivative(blocks: Blocks, forces: Array) -> csc_array:
+    """Return the derivative by q of forces that are constant in the base, (nv, nv), here in body axes (nv,)."""
+    nv = len(forces)
+    if not blocks.triples.size:
+        return csc_array((nv, nv))
+    rows = blocks.triples[:, [0, 0, 1, 1, 2, 2]]
+    columns = blocks.turned_by[:, [1, 2, 0, 2, 0, 1]]
+    x, y, z = forces[blocks.triples].T
+    entries = np.stack([-z, y, z, -x, -y, x], axis=1)
+    return csc_array((entries.ravel(), (rows.ravel(), columns.ravel())), shape=(nv, nv))

@@ -1,0 +1,202 @@
+"""Critical points by the stiffness alone: thin and thick rods, double roots, loads that follow, stable branches."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import null_space
+from scipy.optimize import brentq
+from scipy.sparse import csc_array
+from scipy.special import ellipe, ellipk
+
+import eomgen
+from eomgen.model import Model
+from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
+from tests.models.cosserat import beam_scene
+from tests.oracles.evaluation import Array
+
+#: Part by which 8 elements miss Euler's load.
+EIGHT = 3e-5
+
+
+def rod(axes: str = "world") -> dict[str, Any]:
+    """Return a clamped rod with EI = 1 and L = 1 that is pushed at its end; slenderness, masses and the second EI by
+    parameters."""
+    stiffness = dict.fromkeys(("stretch", "shear_y", "shear_z"), "stretch")
+    stiffness |= {"torsion": "1.0", "bending_y": "second", "bending_z": "1.0"}
+    beam = {"length": 1.0, "rotary_inertia": ["2*rotary", "rotary", "rotary"], "stiffness": stiffness}
+    scene = beam_scene(8, {"force": ["-load", 0.0, 0.0], "axes": axes}, beam)
+    numbers = {"load": 0.0, "stretch": 1e6, "second": 1.0, "rotary": 1e-5}
+    scene["parameters"] = {name: {"value": value, "tunable": True} for name, value in numbers.items()}
+    return scene
+
+
+@pytest.fixture(scope="module")
+def column() -> Model:
+    return eomgen.build(rod(), profile="quick")
+
+
+def euler(second: float, number: int = 1) -> float:
+    return second * ((2 * number - 1) * np.pi / 2.0) ** 2
+
+
+@pytest.mark.parametrize("slenderness", [0.1, 0.03, 0.01, 0.003, 0.001, 0.0005])
+def test_round_rods_have_a_double_bifurcation_at_eulers_load(column: Model, slenderness: float) -> None:
+    """With EA = GA shortening and shear cancel each other in Reissner's critical load."""
+    stretch = 16.0 / slenderness**2
+    given = {"stretch": stretch, "rotary": slenderness**2 / 16.0}
+    path = column.equilibrium_path("load", 1.6 * euler(1.0), parameters=given)
+    assert [(item.kind, item.multiplicity) for item in path.critical] == [("bifurcation", 2)]
+    assert path.critical[0].value == pytest.approx(euler(1.0), rel=EIGHT)
+    np.testing.assert_array_equal(path.negative, np.where(path.values > path.critical[0].value, 2, 0))
+
+
+@pytest.mark.parametrize("rotary", [1e-5, 1e-7, 1e-9, 1e-12])
+def test_masses_do_not_move_bifurcations(column: Model, rotary: float) -> None:
+    path = column.equilibrium_path("load", 12.0, parameters={"rotary": rotary, "second": 4.0})
+    assert [item.value for item in path.critical] == pytest.approx([euler(1.0), euler(4.0)], rel=EIGHT)
+    assert [item.multiplicity for item in path.critical] == [1, 1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rotary", [1e-5, 1e-9])
+def test_becks_column_has_no_other_rest_at_any_load(rotary: float) -> None:
+    """A force that follows the end (Beck 1952): it flutters at 20.05 EI / L^2, and has no static bifurcation."""
+    path = eomgen.build(rod("body"), profile="quick").equilibrium_path("load", 60.0, parameters={"rotary": rotary})
+    assert path.success
+    assert not path.critical
+    assert not path.negative.any()
+
+
+def test_a_branch_of_a_round_rod_is_one_of_a_family_and_stable(column: Model) -> None:
+    """All planes of bending are alike, so one stiffness is zero but for rounding, and is no bifurcation."""
+    path = column.equilibrium_path("load", 1.1 * euler(1.0))
+    branch = path.branch(0, 1.5 * euler(1.0))
+    assert branch.success
+    assert not branch.critical
+    assert not branch.negative.any()
+    assert branch.column("rope.8.x")[-1] == pytest.approx(elastica(1.5 * euler(1.0))[0], abs=0.01)
+
+
+def elastica(load: float) -> tuple[float, float]:
+    """Return where the end of a clamped column is, along and across: K(k) = sqrt(P), Love 1927, section 263."""
+    k = brentq(lambda k: ellipk(k**2) - np.sqrt(load), 1e-6, 1.0 - 1e-12)
+    return 2.0 * ellipe(k**2) / ellipk(k**2) - 1.0, 2.0 * k / ellipk(k**2)
+
+
+@pytest.mark.parametrize(("stretch", "factor"), [(16e4, 1.2), (16e6, 1.5), (1e5, 2.0)])
+def test_rest_past_buckling_does_not_depend_on_the_last_digit(column: Model, stretch: float, factor: float) -> None:
+    load, ends = factor * euler(1.0), []
+    for ulps in range(3):
+        changed = {"load": load * (1.0 + 2.3e-16 * ulps), "stretch": stretch * (1.0 + 2.3e-16 * ulps)}
+        rest = column.equilibrium(parameters=changed)
+        assert rest.stable
+        assert "past a bifurcation or limit point" in rest.message
+        ends.append(column.evaluate("poses", rest.q, parameters=changed)["pose"][column.bodies.index("rope.8"), 4:])
+    np.testing.assert_allclose(ends, [ends[0]] * 3, atol=1e-7)
+    along, across = elastica(load)
+    assert ends[0][0] == pytest.approx(along, abs=0.01)
+    assert np.hypot(ends[0][1], ends[0][2]) == pytest.approx(across, abs=0.01)
+    straight = column.equilibrium(parameters={"load": load, "stretch": stretch}, any_kind=True)
+    assert straight.stable is False
+
+
+@pytest.mark.slow
+def test_rest_far_past_buckling_is_stable(column: Model) -> None:
+    for factor in (3.0, 5.0, 8.0, 9.5):
+        assert column.equilibrium(parameters={"load": factor * euler(1.0)}).stable
+
+
+def test_reversed_loads_are_named(column: Model) -> None:
+    found = column.buckling_loads("load", at=-1.0, count=2)
+    assert found.reversed == tuple(found.values > 0.0)
+    assert f"{found.values[0]:.6g} (reversed load)" in repr(found)
+
+
+def random_stiffness(seed: int, nv: int, rows: int, *, symmetric: bool = True, band: int = 0) -> TangentStiffness:
+    """Return a stiffness with entries over ten powers of ten and constraints; with zeros beyond a band if given."""
+    rng = np.random.default_rng(seed)
+    K = rng.normal(size=(nv, nv))
+    K = K + K.T if symmetric else K
+    if band:
+        K = np.where(np.abs(np.subtract.outer(np.arange(nv), np.arange(nv))) <= band, K, 0.0)
+    sizes = 10.0 ** rng.uniform(-5.0, 0.0, nv)
+    B = rng.normal(size=(rows, nv))
+    return TangentStiffness(csc_array(K / np.outer(sizes, sizes)), csc_array(B / sizes), sizes)
+
+
+def on_free(stiffness: TangentStiffness) -> Array:
+    """Return the stiffness on what the constraints leave free, in the measure of the sizes."""
+    free = null_space(stiffness.B.toarray() * stiffness.sizes) if stiffness.B.shape[0] else np.eye(len(stiffness.sizes))
+    return np.asarray(free.T @ (stiffness.K.toarray() * np.outer(stiffness.sizes, stiffness.sizes)) @ free)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6), st.integers(3, 30), st.integers(0, 2))
+def test_signs_are_those_of_eigenvalues(seed: int, nv: int, rows: int) -> None:
+    stiffness = random_stiffness(seed, nv, rows)
+    expected = np.linalg.eigvalsh(on_free(stiffness))
+    assert stiffness.negative == np.sum(expected < 0.0)
+    nearest = expected[np.argsort(np.abs(expected))]
+    found, directions = stiffness.next_to_zero(2)
+    np.testing.assert_allclose(found[:2], nearest[: len(found[:2])], rtol=1e-6)
+    np.testing.assert_allclose(
+        (stiffness.B @ directions), 0.0, atol=1e-6 * np.abs(directions / stiffness.sizes[:, None]).max()
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6), st.integers(3, 20), st.integers(0, 2))
+def test_signs_without_a_potential_are_those_of_determinants(seed: int, nv: int, rows: int) -> None:
+    stiffness = random_stiffness(seed, nv, rows, symmetric=False)
+    assert not stiffness.symmetric
+    assert stiffness.negative % 2 == int(np.linalg.det(on_free(stiffness)) < 0.0)
+
+
+def test_sparse_pivots_have_the_signs_of_eigenvalues() -> None:
+    for seed in range(3):
+        stiffness = random_stiffness(seed, 700, 5, band=6)
+        assert stiffness.below(0.0) == np.sum(np.linalg.eigvalsh(on_free(stiffness)) < 0.0)
+
+
+def test_the_direction_of_a_space_does_not_depend_on_its_basis(rng: np.random.Generator) -> None:
+    plane, sizes = rng.normal(size=(8, 2)), np.linspace(1.0, 2.0, 8)
+    turned = plane @ np.linalg.qr(rng.normal(size=(2, 2)))[0]
+    np.testing.assert_allclose(canonical_direction(turned, sizes), canonical_direction(plane, sizes), atol=1e-12)
+
+
+def rotor(gravity: list[float]) -> Model:
+    """Return a blade of 4 elements with little rotary inertia on a base that turns about z."""
+    scene = rod()
+    del scene["forces"]
+    scene["beams"]["rope"]["elements"] = 4
+    scene["gravity"] = gravity
+    scene["parameters"] |= {"omega": {"value": 0.0, "tunable": True}}
+    scene["base"] = {"rotation": [{"axis": [0, 0, 1], "angle": "omega * t"}]}
+    return eomgen.build(scene, profile="quick")
+
+
+def test_slender_blades_on_a_turning_base_are_linear_about_their_rest() -> None:
+    """Flapping at omega = 4: 5.585, at rest 3.516 (Wright, Smith, Thresher and Wang 1982); 4 elements miss 3 %."""
+    blade = rotor([0.0, 0.0, 0.0])
+    found = []
+    for rotary, stretch in ((1e-3, 1e4), (1e-7, 1e4), (1e-10, 1e7)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            linear = blade.linearize(parameters={"omega": 4.0, "rotary": rotary, "stretch": stretch})
+        assert linear.reference.what == "steady motion"
+        found.append(linear.modes().angular_frequency)
+    flapping = [frequencies[np.argmin(np.abs(frequencies - 5.585))] for frequencies in found]
+    assert flapping == pytest.approx([5.585] * 3, rel=0.03)
+
+
+def test_a_base_that_is_held_for_want_of_a_steady_motion_is_said() -> None:
+    blade = rotor([0.0, -0.3, 0.0])
+    with pytest.warns(RuntimeWarning, match=r"base held, which turns, for there is no steady motion: forces change"):
+        found = blade.linearize(parameters={"omega": 4.0})
+    assert found.reference.what == "equilibrium"
