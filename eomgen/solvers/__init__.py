@@ -15,4 +15,5 @@ __all__ = [
     "redundancy",
     "rigid_beams",
     "statics",
+    "tangent_stiffness",
 ]
