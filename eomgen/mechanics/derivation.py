@@ -226,7 +226,10 @@ class Derivation:
             return False
         M = separated.mass_rows(self.grouped, self.composites)
         starts = {joint.name: joint.initial_position for joint in self.scene.joints}
-        start = [value for factor in self.tree.factors for value in starts[factor.name]]
+        start: list[float] = []
+        for factor in self.tree.factors:  # scenes made without a file may lack a start
+            neutral = (float(factor.group != "R"), *(0.0,) * (factor.q_size - 1))
+            start += starts[factor.name] or neutral
         parameters = [parameter.value for parameter in self.scene.parameters if parameter.tunable]
         return loses_digits(self.grouped, M, start, parameters)
 
