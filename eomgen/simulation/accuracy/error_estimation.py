@@ -29,7 +29,7 @@ from eomgen.simulation.accuracy.motion_comparisons import (
     NoEstimateError,
     planned_steps,
 )
-from eomgen.simulation.accuracy.motion_size import shares
+from eomgen.simulation.accuracy.motion_size import motion_size, shares
 from eomgen.simulation.accuracy.richardson import (
     Pair,
     estimate,
@@ -37,6 +37,7 @@ from eomgen.simulation.accuracy.richardson import (
     gain_of_longer,
     gain_of_shorter,
 )
+from eomgen.simulation.accuracy.step_rows import step_rows
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
@@ -53,6 +54,8 @@ _OTHER_ORDER, _NEGLIGIBLE = 0.75, 1e-10
 _EXPLODED = 10.0
 #: How many times later or earlier an event near the end may come than others do in two runs.
 _LATER = 2.0
+#: How many times larger a motion is than at sparse rows, for these to be no measure of it.
+_LARGER = 2.0
 #: How many times smaller the tolerance of a comparison run is; of methods of low order 2 to their order.
 _TOLERANCES = 10.0
 #: How many times as many parts of steps as the run itself a run at shorter steps may take.
@@ -102,7 +105,10 @@ class ErrorEstimation:
                 what = f"the function of {names} may keep something, so no second run calls it"
                 raise NoEstimateError(f"{what}; a class, or memory in the scene, can be had anew")
             runs = Comparisons(run, library, trajectory.rows, parameters, self.progress, events, statistics or {})
-            found = _by_tolerance(runs) if run.method.chooses_steps else _by_steps(runs)
+            estimated = _by_tolerance if run.method.chooses_steps else _by_steps
+            found = estimated(runs)
+            if found.relative > NOTICED and _moves_between_rows(runs, library, trajectory.rows, parameters):
+                found = estimated(runs)
         except NoEstimateError as reason:
             return replace(no_estimate(run, str(reason)), remedy=reason.remedy)
         except UsageError as error:  # a function of the caller that fails where it is asked again
@@ -111,6 +117,23 @@ class ErrorEstimation:
             return no_estimate(run, INTERRUPTED)
         spent = time.perf_counter() - began
         return replace(found, seconds=spent, cost=spent / max(seconds, 1e-9))
+
+
+def _moves_between_rows(runs: Comparisons, library: Library, rows: Array, parameters: Array) -> bool:
+    """Return whether the motion is much larger than sparse rows show, and take its size from the rows of all steps.
+
+    A state that oscillates at a multiple of the rows' frequency seems to be at rest there.
+    """
+    taken = step_rows(runs.run, library, rows, parameters, runs.own.statistics)
+    if taken is None or taken.rows is rows:
+        return False
+    finer = motion_size(runs.run.model, np.concatenate([rows, taken.rows]), {})
+    known = runs.size.sizes
+    larger = {kind: np.fmax(known[kind], size) for kind, size in finer.sizes.items() if np.all(np.isfinite(size))}
+    if not any(np.any(size > _LARGER * known[kind]) for kind, size in larger.items()):
+        return False
+    runs.size = replace(finer, sizes=known | larger)
+    return True
 
 
 def no_estimate(run: Run, reason: str = "it was switched off") -> ErrorEstimate:

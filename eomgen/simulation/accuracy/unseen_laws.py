@@ -56,6 +56,7 @@ _RESOLVED = 8.0
 #: How many times closer to one another rows are for a second look at a method that chooses its steps, if a law seems to
 #: be unseen: where these are shorter than on average.
 _FINER = (8.0,)
+_NONE: NDArray[np.intp] = np.empty(0, dtype=np.intp)
 #: Letters of a formula in a message.
 _LETTERS = 70
 
@@ -91,6 +92,7 @@ def unseen_law(
     statistics: Mapping[str, int | float],
     ends: Array,
     changes: Array,
+    inputs: Array | None = None,
 ) -> Finding | None:
     """Return a finding on a law that acts between the steps of a run and is not seen by them; None if there is none.
 
@@ -102,18 +104,26 @@ def unseen_law(
     statistics : counts of the stepper
     ends : (n,) s, at which steps end besides, because forces jump or bend there
     changes : (n,) s, of events that change the motion
+    inputs : (n, nu), at the rows, if they are known
     """
     laws = laws_between_steps(run.model.description, list(run.signals.given))
     if not laws or len(rows) < 2:
         return None
     found = None
     try:
+        recorded = _Examination(_Path(run, rows, parameters, inputs), laws, ends, changes)
+        if not recorded.looked_at:
+            return None
         for finer in (1.0, *_FINER) if run.method.chooses_steps else (1.0,):
             taken = step_rows(run, library, rows, parameters, statistics, finer=finer)
             if taken is None:
                 return None
-            path = _Path(run, taken.rows, taken.parameters)
-            found = _Examination(path, laws, ends, changes, taken.breaks).finding()
+            if taken.rows is rows:
+                found = recorded.finding()
+            else:
+                found = _Examination(
+                    _Path(run, taken.rows, taken.parameters), laws, ends, changes, taken.breaks
+                ).finding()
             if found is None:
                 return None
         return found
@@ -157,10 +167,11 @@ class _Path:
     ----------
     rows : (n, width), at the ends of steps
     parameters : (np,), or (n, np)
+    inputs : (n, nu), if they are known
     """
 
-    def __init__(self, run: Run, rows: Array, parameters: Array) -> None:
-        self.run, self.rows, self.parameters = run, rows, parameters
+    def __init__(self, run: Run, rows: Array, parameters: Array, inputs: Array | None = None) -> None:
+        self.run, self.rows, self.parameters, self._inputs = run, rows, parameters, inputs
         t, q, v, a, _, z = states_of(rows, run.model)
         self.states = Rows(t, q, v, np.where(np.isfinite(a), a, 0.0), z)
         self.at_rows = _Blocks(self, t, np.arange(len(t)))
@@ -179,6 +190,8 @@ class _Path:
     def inputs(self) -> Array:
         """Inputs at the rows, (n, nu)."""
         run, t = self.run, self.states.t
+        if self._inputs is not None:
+            return self._inputs
         found = run.signals.rows(t) if run.takes_rows else run.model.input_values(t, parameters=self.parameters)
         return np.array(np.broadcast_to(found, (len(t), run.model.nu)))
 
@@ -294,7 +307,12 @@ class _Examination:
     """Steps in which laws are bent, and their defects."""
 
     def __init__(
-        self, path: _Path, laws: Sequence[Formula], ends: Array, changes: Array, breaks: NDArray[np.intp]
+        self,
+        path: _Path,
+        laws: Sequence[Formula],
+        ends: Array,
+        changes: Array,
+        breaks: NDArray[np.intp] = _NONE,
     ) -> None:
         self._path, self._model = path, path.run.model
         self._known = [law for law in laws if path.knows(law)]
@@ -324,38 +342,61 @@ class _Examination:
             found |= np.abs(sides[1:] - sides[:-1]) >= feature.least
         return found
 
-    def finding(self) -> Finding | None:
-        """Return the law that is not seen, with what to try; None if there is none."""
+    @cached_property
+    def _steps(self) -> NDArray[np.intp]:
+        """Steps whose laws are sampled."""
         steps = self._whole
-        if len(steps) > _STEPS:
-            spread = steps[np.unique(np.linspace(0, len(steps) - 1, _STEPS).astype(int))]
-            steps = np.union1d(spread, steps[self._met[steps]][:_STEPS])
-        if not len(steps):
-            return None
+        if len(steps) <= _STEPS:
+            return steps
+        spread = steps[np.unique(np.linspace(0, len(steps) - 1, _STEPS).astype(int))]
+        return np.union1d(spread, steps[self._met[steps]][:_STEPS])
+
+    @cached_property
+    def _grid(self) -> Array:
+        """Samples of each step, from 0 to 1, both ends included."""
         most = _SAMPLES // (_COSTLY if self._opaque else 1)
-        count = int(np.clip(most // len(steps), _LEAST, _MOST))
+        count = int(np.clip(most // max(len(self._steps), 1), _LEAST, _MOST))
         places = (np.arange(count) + np.modf(0.6180339887 * np.arange(1, count + 1))[0]) / count
-        grid = np.concatenate([[0.0], places, [1.0]])
-        blocks, ends = self._sampled(steps, places), self._path.at_rows
+        return np.concatenate([[0.0], places, [1.0]])
+
+    @cached_property
+    def _samples(self) -> _Blocks:
+        return self._sampled(self._steps, self._grid[1:-1])
+
+    @cached_property
+    def _arguments(self) -> list[Array]:
+        """Arguments of features, (steps, samples) each."""
+        ends = self._path.at_rows
+        pairs = [[self._path.values(one.argument, there) for there in (self._samples, ends)] for one in self._features]
+        return [self._with_ends(inside, at_ends, self._steps) for inside, at_ends in pairs]
+
+    @cached_property
+    def looked_at(self) -> list[int]:
+        """Numbers of the sampled steps in which features are met, and then of those with bent laws, by bend."""
+        steps = self._steps
+        if not len(steps):
+            return []
         bent, met = np.zeros(len(steps)), self._met[steps]
-        for inside, at_ends in self._laws(blocks, ends):
+        for inside, at_ends in self._laws(self._samples, self._path.at_rows):
             values = np.nan_to_num(self._with_ends(inside, at_ends, steps), posinf=0.0, neginf=0.0)
             span = float(np.ptp(values))
             if span > _ROUNDING * float(np.abs(values).max()):
-                line = values[:, :1] + grid * (values[:, -1:] - values[:, :1])
+                line = values[:, :1] + self._grid * (values[:, -1:] - values[:, :1])
                 bent = np.maximum(bent, np.abs(values - line).max(axis=1) / span)
-        arguments = []
-        for feature in self._features:
-            inside, at_ends = (self._path.values(feature.argument, one) for one in (blocks, ends))
-            arguments.append(self._with_ends(inside, at_ends, steps))
-            met = met | (np.ptp(feature.sides(arguments[-1]), axis=1) >= feature.least)
+        for feature, table in zip(self._features, self._arguments, strict=True):
+            met = met | (np.ptp(feature.sides(table), axis=1) >= feature.least)
         looked = np.flatnonzero((bent > _BENT) | met)
-        if not len(looked):
+        return [int(place) for place in looked[np.lexsort((-bent[looked], ~met[looked]))]]
+
+    def finding(self) -> Finding | None:
+        """Return the law that is not seen, with what to try; None if there is none."""
+        if not self.looked_at:
             return None
-        chosen = np.sort(looked[np.lexsort((-bent[looked], ~met[looked]))][:_HOT])
-        meshes = self._meshes(steps[chosen], grid, [table[chosen] for table in arguments])
-        share = len(looked) / len(chosen) * len(self._whole) / len(steps)
-        return self._judged(steps[chosen], meshes, share)
+        chosen = np.sort(np.array(self.looked_at[:_HOT], dtype=np.intp))
+        steps = self._steps[chosen]
+        meshes = self._meshes(steps, self._grid, [table[chosen] for table in self._arguments])
+        share = len(self.looked_at) / len(chosen) * len(self._whole) / len(self._steps)
+        return self._judged(steps, meshes, share)
 
     def _laws(self, blocks: _Blocks, ends: _Blocks) -> Iterator[tuple[Array, Array]]:
         """Yield the values of laws at both; rates stand for formulas of what only the equations know."""

@@ -209,8 +209,9 @@ class FinishedRun:
     @cached_property
     def unseen_law(self) -> Finding | None:
         """A law that acts between the steps."""
-        library, rows = self.stepper.library, self.trajectory.rows
-        return unseen_law(self.run, library, rows, self.present, self.statistics, self.parts.ends, self.changes)
+        library, rows, inputs = self.stepper.library, self.trajectory.rows, self.prescribed.u
+        ends, changes = self.parts.ends, self.changes
+        return unseen_law(self.run, library, rows, self.present, self.statistics, ends, changes, inputs)
 
     @cached_property
     def violation(self) -> Violation | None:
