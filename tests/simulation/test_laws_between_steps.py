@@ -211,6 +211,14 @@ def test_rest_and_uniform_motion_are_exact_and_quiet() -> None:
             assert {finding.name for finding in run.findings} <= {"doubtful_call"}, run.message
 
 
+def test_a_state_that_seems_at_rest_at_the_rows_is_measured_between_them() -> None:
+    given = {"wave": 1e3, "period": 0.005, "stiffness": 1.0}
+    run = sliders().simulate(0.4, 0.01, method="rk45", tolerance=1e-8, parameters=given)
+    assert np.ptp(run.z) < 1e-3  # and moves by 1.6 between the rows
+    assert run.error.relative < 1e-3 and off(run, given) < 1e-3
+    assert run.message.endswith("taken again)")
+
+
 def test_formulas_that_cannot_be_fast_are_not_examined() -> None:
     def formula(text: str) -> Formula:
         return read_formula(text, Names(), TIME)
@@ -223,11 +231,11 @@ def test_formulas_that_cannot_be_fast_are_not_examined() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet(seed: int) -> None:
     random = np.random.default_rng(seed)
     methods = ["generalized_alpha", "rk4", "rk45", "rosenbrock", "trapezoidal", "tdg1", "rattlie", "adaptive"]
-    for _ in range(40):
+    for _ in range(30):
         law = str(random.choice(["cog", "barrier", "box", "pulse", "ramp", "hill", "aside", "wave", "dose"]))
         over_time = law in ("pulse", "ramp", "dose")
         width = 10.0 ** random.uniform(-4.0 if over_time else -2.3, -0.5)

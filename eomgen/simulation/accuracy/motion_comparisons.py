@@ -128,8 +128,9 @@ class Comparisons:
         return not self.size.still and float(shares(apart.kinds, self.size).max(initial=0.0)) < self.rounding
 
     def same_count(self, other: ComparedMotion) -> bool:
-        """Return whether another run took as many steps of the method's own."""
-        return bool(self.own.statistics) and self.own.statistics.get("own_steps") == other.statistics.get("own_steps")
+        """Return whether another run took as many steps of the method's own; False if the method counts none."""
+        count = self.own.statistics.get("own_steps")
+        return count is not None and count == other.statistics.get("own_steps")
 
     @property
     def rounding(self) -> float:
