@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from eomgen.analysis.definiteness import linear_range_exceeded
+from eomgen.arrays import Array
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate, Largest
 from eomgen.results.finding import FAILURE, Finding
 from eomgen.simulation.judgement.check import Check
@@ -136,25 +137,30 @@ def unresolved_coordinates(run: FinishedRun) -> list[Unresolved]:
 
     Motion below a billionth of the largest coordinate of the unit is rounding.
     """
-    model, error, states = run.run.model, run.error, run.states
-    if not error.available:
+    if not run.error.available:
         return []
+    found = _hidden(run, run.states.q, run.states.z)
+    return _hidden(run, *run.between_rows) if found and run.rows_are_sparse else found
+
+
+def _hidden(run: FinishedRun, q: Array, z: Array) -> list[Unresolved]:
+    """Return the coordinates and internal states whose errors hide motions of q, (n, nq), and z, (n, nz)."""
+    model, error = run.run.model, run.error
     reported = noticed_error(error)
     least = 1e3 * float(np.finfo(np.float32).eps) if run.single else 1e-9
     reach = {"rad": 1.0}
-    for unit, values in zip(model.q_units, states.q.T, strict=True):
+    for unit, values in zip(model.q_units, q.T, strict=True):
         reach[unit] = max(reach.get(unit, 0.0), float(np.abs(values).max()))
     found = []
     for factor in model.factors:
         if factor.group == "R":
-            q = states.q[:, factor.q_start]
+            travel = float(np.ptp(q[:, factor.q_start]))
             name, unit = model.q_names[factor.q_start], model.q_units[factor.q_start]
-            one = Unresolved(name, float(np.ptp(q)), float(error.increment[factor.v_start]), unit)
+            one = Unresolved(name, travel, float(error.increment[factor.v_start]), unit)
             found.append((one, reach[unit]))
     for k, (name, unit) in enumerate(zip(model.z_names, model.z_units, strict=True)):
-        z = states.z[:, k]
-        one = Unresolved(name, float(np.ptp(z)), float(error.z[k]), unit)
-        found.append((one, float(np.abs(z).max())))
+        one = Unresolved(name, float(np.ptp(z[:, k])), float(error.z[k]), unit)
+        found.append((one, float(np.abs(z[:, k]).max())))
     return [
         one._replace(unit="" if one.unit in ("", "1") else f" {one.unit}")
         for one, largest in found

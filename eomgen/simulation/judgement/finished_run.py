@@ -17,6 +17,7 @@ from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate
+from eomgen.simulation.accuracy.step_rows import step_rows
 from eomgen.simulation.accuracy.unseen_laws import unseen_law
 from eomgen.simulation.judgement.constraint_violation import Violation, largest_violation
 from eomgen.simulation.judgement.energy_balance import APART, REPORTED, Balance, energy_balance
@@ -205,6 +206,14 @@ class FinishedRun:
         if working and self.error.relative < _SMALL and self.unseen_law is None:  # then the power at the rows is off
             return Balance(None, APART)
         return Balance(0.0) if off and self.at_rest else balance
+
+    @cached_property
+    def between_rows(self) -> tuple[Array, Array]:
+        """q and z at the rows and, if they are known, at the ends of the steps between."""
+        rows = self.trajectory.rows
+        taken = step_rows(self.run, self.stepper.library, rows, self.present, self.statistics)
+        states = self.states if taken is None else states_of(np.concatenate([rows, taken.rows]), self.run.model)
+        return states.q, states.z
 
     @cached_property
     def unseen_law(self) -> Finding | None:
