@@ -70,6 +70,7 @@ def random_state(
 def condition(state: State) -> float:
     """Condition of the equilibrated bordered system on the rows that are independent."""
     _, B, _, _ = state.rows
+    B = B[np.abs(B).max(axis=1, initial=0.0) > 1e-12]
     K = np.block([[state.mass, B.T], [B, np.zeros((len(B), len(B)))]])
     scale = np.sqrt(np.maximum(np.abs(K).max(axis=1), 1e-300))
     values = np.linalg.svd(K / scale[:, None] / scale, compute_uv=False)

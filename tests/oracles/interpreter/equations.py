@@ -295,6 +295,8 @@ class State:
     def accelerations(self) -> Array:
         """Solve the bordered system for a; call on a state with zero accelerations."""
         _, B, _, g = self.rows
+        kept = np.abs(B).max(axis=1, initial=0.0) > 1e-12  # other rows hold whatever moves
+        B, g = B[kept], g[kept]
         nv, m = self.machine.nv, len(B)
         K = np.block([[self.mass, B.T], [B, np.zeros((m, m))]])
         right = np.concatenate([-self.inverse_dynamics, -g])
