@@ -66,6 +66,8 @@ _PACKAGE = __name__.partition(".")[0]
     rpy="rotation",
     pos="position",
     q0="initial",
+    damping_ratio="damping (of joints and springs), or stiffness_damping = 2 ratio / w (of beams, s)",
+    mass_damping="stiffness_damping (of beams, s): none goes with the mass",
 )
 class SceneBuilder:
     """Collects the entries of a scene; ``build`` checks them all at once.

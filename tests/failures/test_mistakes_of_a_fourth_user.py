@@ -216,6 +216,15 @@ def test_units_of_columns_are_checked_in_builders_too() -> None:
         builder.build()
 
 
+@pytest.mark.parametrize(
+    ("key", "hint"),
+    [("damping_ratio", r"stiffness_damping = 2 ratio / w"), ("mass_damping", r"none goes with the mass")],
+)
+def test_damping_of_beams_has_its_hint_in_builders_too(key: str, hint: str) -> None:
+    with pytest.raises(eomgen.UsageError, match=hint):
+        eomgen.SceneBuilder("s").beam("b", model="cosserat", length=1.0, **{key: 0.1})
+
+
 @pytest.mark.parametrize("words", [["--help"], ["simulate", "--help"]])
 def test_a_reader_of_the_output_that_has_gone_is_no_error(words: list[str], tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(ARM)
