@@ -29,6 +29,8 @@ _FEW = 100
 #: Copies of a record that a run makes, and bytes that these may take.
 _COPIES, _MOST_BYTES = 4, 4e9
 _COUNTED = ("steps", "gradients", "iterations", "products")
+#: Changes of H, in parts of its parts, from which on a run is doubted, and from which on it has failed.
+_DOUBTED, _EXPLODED = 0.3, 10.0
 #: Steps of a run at most: beyond them times of rows are no doubles of their own.
 _MOST_STEPS = 1e15
 #: What stops a run, by the status of its C.
@@ -258,8 +260,8 @@ class HamiltonianModel:
         if self.document.outputs:
             y = self._call("observed", [q, p], values)[0]
             outputs = ByName("output", {item.name: y[:, k] for k, item in enumerate(self.document.outputs)})
-        message = _ending(status, t, step, steps)
-        doubtful = self._too_large(chosen, step, state[0], values)
+        changed, exploded = _change_of_energy(energy, chosen, step)
+        notes = [_ending(status, t, step, steps), self._too_large(chosen, step, state[0], values), changed]
         return HamiltonianSolution(
             t,
             q,
@@ -267,8 +269,8 @@ class HamiltonianModel:
             ByName("part of H", energy),
             outputs,
             {**dict(zip(_COUNTED, counted, strict=True)), "wall_time": seconds},
-            status == 0,
-            f"{message}; {doubtful}" if doubtful else message,
+            status == 0 and not exploded,
+            "; ".join(note for note in notes if note),
             {
                 "name": self.name,
                 "method": chosen.name,
@@ -467,6 +469,24 @@ def _finite(key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
         raise UsageError(Problem(key, f"a finite number is needed, not {value!r}", "0.1"))
     return float(value)
+
+
+def _change_of_energy(energy: Mapping[str, Array], method: Method, step: float) -> tuple[str, bool]:
+    """Return what is doubtful of H, which nothing changes, and whether the motion is lost by it.
+
+    Changes are compared with the sum of the sizes of the parts of H, at the same time, at the start and in most rows: a
+    start may be where all parts are 0, and an encounter has large parts for a moment.
+    """
+    total = energy["total"]
+    sizes = np.sum([np.abs(part) for name, part in energy.items() if name != "total"], axis=0)
+    changes, start = np.abs(total - total[0]), float(sizes[0])
+    if not np.any(changes > _DOUBTED * np.maximum(sizes, max(start, float(np.quantile(sizes, 0.75))))):
+        return "", False
+    worst = int(np.argmax(changes))
+    what = f"H, which nothing changes, goes from {total[0]:.6g} to {total[worst]:.6g}: this is not the motion of the"
+    what = f"{what} system"
+    hint = "a smaller tolerance" if method.chooses_steps else f"a step smaller than {abs(step):.3g}, or rk45"
+    return f"{what}; try: {hint}", bool(changes[worst] > _EXPLODED * start)
 
 
 def _ending(status: int, t: Array, step: float, steps: int) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 import eomgen
 from eomgen.arrays import Array
 from eomgen.cli import main
+from eomgen.errors import NumericalError
 from eomgen.hamiltonian.model import HamiltonianModel
 from eomgen.hamiltonian.step_errors import estimated
 from tests.hamiltonian.test_hamiltonian import HENON_HEILES
@@ -97,3 +99,47 @@ def test_the_command_line_and_files_say_it(tmp_path: Path, capsys: pytest.Captur
     assert summary["declared_order"] == 4 and 0 < summary["relative"] < 1e-5 and summary["lost_at"] is None
     assert main([*arguments, "--no-error-estimate", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["error_estimate"]["reason"] == "it was switched off"
+
+
+COLLISION: dict[str, Any] = {
+    "format": 1,
+    "kind": "hamiltonian",
+    "name": "collision",
+    "hamiltonian": "p_x**2/2 - 1/abs(x)",
+    "coordinates": {"x": {"initial": [1.0, 0.0]}},
+    "simulation": {"duration": 5.0, "step": 0.01},
+}
+TEXT = r"reached t = 5 in 500 steps; H, which nothing changes, goes from -1 to [\d.e+-]+: this is not the motion of the"
+
+
+def test_a_run_whose_energy_explodes_has_failed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Two bodies fall into each other: steps pass the singularity, and H is 3e7 times what it was."""
+    run = eomgen.build(COLLISION, profile="quick").simulate()
+    assert not run.success and re.match(TEXT, run.message)
+    assert run.message.endswith("motion of the system; try: a step smaller than 0.01, or rk45")
+    file = tmp_path / "collision.toml"
+    lines = ["format = 1", 'kind = "hamiltonian"', 'name = "collision"', f'hamiltonian = "{COLLISION["hamiltonian"]}"']
+    lines += ["[coordinates]", "x = { initial = [1.0, 0.0] }", "[simulation]", "duration = 5.0", "step = 0.01"]
+    file.write_text("\n".join(lines), encoding="utf-8")
+    assert main(["simulate", str(file), "--out", str(tmp_path / "out"), "--no-plots"]) == NumericalError.exit_code
+    said = capsys.readouterr()
+    assert "goes from -1 to" in said.out + said.err
+    assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["success"] is False
+
+
+@pytest.mark.parametrize(
+    ("hamiltonian", "start", "step", "said"),
+    [
+        ("p_x**2/2 + x**2/2", [1.0, 0.0], 0.1, False),
+        ("p_x**2/2 + x**2/2", [1.0, 0.0], 1.8, True),  # stable, and its energies are off by four fifths
+        ("p_x**2/2 - x**2/2 + x**4/4", [0.0, 1e-9], 0.05, False),  # from a hilltop, where all parts of H are next to 0
+        ("p_x**2/2 - 1/sqrt(x**2 + 1e-6)", [1.0, 0.0], 1e-5, False),  # through an encounter with parts of 1000
+    ],
+)
+def test_changes_of_energy_are_doubted_beside_the_parts_of_it(
+    hamiltonian: str, start: list[float], step: float, said: bool
+) -> None:
+    data = {**COLLISION, "hamiltonian": hamiltonian, "coordinates": {"x": {"initial": start}}, "name": "doubted"}
+    end, every = (400 * step, 1) if step > 1e-3 else (3.0, 100)
+    run = eomgen.build(data, profile="quick").simulate(end, step, method="leapfrog", record_every=every)
+    assert run.success and ("which nothing changes" in run.message) is said, run.message
