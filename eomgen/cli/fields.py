@@ -17,10 +17,11 @@ if TYPE_CHECKING:
 def show(system: FieldSystem, method: str | None, *, as_json: bool) -> None:
     """Print mesh, memory, operators, data, energy and method; nothing of the mesh's size is made."""
     from eomgen.integrators.compositions import composition_named  # noqa: PLC0415
-    from eomgen.sampling import memory_of  # noqa: PLC0415
+    from eomgen.sampling import at_settings, memory_of  # noqa: PLC0415
 
     memory = memory_of(system)
-    chosen = composition_named(method or system.sampling.method)
+    with at_settings(system, () if method is None else ("method",)):
+        chosen = composition_named(system.sampling.method if method is None else method)
     widths = [length / count for length, count in zip(system.lengths, system.cells, strict=True)]
     low, high = 2.0 * math.pi / max(system.lengths), math.pi / max(widths)
     transforms = 2 * len(system.fields)

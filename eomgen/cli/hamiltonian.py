@@ -32,7 +32,7 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     from eomgen.pipeline.pipeline import derive  # noqa: PLC0415
 
     system = derive(document)
-    chosen = method_for(document, method or document.simulation.method)
+    chosen = method_for(document, method)
     counts = {name: {**dataclasses.asdict(count), "flops": count.flops} for name, count in system.counts.items()}
     parts: dict[str, int] = {}
     for term in document.terms:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.hamiltonian.collocation import HIGHEST_ORDER, gauss_collocation
 from eomgen.integrators.compositions import Composition, composition_named, names_composition
 from eomgen.integrators.compositions import compositions as every_composition
@@ -117,8 +117,8 @@ def krylov(n: int) -> int:
     return min(HIGHEST_ORDER * n, _MOST_VECTORS, max(_FEWEST_VECTORS, _MOST_NUMBERS // (2 * n)))
 
 
-def method_for(document: Hamiltonian, name: str, first: str = "drift") -> Method:
-    """Return a method of a system by its name; the standard one for an empty name.
+def method_for(document: Hamiltonian, name: str | None = None, first: str = "drift") -> Method:
+    """Return a method of a system by its name; without one that of the file, or the standard one.
 
     Where H is T(p) + V(q), names are those of the table of compositions, and steps begin with a drift or a kick
     (``first``). Elsewhere the leapfrogs of a recursion are implicit midpoint steps. ``implicit_midpoint`` and
@@ -128,10 +128,22 @@ def method_for(document: Hamiltonian, name: str, first: str = "drift") -> Method
     ------
     UsageError
         An unknown name, or a composition that needs drifts and kicks where there are none.
+    DescriptionError
+        The same of the method of the file.
     """
+    run, standard = document.simulation, STANDARD if document.separable else STANDARD_IMPLICIT
+    if name is None:
+        try:
+            return method_for(document, run.method or standard, first)
+        except UsageError as error:
+            if not run.place or any(problem.where != "method" for problem in error.problems):
+                raise
+            problems = [Problem(run.place, problem.what, problem.hint) for problem in error.problems]
+            raise DescriptionError(problems) from None
     if not isinstance(name, str):
         raise UsageError(Problem("method", f"a method is called by its name, not {name!r}", '"omf4"'))
-    name = name or (STANDARD if document.separable else STANDARD_IMPLICIT)
+    if not name:
+        raise UsageError(Problem("method", "the name of the method is empty", f'"{standard}", or no method at all'))
     key = name.lower().replace("-", "_")
     if key == MIDPOINT:
         return _collocation(MIDPOINT, 2, (1.0,), _SOURCE, 1)

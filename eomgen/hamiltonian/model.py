@@ -212,7 +212,7 @@ class HamiltonianModel:
         t_end = run.duration if t_end is None else _finite("t_end", t_end)
         step = run.step if step is None else _finite("step", step)
         every = run.record_every if record_every is None else record_every
-        chosen = method_for(self.document, run.method if method is None else method, first)
+        chosen = method_for(self.document, method, first)
         steps = _whole_steps(t_end, step)
         if tolerance is not None and not chosen.chooses_steps:
             what = f"{chosen.name} takes equal steps, and a tolerance is of rk45"

@@ -78,7 +78,7 @@ def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
     return load_fields(path)
 
 
-def _check_method(found: Hamiltonian, file: str) -> None:
+def _check_method(found: Hamiltonian) -> None:
     """Raise DescriptionError if a file asks for a method that there is not."""
     if not (method := found.simulation.method):
         return
@@ -87,7 +87,7 @@ def _check_method(found: Hamiltonian, file: str) -> None:
     try:
         check_name(method)
     except UsageError as error:
-        where = f"{file} (simulation.method)" if file else "simulation.method"
+        where = found.simulation.place or "simulation.method"
         raise DescriptionError([Problem(where, p.what, p.hint) for p in error.problems]) from None
 
 
@@ -114,7 +114,7 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
     else:
         return None
     if found is not described:
-        _check_method(found, Path(described).name if isinstance(described, str | os.PathLike) else "")
+        _check_method(found)
     if given := given_options(options or {}):
         what = f"{', '.join(given)} is of mechanical scenes, and {found.name} is a Hamiltonian system"
         raise UsageError(Problem(given[0], what, "leave it out"))
@@ -135,7 +135,7 @@ def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -
 
     if method is not None:
         method_for(document, method)
-        document = replace(document, simulation=replace(document.simulation, method=method))
+        document = replace(document, simulation=replace(document.simulation, method=method, place=""))
     content = library_content(document, HAMILTONIANS, Selection(None, ""), "rk4")
     return HamiltonianModel(document, built_library(document, content, Builder(profile=profile)))
 
@@ -147,7 +147,7 @@ def generate_hamiltonian(document: Hamiltonian, folder: str | Path, method: str 
     from eomgen.hamiltonian.methods import method_for  # noqa: PLC0415
 
     program = program_of(document)
-    files = folder_files(document, program, method_for(document, method or document.simulation.method))
+    files = folder_files(document, program, method_for(document, method))
     files[MANIFEST] = manifest(program, files)
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem
+from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
 from eomgen.fields import (
     CellEnergy,
     FieldPosterior,
@@ -159,6 +159,30 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
         numbers = chains * (chosen.samples * watched + chosen.warm_up * len(TRAJECTORY))
         what = f"sampling with {counted(chains, 'chain')}"
         return mesh.require_memory(_SPECTRA + chains + slopes + single, fields, what, numbers)
+
+
+#: Keys of ``[sampling]`` by the heads of messages about them.
+_SETTINGS = {
+    "transforms": "transforms",
+    "precision": "precision",
+    "composition": "method",
+    "Sampler: first": "first",
+    "Sampler: start": "start",
+}
+
+
+@contextlib.contextmanager
+def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[None]:
+    """Let errors of settings say the line of the file that has them; not of settings that a caller has given."""
+    try:
+        yield
+    except UsageError as error:
+        keys = [_SETTINGS.get(problem.where, "") for problem in error.problems]
+        if any(key in given or f"sampling.{key}" not in system.places for key in keys):
+            raise
+        places = [system.place(f"sampling.{key}") for key in keys]
+        problems = [Problem(place, item.what, item.hint) for place, item in zip(places, error.problems, strict=True)]
+        raise DescriptionError(problems) from None
 
 
 @contextlib.contextmanager

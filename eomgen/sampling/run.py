@@ -20,7 +20,7 @@ from eomgen.errors import FileError, Problem, UsageError
 from eomgen.fields import Outcome, Sampler
 from eomgen.files import make_folder, read_arrays, write_arrays
 from eomgen.progress import Progress, shown
-from eomgen.sampling.problem import TRAJECTORY, FieldProblem, field_problem, start_fields
+from eomgen.sampling.problem import TRAJECTORY, FieldProblem, at_settings, field_problem, start_fields
 from eomgen.sampling.result import FieldSamples
 from eomgen.scene.hamiltonian.field_reading import fields_from_data, load_fields
 from eomgen.scene.hamiltonian.fields import Chains, FieldSystem
@@ -79,8 +79,9 @@ def sample(
     chosen = _settings(system.sampling, settings)
     if resume and folder is None:
         raise UsageError(Problem("resume", "a run goes on from the checkpoint of a folder", 'folder="out"'))
-    problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
-    run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
+    with at_settings(system, settings):
+        problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
+        run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
     with shown(progress, system.name) as bar, _interrupts() as interrupted:
         return run.go(bar, interrupted, checkpoint_every)
 

@@ -129,3 +129,37 @@ def test_the_c_says_what_does_not_follow_there(tmp_path: Path) -> None:
     header = (tmp_path / "derived_oscillator.h").read_text(encoding="utf-8")
     assert "/* k (N/m): it follows m, w in files, not here */" in header
     assert "In files, and not here, these follow the\n * parameters: x, p_x. */" in header
+
+
+@pytest.mark.parametrize("verb", ["simulate", "info", "generate"])
+@pytest.mark.parametrize(
+    ("setting", "text"),
+    [
+        ("omf5", "there is no method 'omf5' of Hamiltonian systems; try: omf4"),
+        ("", 'the method has no name; try: method = "omf4", or no key'),
+        (
+            "yoshida14",
+            "there is no recursion of leapfrogs of order 14 with 1 on either side; try: an even order of 2 to",
+        ),
+    ],
+)
+def test_a_method_of_a_file_is_named_with_its_line(
+    verb: str, setting: str, text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "star.toml"
+    star = Path(__file__).parents[2] / "examples/henon_heiles/system/henon_heiles.toml"
+    content = star.read_text(encoding="utf-8").replace('method = "omf4"', f'method = "{setting}"')
+    file.write_text(content, encoding="utf-8")
+    line = content[: content.index("method =")].count("\n") + 1
+    options = [] if verb == "info" else ["--out", str(tmp_path / "out")]
+    assert main([verb, str(file), *options]) == eomgen.DescriptionError.exit_code
+    assert f"star.toml:{line} (simulation.method): {text}" in capsys.readouterr().err
+    if setting == "yoshida14":
+        assert main([verb, str(file), *options, "--method", "leapfrog"]) == 0
+
+
+def test_an_empty_method_of_a_call_is_refused() -> None:
+    with pytest.raises(
+        eomgen.UsageError, match='method: the name of the method is empty; try: "omf4", or no method at'
+    ):
+        oscillator().simulate(method="")

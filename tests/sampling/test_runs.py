@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from eomgen.cli import INTERRUPTED, main
-from eomgen.errors import EomgenError
+from eomgen.errors import DescriptionError, EomgenError, UsageError
 from eomgen.fields import Sampler
 from eomgen.sampling import FieldSamples, field_problem, sample
 from eomgen.scene.hamiltonian.field_reading import fields_from_data
@@ -327,3 +327,33 @@ def test_chains_that_do_not_agree_are_said_to() -> None:
     assert "chains do not agree yet: split R-hat is " in apart.message and apart.r_hats().max() > 1.3
     together = sample(data, samples=80, warm_up=50, watched=256, mass="prior")
     assert together.message.endswith("of warm-up") and together.r_hats().max() < 1.3
+
+
+@pytest.mark.parametrize(
+    ("setting", "text"),
+    [
+        ('method = "omf5"', "there is no composition 'omf5'; try: omf4"),
+        ('transforms = "fftq"', "there is no library 'fftq' for transforms; try: fftw"),
+        ('precision = "singel"', "there is no precision 'singel'; try: single"),
+        ('first = "x"', '\'x\' is neither; try: "random", "drift" or "kick"'),
+        ('start = "x"', '\'x\' is none; try: "mode", "prior", "zero" or spectra'),
+        ('method = ""', "the name of method is empty; try: method = 'minimum_norm2', or no method"),
+    ],
+)
+def test_settings_of_a_file_are_named_with_their_line(
+    setting: str, text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "fields.md").read_text(encoding="utf-8")
+    content = page.split("```toml\n")[1].split("```")[0].replace('method = "omf4"', setting)
+    file = tmp_path / "counts.toml"
+    file.write_text(content, encoding="utf-8")
+    line = content[: content.index(setting)].count("\n") + 1
+    key, _, _ = setting.partition(" ")
+    assert main(["sample", str(file), "--out", str(tmp_path / "out")]) == DescriptionError.exit_code
+    said = capsys.readouterr().err
+    assert f"counts.toml:{line} (sampling.{key}): {text}" in said
+    if key == "method" and '""' not in setting:
+        assert main(["info", str(file)]) == DescriptionError.exit_code
+        assert f"counts.toml:{line} (sampling.method): {text}" in capsys.readouterr().err
+        with pytest.raises(UsageError, match="composition: there is no composition 'omf6'"):
+            sample(file, method="omf6")

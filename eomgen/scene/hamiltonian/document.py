@@ -91,7 +91,13 @@ class Output:
 
 @dataclass(frozen=True)
 class Run:
-    """The defaults of ``simulate``."""
+    """The defaults of ``simulate``.
+
+    Attributes
+    ----------
+    place : str
+        File and line of the method, for messages; empty where the file names none.
+    """
 
     duration: float = 10.0
     step: float = 0.01
@@ -99,6 +105,7 @@ class Run:
     record_every: int = 1
     compensated: bool = False
     tolerance: float = 1e-8
+    place: str = ""
 
 
 @dataclass(frozen=True)

@@ -169,6 +169,7 @@ class _FieldReader(Entries):
     def places(self, operators: Iterable[Operator], given: Iterable[Data]) -> list[str]:
         """Return the keys that later messages name."""
         keys = ["mesh", "mesh.cells", "cell", "cell.energy", "mass", "operators", "data"]
+        keys += [f"sampling.{name}" for name in self.section("sampling")]
         keys += [f"operators.{item.name}" for item in operators]
         return keys + [f"data.{item.name}" for item in given]
 
@@ -471,6 +472,8 @@ class _FieldReader(Entries):
             wanted, key = getattr(standard, name), f"sampling.{name}"
             if isinstance(wanted, str):
                 given[name] = self.text("sampling", table, name)
+                if wanted and value == "":
+                    self.report.add(key, f"the name of {name} is empty", f"{name} = {wanted!r}, or no {name}")
             elif isinstance(wanted, int):
                 if _is_whole(value, 0):
                     given[name] = value

@@ -263,7 +263,7 @@ class _Reader(Entries):
 
     def simulation(self) -> Run:
         table = self.section("simulation")
-        check_keys("simulation", table, [item.name for item in fields(Run)], self.report)
+        check_keys("simulation", table, [item.name for item in fields(Run) if item.name != "place"], self.report)
         given: dict[str, Any] = {}
         for name in ("duration", "step", "tolerance"):
             if name in table:
@@ -274,6 +274,7 @@ class _Reader(Entries):
                 given[name] = value
         if "method" in table:
             given["method"] = self.text("simulation", table, "method")
+            given["place"] = self.report.where("simulation.method")
             if table["method"] == "":
                 self.report.add("simulation.method", "the method has no name", 'method = "omf4", or no key')
         if "tolerance" in table and table.get("method") != "rk45":
