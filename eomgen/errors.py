@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+
+
+#: Problems of one kind from which on a message has the first of them, and how many more there are.
+_ALIKE = 5
+#: The first part of a key, and names and numbers in a sentence.
+_SECTION = re.compile(r"\(([^.\[)]+)[.\[)]")
+_VALUES = re.compile(r"'[^']*'|\"[^\"]*\"|\d[\d.e+-]*")
 
 
 @dataclass(frozen=True)
@@ -50,12 +58,30 @@ class EomgenError(Exception):
         super().__init__(self.report())
 
     def report(self) -> str:
-        """Return the whole message: one line for one problem, a counted list for several."""
+        """Return the whole message: one line for one problem, a counted list for several, of many alike the first."""
         if len(self.problems) == 1:
             return f"{self.title}: {self.problems[0]}"
         lines = [f"{self.title}: {len(self.problems)} problems"]
-        lines += [f"  {number}. {problem}" for number, problem in enumerate(self.problems, 1)]
+        kinds: dict[tuple[str, str], list[Problem]] = {}
+        for problem in self.problems:
+            kinds.setdefault(_kind(problem), []).append(problem)
+        number = 0
+        for problem in self.problems:
+            alike = kinds[_kind(problem)]
+            if len(alike) > _ALIKE and problem is not alike[0]:
+                continue
+            number += 1
+            lines.append(f"  {number}. {problem}")
+            if len(alike) > _ALIKE:
+                places = ", ".join(other.where for other in alike[1:_ALIKE])
+                lines.append(f"     and {len(alike) - 1} more like it: {places}, ...")
         return "\n".join(lines)
+
+
+def _kind(problem: Problem) -> tuple[str, str]:
+    """Return the section that a problem is in, and its sentence without names and numbers."""
+    section = _SECTION.search(problem.where)
+    return section[1] if section else problem.where, _VALUES.sub("#", problem.what)
 
 
 class UsageError(EomgenError):

@@ -159,7 +159,8 @@ def _chains(found: FieldSamples) -> Any:
         potential = np.concatenate([burn_in[:, 3], samples.potential[chain]])
         colour = _CHAINS[chain % len(_CHAINS)]
         along = np.cumsum(gradients)
-        left.plot(along, potential, color=colour, linewidth=0.8, label=f"chain {chain}")
+        # so that the chains below others are seen
+        left.plot(along, potential, color=colour, linewidth=0.7, alpha=0.55, label=f"chain {chain}")
         if len(burn_in) and count:
             left.axvline(along[len(burn_in) - 1], color=colour, linestyle=":", linewidth=0.8)
     left.set_xscale("log")

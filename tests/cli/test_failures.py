@@ -306,3 +306,17 @@ def test_a_fault_of_ours_is_called_one(
     code, _, message = _run(["info", str(scene_file)], capsys)
     assert code == 1
     assert message == "internal error: KeyError: 'lost'; this is a fault of eomgen; try: the same with --debug\n"
+
+
+def test_ctrl_c_while_parts_are_imported_leaves_no_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Importing:
+        def __getattr__(self, name: str) -> object:
+            raise KeyboardInterrupt
+
+    from eomgen.__main__ import run
+
+    monkeypatch.setitem(sys.modules, "eomgen.cli", Importing())
+    assert run() == 130
+    assert capsys.readouterr().err == "interrupted\n"
