@@ -6,7 +6,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-
 #: Problems of one kind from which on a message has the first of them, and how many more there are.
 _ALIKE = 5
 #: The first part of a key, and names and numbers in a sentence.

@@ -416,6 +416,7 @@ ORDER: dict[str, tuple[str, ...]] = {
 
 #: Imports within functions, by importing room or module: what is imported, and why it waits. No others are allowed.
 LATE: dict[str, dict[str, str]] = {
+    "__main__": {"cli": "Ctrl-C while it is imported leaves no traceback"},
     "solvers.consistency": {"solvers.strain_energy": "SciPy; few loops strain their beams"},
     "eomgen": {"calls": "for a mistake only"},
     "integrators.families.generalized_alpha": {
