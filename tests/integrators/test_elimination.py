@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+import eomgen
 from eomgen.errors import ModelError
+from eomgen.integrators.methods import method_named
 from eomgen.integrators.newton.elimination import eliminate
+from eomgen.integrators.stepper_data import method_data
+from eomgen.scene.scaling import LENGTH, MASS, TIME, UnitsOf, with_factors
 
 
 @pytest.mark.parametrize(
@@ -28,3 +34,46 @@ def test_a_singular_matrix_is_explained_by_what_it_can_have(constrained: bool, e
     with pytest.raises(ModelError) as caught:
         eliminate(2, samples, constrained=constrained)
     assert f"it is singular at the initial state: {expected}" in str(caught.value)
+
+
+def cantilever(model: str) -> dict[str, Any]:
+    stiffness = {"stretch": 4.2e7, "torsion": 270.0, "bending_y": 350.0, "bending_z": 350.0}
+    shear = {"shear_y": 1.6e7, "shear_z": 1.6e7} if model == "cosserat" else {}
+    blade = {
+        "model": model,
+        "length": 2.0,
+        "elements": 4,
+        "mass_per_length": 1.57,
+        "rotary_inertia": [2e-5, 1e-5, 1e-5],
+    }
+    return {
+        "format": 1,
+        "name": "cantilever",
+        "gravity": [0, 0, -9.81],
+        "beams": {"blade": {**blade, "stiffness": {**stiffness, **shear}}},
+        "joints": {"clamp": {"type": "fixed", "parent": "base", "child": "blade"}},
+    }
+
+
+@pytest.mark.parametrize("model", ["cosserat", pytest.param("kirchhoff", marks=pytest.mark.slow)])
+def test_pivots_of_beams_serve_at_steps_of_any_length(model: str) -> None:
+    """Stiffness times the squared step is 1e13 times the inertia if the step is 1e-3 h."""
+    method = method_named("generalized_alpha")
+    system = method.prepared(eomgen.derive(cantilever(model)))
+    for step in (1e-5, 1e-3, 3.6, 86.0):
+        assert method_data(method, system, step)
+
+
+@pytest.mark.slow
+def test_a_beam_moves_alike_in_other_units() -> None:
+    motions = []
+    for units in (UnitsOf(), UnitsOf(1e-3, 1e-3, 1 / 3600), UnitsOf(1e3, 1e3, 1e3), UnitsOf(1e-6, 1e-12, 1 / 86400)):
+        scene = with_factors(cantilever("cosserat"), (LENGTH, MASS, TIME))
+        for name, value in units.parameters.items():
+            scene["parameters"][name] = {"value": value}
+        model = eomgen.build(scene, profile="quick")
+        run = model.simulate(0.02 * units.time, 1e-3 * units.time, error_estimate=False)
+        assert run.success, run.message
+        motions.append(np.array(run.q) / np.array([units.size(unit) for unit in model.q_units]))
+    for motion in motions[1:]:
+        assert np.max(np.abs(motion - motions[0])) < 1e-9
