@@ -33,5 +33,9 @@ def cancellation(M: Array, joints: Sequence[slice]) -> Array:
         least = np.finfo(float).eps * whole[:, joint]  # rounding alone
         np.divide(whole[:, joint], np.maximum(pivots, least), out=ratios[:, joint], where=least > 0.0)
         block, above = left[:, joint, joint], left[:, joint, : joint.start]
-        left[:, : joint.start, : joint.start] -= np.swapaxes(above, 1, 2) @ np.linalg.pinv(block) @ above
+        if joint.stop - joint.start == 1:  # a pseudoinverse costs ten times as much
+            solved = np.divide(above, block, out=np.zeros_like(above), where=block != 0.0)
+        else:
+            solved = np.linalg.pinv(block) @ above
+        left[:, : joint.start, : joint.start] -= np.swapaxes(above, 1, 2) @ solved
     return np.where(finite, np.max(ratios, axis=1, initial=1.0), np.nan)
