@@ -266,6 +266,20 @@ def test_contenders_expect_what_their_order_says() -> None:
     assert 64.0 < contender.wanted(5e-7) < 128.0  # between a run that misses and one that is better than demanded
 
 
+def test_a_tolerance_that_has_not_met_the_demand_is_dropped_by_measured_times_alone() -> None:
+    """Errors that follow tolerances badly made an extrapolation five times too long, and the cheapest method was left."""
+    candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk45"], {}))
+    contender = Contender(candidate, candidate.configuration({}), "tolerance", 1e3)
+    demand = 1e-3
+    contender.add(Tried(1e3, 0.19, 1e-4), demand)
+    assert contender.promised(demand) == 1e-4 < contender.expected(demand)
+    contender.add(Tried(2e3, 0.15, 1.1e-4), demand)  # it hardly helps: by the model a tolerance of 1e-7 is wanted
+    assert contender.promised(demand) == 1.1e-4 and contender.expected(demand) > 2.0 * contender.promised(demand)
+    contender.add(Tried(1e4, 9e-4, 1.2e-4), demand)
+    assert contender.best(demand) == Tried(1e4, 9e-4, 1.2e-4)
+    assert contender.promised(demand) == contender.expected(demand)
+
+
 def test_the_margin_is_not_bought_with_twice_the_steps() -> None:
     """Steps of two rows would miss the margin by a little, steps of one row are the next: two rows are tried first."""
     candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk4"], {}))

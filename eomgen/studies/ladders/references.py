@@ -25,6 +25,8 @@ _ROUNDINGS = 10.0
 #: Roundings of a coordinate that a reference's step has to change it by at least, where it moves at all: each step
 #: loses half of one.
 _STEP_ROUNDINGS = 10.0
+#: Motion below this part of the largest is measured by it.
+_SMALL = 1e-3
 _DOUBLE = float(np.finfo(np.float64).eps)
 
 
@@ -107,8 +109,9 @@ class Errors(NamedTuple):
 def difference(
     subject: Subject, of: Mapping[str, Array], held: Mapping[str, Array], bound: float, epsilon: float = _DOUBLE
 ) -> Errors:
-    """Return the errors of one run held against another.
+    """Return the errors of one run held against another; of internal states, if both have them, as of coordinates.
 
+    Motion of a kind is measured by a thousandth of the others' at least, in radians and parts of the machine's size.
     Ten roundings are within any bound: of the machine's size and of a radian, and of how many of these its parts have
     moved by at most. Forces on what has moved are rounded, and they turn, too.
 
@@ -129,20 +132,36 @@ def difference(
         moved[kind] = max(moved.get(kind, 0.0), motion)
     turned = max(1.0, *(motion / scale[kind] for kind, motion in moved.items() if kind in scale))
     rounding = _ROUNDINGS * epsilon / bound
-    least = {kind: rounding * turned * size for kind, size in scale.items()}
+    most = _SMALL * max((motion / scale[kind] for kind, motion in moved.items() if kind in scale), default=0.0)
+    least = {kind: max(rounding * turned, most) * size for kind, size in scale.items()}
     sizes = {kind: max(motion, least.get(kind, 0.0)) or 1.0 for kind, motion in moved.items()}
     position = max((error / sizes[kind] for kind, error in wrong.items()), default=0.0)
+    if "z" in of and "z" in held:
+        position = max(position, _of_states(model, of["z"], held["z"], rounding))
 
     kinds = {kind: [k for k, unit in enumerate(model.v_units) if unit == kind] for kind in set(model.v_units)}
     fastest = {kind: float(np.max(np.abs(held["v"][:, columns]))) for kind, columns in kinds.items()}
     rates = {f"{kind}/s": size for kind, size in scale.items()}
-    turning = max(turned / span, *(speed / rates[kind] for kind, speed in fastest.items() if kind in rates))
+    speeds = [speed / rates[kind] for kind, speed in fastest.items() if kind in rates]
+    turning, slow = max(turned / span, *speeds), _SMALL * max(speeds, default=0.0)
     velocity = 0.0
     for kind, columns in kinds.items():
-        size = max(fastest[kind], rounding * turning * rates.get(kind, 0.0)) or 1.0
+        size = max(fastest[kind], max(rounding * turning, slow) * rates.get(kind, 0.0)) or 1.0
         velocity = max(velocity, float(np.max(np.abs(of["v"][:, columns] - held["v"][:, columns]))) / size)
     found = Errors(position, velocity)
     return found if np.all(np.isfinite(found)) else Errors(float("inf"), float("inf"))
+
+
+def _of_states(model: Model, of: Array, held: Array, rounding: float) -> float:
+    """Return the largest error of internal states (n, nz), each by its own motion, or a thousandth of the largest of
+    its unit."""
+    errors, motions = np.abs(of - held).max(axis=0, initial=0.0), np.ptp(held, axis=0)
+    largest = dict.fromkeys(model.z_units, 0.0)
+    for unit, motion in zip(model.z_units, motions, strict=True):
+        largest[unit] = max(largest[unit], float(motion))
+    least = np.array([_SMALL * largest[unit] for unit in model.z_units])
+    sizes = np.maximum(np.maximum(motions, least), rounding * np.abs(held).max(axis=0, initial=0.0))
+    return float(np.max(errors / np.where(sizes > 0.0, sizes, 1.0), initial=0.0))
 
 
 def _positions(model: Model, of: Array, held: Array) -> Iterator[tuple[str, float, float]]:

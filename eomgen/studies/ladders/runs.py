@@ -137,11 +137,8 @@ def _arrays(run: Solution, conditions: Conditions) -> dict[str, Array]:
         q = q - conditions.shift
     if conditions.sizes is not None:
         q, v = q / conditions.sizes[0], v / conditions.sizes[1]
-    return {
-        "t": run.t,
-        "q": q,
-        "v": v,
-    }
+    of_states = {"z": run.z} if conditions.sizes is None and conditions.shift is None else {}  # else in other units
+    return {"t": run.t, "q": q, "v": v, **of_states}
 
 
 class Runner:

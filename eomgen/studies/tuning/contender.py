@@ -146,6 +146,16 @@ class Contender:
     def _steps(self, resolution: float) -> float:
         return whole_steps(resolution, self.coarsest)
 
+    def promised(self, demand: float) -> float:
+        """Return the least seconds in which the contender may meet a demand.
+
+        Errors follow tolerances only roughly. A method that chooses its steps and has not met the demand yet promises
+        the measured seconds of its finest run, so no extrapolated time drops it.
+        """
+        if self.kind == TOLERANCE and self.runs and self.best(demand) is None:
+            return max(self.runs, key=lambda run: run.resolution).seconds
+        return self.expected(demand)
+
     def expected(self, demand: float) -> float:
         """Return the seconds that meeting a demand takes, by the model; 0 where nothing is known yet."""
         if not self.runs:

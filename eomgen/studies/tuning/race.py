@@ -59,10 +59,10 @@ class Race:
             self.prepare(contender)
         while True:
             best = min(best, self._least(contenders))
-            opened = [c for c in contenders if not c.closed and c.expected(self.demand) < PROMISE * best]
+            opened = [c for c in contenders if not c.closed and c.promised(self.demand) < PROMISE * best]
             if not opened:
                 break
-            first = min(opened, key=lambda c: c.expected(self.demand))
+            first = min(opened, key=lambda c: c.promised(self.demand))
             self.say(first.configuration.label)
             first.add(self._tried(first, first.wanted(self.demand), best), self.demand)
         able = [c for c in contenders if c.best(self.demand)]
