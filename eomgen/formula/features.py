@@ -23,6 +23,7 @@ _PLAIN = ("add", "sub", "mul", "neg")
 _SMOOTH_POWER = 4.0
 #: Functions with a step or a corner where their argument is 0; with two arguments, where these are equal.
 _AT_ZERO = ("sign", "abs", "tanh", "atan", "cosh")
+_SHARP = ("sign", "abs")
 _WHERE_EQUAL = ("lt", "le", "min", "max")
 
 
@@ -114,6 +115,20 @@ def features(formula: Formula) -> Iterator[Feature]:
         yield Feature(first, zero)
     for argument in formula.arguments:
         yield from features(argument)
+
+
+def corners(formula: Formula) -> Iterator[Formula]:
+    """Yield expressions at whose zeros the formula has a step or a corner; those of curves excepted."""
+    if isinstance(formula, Application):
+        yield from corners(formula.argument)
+    if not isinstance(formula, Operation):
+        return
+    if formula.name in _WHERE_EQUAL and changes(formula):
+        yield formula.arguments[0] - formula.arguments[1]
+    elif formula.name in _SHARP and changes(formula.arguments[0]):
+        yield formula.arguments[0]
+    for argument in formula.arguments:
+        yield from corners(argument)
 
 
 def _is_square(formula: Operation) -> bool:

@@ -267,7 +267,7 @@ def test_contenders_expect_what_their_order_says() -> None:
 
 
 def test_a_tolerance_that_has_not_met_the_demand_is_dropped_by_measured_times_alone() -> None:
-    """Errors that follow tolerances badly made an extrapolation five times too long, and the cheapest method was left."""
+    """Errors that follow tolerances badly made extrapolated times five times too long."""
     candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk45"], {}))
     contender = Contender(candidate, candidate.configuration({}), "tolerance", 1e3)
     demand = 1e-3

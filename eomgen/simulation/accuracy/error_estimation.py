@@ -38,10 +38,13 @@ from eomgen.simulation.accuracy.richardson import (
     gain_of_shorter,
 )
 from eomgen.simulation.accuracy.step_rows import step_rows
+from eomgen.simulation.accuracy.unseen_laws import crosses_corners
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
+#: Order of errors that are made at corners of forces, of which higher ones are left.
+_OF_CORNERS = 2.0
 #: Part of the motion by which runs at h and 2h may differ before a run at half the step is made as well.
 _DOUBTFUL = 0.1
 #: Steps of a run below which comparison runs in longer steps tell nothing.
@@ -324,5 +327,7 @@ def _doubtful(runs: Comparisons, found: ErrorEstimate, near: Apart) -> bool:
     """
     if runs.span.steps < _FEW_STEPS or found.t[-1] < runs.end or runs.turn > math.pi:
         return True
+    if runs.run.method.order > _OF_CORNERS and crosses_corners(runs.run, runs.span.rows, runs.span.parameters):
+        return True  # the order that longer steps show is chance
     other_order = abs(found.order - found.declared_order) > _OTHER_ORDER and found.relative > _NEGLIGIBLE
     return other_order or float(shares(near.kinds, runs.size).max(initial=0.0)) > _DOUBTFUL

@@ -20,7 +20,7 @@ from eomgen.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import evaluate_batch, symbols
-from eomgen.formula.features import Feature, features, may_be_fast, summands
+from eomgen.formula.features import Feature, corners, features, may_be_fast, summands
 from eomgen.formula.infix import infix
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.integrators.families.adaptive import LONGEST
@@ -129,6 +129,23 @@ def unseen_law(
         return found
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
+
+
+def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
+    """Return whether a formula passes a step or a corner between rows (n, width), at which methods lose their order.
+
+    Times at which formulas of time alone have steps or corners are known, and steps end there.
+    """
+    places = [place for formula in run.model.description.formulas for place in corners(formula)]
+    places = [place for place in places if any(symbol.kind != "time" for symbol in symbols(place))]
+    if not places or len(rows) < 2:
+        return False
+    try:
+        path = _Path(run, rows, parameters)
+        signs = [np.sign(path.values(place, path.at_rows)) for place in places if path.knows(place)]
+    except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
+        return False
+    return any(bool(np.any(one[1:] * one[:-1] < 0.0)) for one in signs)
 
 
 class _Blocks:
