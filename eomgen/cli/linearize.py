@@ -33,6 +33,7 @@ from eomgen.text import counted, json_text
 if TYPE_CHECKING:
     from eomgen.linear.campbell import Campbell
     from eomgen.linear.linearization import Linearization
+    from eomgen.linear.modes import Modes
     from eomgen.model import Model
 
 _SHOWN = 40
@@ -207,6 +208,8 @@ class _Request:
         files.append(linear_files.write_matrices(lin, name, folder / "matrices.npz"))
         if len(modes):
             files.append(plots.draw_modes(modes, name, folder / "modes.png"))
+        if np.any(modes.oscillating) and (self.model.description.exact_beams or self.model.library.layout["axes"]):
+            files.append(self._shapes(lin, modes, folder / "mode_shapes.png"))
         if locus is not None:
             units = {item.name: item.unit for item in self.model.scene.parameters}
             files.append(linear_files.write_root_locus(locus, folder / "root_locus.csv"))
@@ -215,6 +218,17 @@ class _Request:
             files.append(linear_files.write_responses(frequencies, responses, folder / "responses.csv"))
             files.append(plots.draw_responses(frequencies, responses, lin.names.units, name, folder / "responses.png"))
         return files
+
+    def _shapes(self, lin: Linearization, modes: Modes, path: Path) -> Path:
+        """Draw the slowest oscillating modes of a machine with beams."""
+        import numpy as np  # noqa: PLC0415
+
+        from eomgen.results.shapes import draw_modes  # noqa: PLC0415  # matplotlib comes with it
+
+        shown = np.flatnonzero(modes.oscillating)
+        titles = [f"mode {k + 1}: {modes.frequency[k]:.4g} Hz" for k in shown]
+        p = self.model.parameter_array(self.parameters)
+        return draw_modes(self.model, lin.reference.q, lin.reference.t, p, modes.shapes[:, shown].real, titles, path)
 
 
 def _print(lin: Linearization, name: str) -> None:

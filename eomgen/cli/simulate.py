@@ -121,6 +121,8 @@ def _print(
     times: StepTimes | None,
     loads: dict[str, dict[str, dict[str, float]]],
 ) -> None:
+    import numpy as np  # noqa: PLC0415
+
     stats = solution.stats
     settings = solution.metadata["settings"]
     method = f"{solution.metadata['method']}, step {settings['step']:.6g} s"
@@ -172,12 +174,18 @@ def _print(
             where = f"at x = {found['x']:.4g} m, t = {found['t']:.6g} s"
             rows.append((f"largest section {quantity} of {beam}", f"{found['size']:.6g} {unit} {where}"))
     rows.append(("energy balance", str(solution.metadata["energy_balance"])))
-    for name, unit, value in list(zip(model.q_names, solution.metadata["units"]["q"], solution.q[-1], strict=True))[
-        :12
-    ]:
-        rows.append((f"{name} at the end", _with_unit(value, unit)))
-    if model.nq > 12:
-        rows.append(("...", f"{model.nq - 12} more in solution.csv"))
+    nodes = {node for beam in model.description.exact_beams for node in beam}
+    ends = zip(model.q_names, solution.metadata["units"]["q"], solution.q[-1], strict=True)
+    shown = [entry for entry in ends if entry[0].partition(".")[2].partition("[")[0] not in nodes]
+    rows += [(f"{name} at the end", _with_unit(value, unit)) for name, unit, value in shown[:12]]
+    if len(shown) > 12:
+        rows.append(("...", f"{len(shown) - 12} more in solution.csv"))
+    if len(shown) < model.nq:
+        rows.append(("nodes of beams", f"{model.nq - len(shown)} coordinates in solution.csv"))
+    for name, values in solution.outputs.items():
+        numbers = ", ".join(f"{value:.9g}" for value in np.atleast_1d(values[-1]))
+        unit = solution.metadata["units"]["outputs"].get(name, "")
+        rows.append((f"output {name} at the end", f"{numbers}{'' if unit in ('', '1') else ' ' + unit}"))
     print_table(model.name, ("", ""), rows)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.lie import numeric
+from eomgen.lie.groups import SO3
 from eomgen.results.recorded import Recorded
 from eomgen.text import listed, shown
 
@@ -35,6 +38,8 @@ _QUANTITIES = {
     "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy", "W": "power",
 }  # fmt: skip  # a table
 _COORDINATES = {"m": "position", "1": "quaternion"}
+#: Components of the pose of a beam's node; no other names have numbers behind a dot.
+_NODE = re.compile(r"q\.(\w+)\.(\d+)\[[0-6]\]")
 #: Kinds of curves by the letters of their columns; curves of these names come first.
 _LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "states", "u": "inputs"}
 #: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
@@ -73,6 +78,8 @@ def draw(solution: Recorded, folder: Path) -> list[Path]:
     for kind, curves in figures.items():
         if not curves:
             continue
+        if kind == "coordinates":
+            curves = _nodes_as_displacements(curves)  # noqa: PLW2901 - the readable ones are drawn
         panels = _panels(curves)
         shown = panels[:_PANELS]
         figure = new_figure(_size(len(shown)))
@@ -82,6 +89,31 @@ def draw(solution: Recorded, folder: Path) -> list[Path]:
         figure.suptitle(heading + _marks(solution.events), fontsize=11)
         files.append(saved(figure, folder / f"{kind}.png", "another folder, or --no-plots"))
     return files
+
+
+def _nodes_as_displacements(curves: Sequence[Curve]) -> list[Curve]:
+    """Return curves with displacements in place of poses of nodes: of the middle and the last node of each beam,
+    m, with rotation vectors, rad, in world axes, since the start."""
+    nodes: dict[str, dict[int, list[Curve]]] = {}
+    kept = []
+    for curve in curves:
+        node = _NODE.fullmatch(curve.name)
+        if node is None:
+            kept.append(curve)
+        else:
+            nodes.setdefault(node[1], {}).setdefault(int(node[2]), []).append(curve)
+    for beam, by_number in nodes.items():
+        for number in sorted({max(by_number), (max(by_number) + 1) // 2}):
+            poses = np.stack([curve.values for curve in by_number[number]], axis=1)
+            moved = (poses - poses[0])[:, 4:]
+            turned = numeric.compose(SO3, poses[:, :4], numeric.inverse(SO3, poses[:1, :4]))
+            turned[turned[:, 0] < 0.0] *= -1.0
+            for what, unit, values in (("displacement", "m", moved), ("rotation", "rad", numeric.log(SO3, turned))):
+                kept += [
+                    Curve(f"{beam}.{number} {axis}", unit, values[:, k], f"{what} since the start")
+                    for k, axis in enumerate("xyz")
+                ]
+    return kept
 
 
 def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[Any]:

@@ -69,3 +69,35 @@ def test_all_prints_every_coordinate(tmp_path: Path, capsys: pytest.CaptureFixtu
     scene.write_text(SCENE, encoding="utf-8")
     assert main(["equilibrium", str(scene), "--profile", "quick", "--all"]) == 0
     assert "q.arm.4[6]" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_runs_and_modes_show_displacements_and_shapes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, out = tmp_path / "scene.toml", tmp_path / "out"
+    scene.write_text(SCENE, encoding="utf-8")
+    options = ["--profile", "quick", "--out", str(out)]
+    assert main(["simulate", str(scene), "--t-end", "0.02", "--step", "0.002", *options]) == 0
+    text = capsys.readouterr().out
+    assert "q.arm" not in text and "28 coordinates in solution.csv" in text
+    assert "output foot at the end" in text
+    assert imread(out / "coordinates.png").shape[0] < 800  # two panels in place of poses of four nodes
+    assert main(["linearize", str(scene), "--at", "equilibrium", *options]) == 0
+    assert imread(out / "mode_shapes.png").shape[0] > 400
+
+
+@pytest.mark.slow
+def test_the_frame_of_the_page_on_statics_runs_as_printed(tmp_path: Path) -> None:
+    """Moments of the loads about the foot by hand, in the shape at rest, and the force that carries them."""
+    page = Path(__file__).parents[2] / "docs" / "statics.md"
+    text = page.read_text(encoding="utf-8").partition("## A frame from section to mode shapes")[2]
+    scene, rest = tmp_path / "frame.toml", tmp_path / "rest.json"
+    scene.write_text(text.partition("```toml\n")[2].partition("```")[0], encoding="utf-8")
+    assert main(["equilibrium", str(scene), "--profile", "quick", "--out", str(rest), "--json"]) == 0
+    found = json.loads(rest.read_text(encoding="utf-8"))
+    arm_mass = 7850 * 0.06 * 0.09 * 2.0
+    column_mass = 7850 * 3.141592653589793 * (0.057**2 - 0.052**2) * 3.0
+    weight = 2000.0 + 1000.0 + 9.81 * (arm_mass + column_mass)
+    assert found["outputs"]["foundation"][2] == pytest.approx(weight, rel=1e-3)
+    straight = 2000.0 * 2.0 + 1000.0 * 1.0 + 9.81 * arm_mass * 2.0 * (0.5 * 0.12 - 0.06 / 3.0) / 0.09
+    moment = found["outputs"]["root_moment"][1]
+    assert moment == pytest.approx(5933.8, rel=1e-3) and 1.02 < moment / straight < 1.06
