@@ -98,8 +98,9 @@ def test_there_is_something_to_test() -> None:
 @pytest.mark.parametrize("block", WHOLE, ids=place)
 def test_whole_scenes_are_derived(block: Block) -> None:
     system = derive(load_toml(block.text, file=block.page))
-    assert system.nv == (96 if block.page == "statics.md" else 2)
-    assert {"mass", "forward_dynamics", "outputs", "partials"} <= set(system.functions)
+    small = block.page != "statics.md"  # whole matrices of large scenes are made on request
+    assert system.nv == (2 if small else 96)
+    assert {"forward_dynamics", "outputs", *(("mass", "partials") if small else ())} <= set(system.functions)
 
 
 @pytest.mark.parametrize("block", PIECES, ids=place)
