@@ -21,7 +21,7 @@ from eomgen.scene.load import load_toml
 from eomgen.studies import RandomVibration, random_vibration
 from eomgen.studies.vibration.distributions import against_samples, without
 from eomgen.studies.vibration.findings import Distribution
-from eomgen.studies.vibration.inputs import processes_of
+from eomgen.studies.vibration.inputs import processes_of, truncated_processes
 from eomgen.studies.vibration.over_time import first_passage, judged_passage, not_normal
 from eomgen.studies.vibration.plots import _covariance, _modes
 from eomgen.studies.vibration.run_response import RunResponse
@@ -95,6 +95,7 @@ def study(model: eomgen.Model, output: str = "x", **options: Any) -> RandomVibra
 
 def test_moments_and_tails_at_the_mean_are_those_of_the_oracle(duffing: eomgen.Model) -> None:
     found = study(duffing, thresholds=[-0.7159, 1.1862], points=False)
+    assert "left out, with" not in found.message
     oracle = Duffing(0.1, 0.3).expansion(np.zeros(21)).form
     expected = oracle.mean, oracle.standard_deviation, oracle.skewness, oracle.excess_kurtosis
     np.testing.assert_allclose(found.moments["second_order"], expected, rtol=2e-4)
@@ -464,3 +465,11 @@ def test_samples_contradict_rates_of_crossings_of_responses_that_are_not_normal(
     normal = np.random.default_rng(1).standard_normal(1000)
     assert not not_normal(3.0 + 2.0 * normal, 3.0, 2.0)
     assert "samples lie more than two standard deviations out, not 4.6 %" in not_normal(normal**3, 0.0, 1.0)
+
+
+def test_last_modes_that_matter_to_the_output_are_noted(duffing: eomgen.Model) -> None:
+    variables = processes_of(duffing)[1]
+    slopes = np.array([1.0] * 19 + [0.02, 0.02])
+    assert truncated_processes(duffing, variables, slopes) == []
+    (note,) = truncated_processes(duffing, variables, np.where(slopes < 1.0, 1.0, slopes))
+    assert note.startswith("the last 2 of 21 modes of force have 9.5 % of the output's variance, to first order: the")

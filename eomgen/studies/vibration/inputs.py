@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 FEWEST = 20
 #: Standard deviations of an output, by its mean, of which the rounding of runs leaves few digits.
 _FAINT = 1e-9
+#: Which part of the modes are the last ones, and the share of the output's variance in these from which on it is noted;
+#: share of a process beyond which nothing is left out.
+_LAST, _TRUNCATED, _ALL = 10, 0.01, 1.0 - 1e-9
 #: Part of a step, and of the run, by which an end may miss the end of a step.
 _WHOLE = 1e-9
 #: Options of ``simulate`` that runs with derivatives do not have, and what to take.
@@ -65,6 +68,34 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
             hint = f"variables = true in [waves.{seas[0]}], where it has a spectrum"
         raise UsageError(Problem(model.name, "the scene has no random process", hint))
     return tuple(found), variables
+
+
+def truncated_processes(model: Model, variables: Sequence[str], gradient: Array) -> list[str]:
+    """Return notes on processes whose last modes have much of the output's variance, so that modes left out may, too.
+
+    Parameters
+    ----------
+    variables : names of the standard normal variables
+    gradient : (n,), of the output by these, about the mean
+    """
+    slopes, whole = dict(zip(variables, (gradient**2).tolist(), strict=True)), float(gradient @ gradient)
+    notes = []
+    for item in model.description.inputs:
+        process = item.random
+        own = () if process is None else process.own_variables
+        if process is None or process.captured[-1] > _ALL or not own:
+            continue
+        last = own[-max(1, len(own) // _LAST) :]
+        share = sum(slopes.get(name, 0.0) for name in last) / whole if whole > 0.0 else 0.0
+        if share > _TRUNCATED:
+            count = f"{len(last)} of {len(own)} modes" if len(last) > 1 else f"mode of {len(own)}"
+            left = 1.0 - process.captured[-1]
+            notes.append(
+                f"the last {count} of {process.name} have {100.0 * share:.2g} % of the output's variance, to first"
+                f" order: the modes that are left out, with {100.0 * left:.2g} % of the process's, may have as much;"
+                f" try: share = {1.0 - 0.1 * left:.6g}"
+            )
+    return notes
 
 
 def check_counts(**counts: int) -> None:

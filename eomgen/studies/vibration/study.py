@@ -55,6 +55,7 @@ from eomgen.studies.vibration.inputs import (
     processes_of,
     span_of,
     thresholds_of,
+    truncated_processes,
 )
 from eomgen.studies.vibration.over_time import first_passage, judged_passage, not_normal, rows_at
 from eomgen.studies.vibration.result import RandomVibration
@@ -161,6 +162,8 @@ def random_vibration(
         study.check_form(form)
     study.check_passages(passage, forms.get("first_order"))
     study.check_steps(output, deviation)
+    if "first_order" in forms:
+        study.notes += truncated_processes(model, variables, forms["first_order"].gradient)
     if study.response.reason:
         study.notes.append(f"Hessians are differences of gradients: {study.response.reason}")
     units = {item.name: item.unit for item in model.description.outputs}
