@@ -376,6 +376,7 @@ class Model(CompiledModel):
         max_step: float = 0.3,
         max_points: int = 500,
         stability: bool = True,
+        progress: Progress | bool | None = None,
     ) -> EquilibriumPath:
         """Return equilibria along a parameter: a load path, past limit points, with bifurcations marked.
 
@@ -398,11 +399,12 @@ class Model(CompiledModel):
             Equilibria at most.
         stability : bool
             Whether stiffnesses next to zero are looked at, and limit points and bifurcations located.
+        progress : function of (steps done, all steps), or True for a bar
 
         Returns
         -------
         EquilibriumPath
-            With ``success`` and ``message``: where it ends, and why.
+            With ``success`` and ``message``: where it ends, and why; after Ctrl-C as far as it came.
 
         Raises
         ------
@@ -425,6 +427,7 @@ class Model(CompiledModel):
             max_step=max_step,
             max_points=max_points,
             stability=stability,
+            progress=progress,
         )
 
     def buckling_loads(

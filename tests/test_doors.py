@@ -142,6 +142,7 @@ DOORS: dict[str, set[str]] = {
         "formula",
         "lie",
         "linear",
+        "progress",
         "solvers",
         "spectra",
         "system",

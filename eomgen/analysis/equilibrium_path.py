@@ -69,6 +69,7 @@ class EquilibriumPath:
     critical : limit points and bifurcations, in their order
     success : whether the path arrives at the value asked for
     message : where it ends, and why
+    interrupted : whether Ctrl-C has ended it early
     """
 
     parameter: str
@@ -86,6 +87,7 @@ class EquilibriumPath:
     success: bool
     message: str
     _branch: Callable[[int, float, float], EquilibriumPath] = field(repr=False)
+    interrupted: bool = False
 
     def __repr__(self) -> str:
         return f"<EquilibriumPath: {len(self.values)} equilibria; {self.message}>"

@@ -18,6 +18,7 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.progress import Progress, shown
 from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, corrected, direction, weights
 from eomgen.solvers.critical_points import (
     CriticalPoint,
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 _PART = 0.1
 #: Sizes, in rad or lengths of the scene, of the first step along a branch, as they are tried.
 _ASIDE = (0.05, 0.1, 0.02, 0.2, 0.005)
+#: Parts of the way in which progress is reported.
+_SHARES = 1000
 #: Components of a mode that are named at most, and the part of the largest from which they are.
 _NAMED, _TAKES_PART = 6, 0.3
 
@@ -53,6 +56,7 @@ def equilibrium_path(
     max_step: float = 0.3,
     max_points: int = 500,
     stability: bool = True,
+    progress: Progress | bool | None = None,
 ) -> EquilibriumPath:
     """Return equilibria connected with that at ``start`` while a parameter goes to a value; see
     ``Model.equilibrium_path``."""
@@ -66,7 +70,8 @@ def equilibrium_path(
         model, "equilibrium_path", parameter, first, last - first, initial, parameters, t, u
     )
     limits = StepLimits(max_step, _PART * abs(last - first))
-    return _followed(model, varied, statics, onto, last, limits, max_points, stability=stability)
+    with shown(progress, f"{model.name}: {parameter}") as report:
+        return _followed(model, varied, statics, onto, last, limits, max_points, stability=stability, report=report)
 
 
 def start_of_path(
@@ -133,11 +138,12 @@ def _followed(
     max_points: int,
     *,
     stability: bool,
+    report: Progress | None = None,
 ) -> EquilibriumPath:
-    """Return the path from a point to a value of what is varied, as far as it goes."""
+    """Return the path from a point to a value of the varied number, as far as it goes; Ctrl-C keeps it so far."""
     points, critical = [start], list[tuple[int, CriticalPoint]]()
     found: list[Examined] = [examined(statics, start)] if stability else []
-    message = ""
+    message, interrupted, reach = "", False, abs(target - start.rest.s) or 1.0
     try:
         for point in follow(statics, start, target, limits, 0.3):
             if stability:
@@ -147,8 +153,14 @@ def _followed(
             if len(points) >= max_points and point.rest.s != target:
                 message = f"{max_points} points are not enough; try: max_points={2 * max_points}, or a larger max_step"
                 break
+            if report is not None:
+                report(max(0, round(_SHARES * (1.0 - abs(target - point.rest.s) / reach))), _SHARES)
     except PathEndError as end:
         message = end.why
+    except KeyboardInterrupt:
+        message, interrupted = "interrupted", True
+        del found[len(points) :]  # those of the point that was being examined
+        critical = [(after, at) for after, at in critical if after < len(points)]
     where = f"{varied.name} = {points[-1].rest.s:.6g}{varied.shown_unit}"
     told = f"the path ends at {where}, not at {target:.6g}: {message}" if message else f"the path arrives at {where}"
 
@@ -188,6 +200,7 @@ def _followed(
         not message,
         told,
         branch,
+        interrupted,
     )
 
 

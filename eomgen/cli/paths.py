@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from eomgen.cli import INTERRUPTED
 from eomgen.cli.printing import print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
@@ -70,7 +71,7 @@ class PathRequest:
         if self.along is None:
             return 0
         name, start, to = self.along
-        path = model.equilibrium_path(name, to, start, **given)
+        path = model.equilibrium_path(name, to, start, progress=True, **given)
         for column in self.over:
             path.column(column)
         files = [] if self.out is None else [path.save(self.out)]
@@ -82,6 +83,8 @@ class PathRequest:
         else:
             self._table(path, model.name)
         say(f"{len(path.values)} equilibria; {path.message}{_written(files)}")
+        if path.interrupted:
+            return INTERRUPTED
         if not path.success:
             hint = "what is there, a smaller range, or more elements"
             raise NumericalError(Problem("equilibrium --path", path.message, hint))

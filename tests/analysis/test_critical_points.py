@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_bvp
 from scipy.linalg import null_space
 from scipy.optimize import brentq
 from scipy.sparse import csc_array
@@ -200,3 +201,45 @@ def test_a_base_that_is_held_for_want_of_a_steady_motion_is_said() -> None:
     with pytest.warns(RuntimeWarning, match=r"base held, which turns, for there is no steady motion: forces change"):
         found = blade.linearize(parameters={"omega": 4.0})
     assert found.reference.what == "equilibrium"
+
+
+def elastica_across(load: float) -> Array:
+    """Return where the end of an inextensible cantilever is, along and across, by collocation."""
+    s = np.linspace(0.0, 1.0, 201)
+
+    def slopes(_: Array, y: Array) -> Array:
+        return np.array([y[1], -load * np.cos(y[0]), np.cos(y[0]), np.sin(y[0])])
+
+    def ends(a: Array, b: Array) -> Array:
+        return np.array([a[0], b[1], a[2], a[3]])
+
+    guess = np.array([load * (s - s**2 / 2.0), load * (1.0 - s), s, 0.3 * s])
+    return np.asarray(solve_bvp(slopes, ends, s, guess, tol=1e-10, max_nodes=100_000).y[2:, -1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("elements", "deflections", "frequencies"),
+    [
+        (4, [5e-6, 1.0e-4], [-2.8, -8.8, -13.8]),
+        (8, [4e-7, 6.4e-6], [-0.71, -2.4, -3.9]),
+        (16, [3e-7, 8e-7], [-0.18, -0.62, -1.0]),
+        (32, [3e-7, 5e-7], [-0.045, -0.16, -0.26]),
+    ],
+)
+def test_how_many_elements(elements: int, deflections: list[float], frequencies: list[float]) -> None:
+    """The table of docs/statics.md."""
+    scene = rod()
+    scene["beams"]["rope"]["elements"] = elements
+    scene["forces"]["tip"]["force"] = [0.0, "load", 0.0]
+    model = eomgen.build(scene, profile="quick")
+    slender = {"stretch": 1e7, "rotary": 1e-7}
+    for load, expected in zip((0.1, 3.0), deflections, strict=True):
+        given = {**slender, "load": load}
+        rest = model.equilibrium(parameters=given)
+        pose = model.evaluate("poses", rest.q, parameters=given)["pose"][model.bodies.index(f"rope.{elements}")]
+        exact = elastica_across(load)
+        error = np.linalg.norm(pose[4:6] - exact) / np.linalg.norm(exact - [1.0, 0.0])
+        assert error == pytest.approx(expected, rel=0.15)
+    found = model.linearize(parameters=slender).modes().angular_frequency[:6:2]
+    assert 100.0 * (found / [3.51602, 22.0345, 61.6972] - 1.0) == pytest.approx(frequencies, rel=0.04)
