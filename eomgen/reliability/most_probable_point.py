@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -146,14 +146,15 @@ def most_probable_points(response: Response, thresholds: Sequence[float]) -> lis
 
 
 def points_on_curve(
-    response: Response, thresholds: Sequence[float]
+    response: Response, thresholds: Sequence[float], kinked: Callable[[], bool] = bool
 ) -> tuple[dict[int, MostProbablePoint], dict[int, Unreached]]:
     """Return the most probable points of thresholds by their places, and why others have none.
 
     From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
     deviation or more; each point solves z + m g = 0, y = threshold by Newton's method, from where the two points before
     it and the curve's slopes there lead. Its Hessian is that of these points, continued and corrected by gradients
-    (symmetric, of rank one); each point found has its exact Hessian, taken once.
+    (symmetric, of rank one); each point found has its exact Hessian, taken once. ``kinked`` is asked where nothing is
+    found, and returns whether the gradient may jump, so that points count that are off by little.
 
     References
     ----------
@@ -183,7 +184,7 @@ def points_on_curve(
                 missed[k] = Unreached(last, float(thresholds[k]), ended)
                 continue
             try:
-                before, last = _followed(response, before, last, float(thresholds[k]))
+                before, last = _followed(response, before, last, float(thresholds[k]), kinked)
                 found[k] = last
             except Unreached as error:
                 last, missed[k], ended = error.last, error, error.why
@@ -217,7 +218,11 @@ class Unreached(NumericalError):
 
 
 def _followed(
-    response: Response, before: MostProbablePoint | None, last: MostProbablePoint, threshold: float
+    response: Response,
+    before: MostProbablePoint | None,
+    last: MostProbablePoint,
+    threshold: float,
+    kinked: Callable[[], bool],
 ) -> tuple[MostProbablePoint, MostProbablePoint]:
     """Follow the curve of most probable points from one to the next threshold; return the one before that, too."""
     stride = _STRIDE
@@ -226,7 +231,7 @@ def _followed(
         rest = threshold - last.threshold
         ahead = np.sign(rest) * min(abs(rest), stride * slope)
         wanted = last.threshold + ahead if abs(ahead) < abs(rest) else threshold
-        rough = last.aside > 0.0 or stride < _ROUGH * _STRIDE
+        rough = last.aside > 0.0 or (stride < _ROUGH * _STRIDE and kinked())
         reached = _newton(response, before, last, wanted, rough=rough)
         if reached is None:
             stride *= 0.5

@@ -111,7 +111,11 @@ class RunResponse:
         return f"output.{self.output}"
 
     def kinks(self) -> list[str]:
-        """Return operations of the equations at which slopes jump with the motion, in words."""
+        """Return operations of the equations at which slopes jump with the motion, in words; found once."""
+        return self._kinks
+
+    @cached_property
+    def _kinks(self) -> list[str]:
         if self.model.branches is None:
             return []
         moving = {"q", "v", "z"}

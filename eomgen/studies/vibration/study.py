@@ -341,7 +341,7 @@ class _Study:
         none = np.full(len(wanted), np.nan)
         try:
             with self._counted("most_probable_points"):
-                found, missed = points_on_curve(self._expanded, wanted.tolist())
+                found, missed = points_on_curve(self._expanded, wanted.tolist(), self._kinked)
         except (CrossedJump, NumericalError) as error:
             self.left_to_samples(error, samples, "most probable points are left out")
             return none
@@ -386,6 +386,9 @@ class _Study:
         indices = none.copy()
         indices[places] = [one.index for one in reached]
         return indices
+
+    def _kinked(self) -> bool:
+        return bool(self.response.kinks())
 
     def _doubts_of_rough(self, reached: Sequence[MostProbablePoint]) -> list[str]:
         """Return a note on points beside which the gradient jumps."""
