@@ -33,6 +33,7 @@ from eomgen.scene.document import schema as written
 from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute, check_places
 from eomgen.scene.document.beam_nodes import BeamNodes
 from eomgen.scene.document.beam_stations import stations_of
+from eomgen.scene.document.doubtful_beams import doubtful_beams
 from eomgen.scene.document.doubtful_hulls import doubtful_hulls
 from eomgen.scene.document.doubtful_springs import negative_laws, springs_within_bodies
 from eomgen.scene.document.initial_places import initial_places, tyres_in_the_road
@@ -126,9 +127,11 @@ def assemble(
             result["points"],
             [frame.name for frame in result["frames"]],
             result["elements"],
+            [name for name, beam in document.beams.items() if beam.section is not None and beam.section.shape],
             assembler.values,
         ),
         *checks.efforts_on_drives(document),
+        *doubtful_beams(document, result["bodies"], result["points"], result["elements"], assembler.values),
         *doubtful_hulls(
             [element for element in result["elements"] if isinstance(element, Hull)], places, assembler.values
         ),

@@ -45,12 +45,16 @@ def out_of_scale(
     points: Iterable[Point],
     frames: Collection[str],
     elements: Iterable[object],
+    shaped: Collection[str],
     values: Values,
 ) -> list[str]:
     """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre and place in a body that is
     far beyond the other arms in the scene, at the default parameters; none where no place is apart from another.
 
-    ``frames``: names of the points that are origins of frames.
+    Parameters
+    ----------
+    frames : names of the points that are origins of frames
+    shaped : names of the beams whose sections have a shape, the sizes of which are judged by the length of the beam
     """
     bodies, joints, elements = list(bodies), list(joints), list(elements)
     arms = [arm for arm in _arms(bodies, joints, points, frames, values) if math.isfinite(arm.length)]
@@ -73,7 +77,7 @@ def out_of_scale(
     if len(apart) >= _OF_A_BODY:
         notes += _too_heavy(bodies, max(apart), values)
     well_known = len(apart) >= _ARMS
-    for key, what, length, hint in _lengths(bodies, elements, values):
+    for key, what, length, hint in _lengths(bodies, elements, shaped, values):
         factor = _OF_GYRATION if well_known and key.endswith(".inertia") else _FACTOR
         if key.endswith(".rotary_inertia"):
             factor = 1.0  # no section is as large as all that is joined
@@ -122,9 +126,11 @@ def _far(arms: Sequence[_Arm]) -> list[_Arm]:
 
 
 def _lengths(
-    bodies: Iterable[Body], elements: Iterable[object], values: Values
+    bodies: Iterable[Body], elements: Iterable[object], shaped: Collection[str], values: Values
 ) -> Iterator[tuple[str, str, float, str]]:
     for body in bodies:
+        if body.node_of in shaped:
+            continue
         mass, largest = values.value(body.mass), max(values.value(entry) for entry in body.inertia[:3])
         if body.beam is None and mass > 0.0 and largest > 0.0 and body.node_of in ("", body.name):
             gyration = math.sqrt(largest / mass)

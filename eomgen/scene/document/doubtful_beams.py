@@ -1,0 +1,133 @@
+"""Notes on beams that are allowed, and hardly ever meant: sizes in mm, rigid arms, stretch that no number resolves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+
+from eomgen.formula.nodes import Vector
+from eomgen.scene.bodies.beam_schema import Section
+from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
+from eomgen.scene.bodies.model import Body
+from eomgen.scene.bodies.section_shapes import SHAPES
+from eomgen.scene.document.schema import Document
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.values import Values
+from eomgen.system.description import Point
+from eomgen.text import key_of
+
+#: Length by the largest size of the sections from which on one of them is doubted: a slenderness of 1e5 if it is round.
+_SLENDEREST = 2.5e4
+#: Distance from the axis, as a part of a beam's length, from which on a place is doubted.
+_BESIDE = 0.25
+#: Rounding of lengths, as a part of them, and the part of a beam's loads that forces by it may be.
+_ROUNDING, _NOISE = 1e-16, 1e-3
+#: m/s^2, for the order of magnitude of loads.
+_GRAVITY = 9.81
+
+
+def doubtful_beams(
+    document: Document,
+    bodies: Iterable[Body],
+    points: Iterable[Point],
+    elements: Iterable[ForceElement],
+    values: Values,
+) -> list[str]:
+    """Return a note on each thing about beams that hardly anyone means.
+
+    Parameters
+    ----------
+    bodies, points, elements : of the scene; those of geometrically exact beams at their nodes
+    """
+    elements = list(elements)
+    exact = {element.beam.name: element.beam for element in elements if isinstance(element, CosseratBeam)}
+    lengths = {name: beam.length for name, beam in exact.items()}
+    axes = {node: name for name, beam in exact.items() for node in beam.nodes}
+    for body in bodies:
+        if body.beam is not None:
+            lengths[body.name], axes[body.name] = body.beam.length, body.name
+    return [
+        *_sizes(document, lengths, values),
+        *(note for beam in exact.values() for note in _stiff_stretch(beam, document, values)),
+        *_rigid_arms(document, axes, lengths, points, elements, values),
+    ]
+
+
+def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> Iterator[str]:
+    """Yield a note on sections that are larger than their beam is long, or vanish beside its length."""
+    for name, length in lengths.items():
+        entry, key = document.beams[name], key_of("beams", name)
+        tables = [(f"{key}.section", entry.section)]
+        tables += [(f"{key}.parts[{number}].section", part.section) for number, part in enumerate(entry.parts)]
+        found = [size for place, section in tables if section is not None for size in _of(place, section, values)]
+        for place, size in found:
+            if size >= length:
+                what = f"{size:.6g} m is more than the length of the beam, {length:.6g} m"
+                yield f"{place}: {what}; {1e-3 * size:.6g} if it is in mm"
+        place, largest = max(found, key=lambda pair: pair[1], default=("", math.inf))
+        if 0.0 < largest < length / _SLENDEREST:
+            what = f"the beam is {length:.6g} m long, {length / largest:.3g} times as long as its sections are thick"
+            yield f"{key}: {what} ({place} {largest:.3g} m); numbers without a unit are in m"
+
+
+def _of(key: str, section: Section, values: Values) -> Iterator[tuple[str, float]]:
+    """Yield the largest size of a section, m, with its key; the root of its area if that is all there is."""
+    there = values.at(0.5)
+    fields = ("area",) if section.shape is None else SHAPES[section.shape].sizes
+    given = [(f"{key}.{field}", getattr(section, field)) for field in fields]
+    sizes = [(place, there.value(there.formula(place, one, PARAMETERS))) for place, one in given if one is not None]
+    sizes = [(place, math.sqrt(size) if section.shape is None else size) for place, size in sizes if size > 0.0]
+    if sizes:
+        yield max(sizes, key=lambda pair: pair[1])
+
+
+def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterator[str]:
+    """Yield a note on a stiffness of stretch by which rounding of positions exerts forces of the size of loads."""
+    stretch, bend = (STRAINS.index(strain) for strain in ("stretch", "bending_z"))
+    if stretch in beam.constrained:
+        return
+    sections = dict.fromkeys(part.section for part in beam.parts)
+    largest = max(values.value(section.stiffness[stretch][stretch]) for section in sections)
+    bending = max(
+        values.value(section.stiffness[k][k]) for section in sections for k in (bend, STRAINS.index("bending_y"))
+    )
+    weight = max(values.value(section.mass_per_length) for section in sections) * beam.length * _GRAVITY
+    noise, loads = _ROUNDING * largest, max(bending / beam.length**2, weight)
+    if noise > _NOISE * loads:
+        what = f"the stiffness of stretch is {largest:.3g} N, by which rounding of positions exerts {noise:.2g} N, and"
+        size = f"its bending and its weight exert {loads:.2g} N"
+        field = ".stiffness.stretch" if document.beams[beam.name].stiffness is not None else ""
+        yield f'{key_of("beams", beam.name)}{field}: {what} {size}; model = "inextensible" does not stretch at all'
+
+
+def _rigid_arms(
+    document: Document,
+    axes: Mapping[str, str],
+    lengths: Mapping[str, float],
+    points: Iterable[Point],
+    elements: Iterable[ForceElement],
+    values: Values,
+) -> Iterator[str]:
+    """Yield a note on each place far beside the axis of a beam, to which a rigid arm reaches."""
+    places: list[tuple[str, str, Vector]] = [
+        (
+            key_of("points" if point.name in document.points else "frames", point.name, "position"),
+            point.body,
+            point.position,
+        )
+        for point in points
+    ]
+    for element in elements:
+        places += [
+            (key_of(element.section, element.name, *parts), body, position)
+            for parts, body, position in element.places()
+        ]
+    for key, body, position in places:
+        if body in axes:
+            beam = axes[body]
+            off = math.hypot(*(values.value(part) for part in position[1:]))
+            if off > _BESIDE * lengths[beam]:
+                what = f"{off:.4g} m beside the axis of the beam {beam}, which is {lengths[beam]:.4g} m long"
+                yield f"{key}: {what}: a rigid arm reaches from its sections to there"
