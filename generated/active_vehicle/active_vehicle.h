@@ -317,8 +317,9 @@ typedef struct active_vehicle_simulator_end {
 } active_vehicle_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
- * compares these with the end of the last one and starts again from what was written. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the
+ * state: a step compares these with the end of the last one and starts again from what was written.
+ */
 typedef struct active_vehicle_simulator {
     active_vehicle_parameters parameters;
     active_vehicle_settings settings;

@@ -2062,8 +2062,8 @@ active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *si
     if (status != ACTIVE_VEHICLE_OK)
         return status;
     status = active_vehicle_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work, steps,
-        u, u_end);
+        &simulator->work,
+        steps, u, u_end);
     active_vehicle_note_simulator(simulator);
     return status;
 }

@@ -318,8 +318,9 @@ typedef struct bouncing_ball_simulator_end {
 } bouncing_ball_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
- * compares these with the end of the last one and starts again from what was written. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the
+ * state: a step compares these with the end of the last one and starts again from what was written.
+ */
 typedef struct bouncing_ball_simulator {
     bouncing_ball_parameters parameters;
     bouncing_ball_settings settings;

@@ -1280,9 +1280,8 @@ bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simul
         status = bouncing_ball_simulator_start(simulator, u);
     if (status != BOUNCING_BALL_OK)
         return status;
-    status = bouncing_ball_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work, steps,
-        u, u_end);
+    status = bouncing_ball_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
+        steps, u, u_end);
     bouncing_ball_note_simulator(simulator);
     return status;
 }

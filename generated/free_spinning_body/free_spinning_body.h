@@ -263,8 +263,9 @@ typedef struct free_spinning_body_simulator_end {
 } free_spinning_body_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
- * compares these with the end of the last one and starts again from what was written. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the
+ * state: a step compares these with the end of the last one and starts again from what was written.
+ */
 typedef struct free_spinning_body_simulator {
     free_spinning_body_parameters parameters;
     free_spinning_body_settings settings;

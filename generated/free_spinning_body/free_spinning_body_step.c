@@ -1396,8 +1396,8 @@ free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_s
     if (status != FREE_SPINNING_BODY_OK)
         return status;
     status = free_spinning_body_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work, steps,
-        u, u_end);
+        &simulator->work,
+        steps, u, u_end);
     free_spinning_body_note_simulator(simulator);
     return status;
 }

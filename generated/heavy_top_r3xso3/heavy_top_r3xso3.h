@@ -345,8 +345,9 @@ typedef struct heavy_top_r3xso3_simulator_end {
 } heavy_top_r3xso3_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
- * compares these with the end of the last one and starts again from what was written. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the
+ * state: a step compares these with the end of the last one and starts again from what was written.
+ */
 typedef struct heavy_top_r3xso3_simulator {
     heavy_top_r3xso3_parameters parameters;
     heavy_top_r3xso3_settings settings;

@@ -2302,8 +2302,8 @@ heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulat
     if (status != HEAVY_TOP_R3XSO3_OK)
         return status;
     status = heavy_top_r3xso3_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work, steps,
-        u, u_end);
+        &simulator->work,
+        steps, u, u_end);
     heavy_top_r3xso3_note_simulator(simulator);
     return status;
 }

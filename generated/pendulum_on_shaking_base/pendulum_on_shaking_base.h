@@ -296,8 +296,9 @@ typedef struct pendulum_on_shaking_base_simulator_end {
 } pendulum_on_shaking_base_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps, and t, q or v of the state: a step
- * compares these with the end of the last one and starts again from what was written. */
+ * same bits. Parameters may be written between two steps, and t, q or v of the
+ * state: a step compares these with the end of the last one and starts again from what was written.
+ */
 typedef struct pendulum_on_shaking_base_simulator {
     pendulum_on_shaking_base_parameters parameters;
     pendulum_on_shaking_base_settings settings;

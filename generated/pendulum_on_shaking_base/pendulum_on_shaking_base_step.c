@@ -1169,8 +1169,8 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum
     if (status != PENDULUM_ON_SHAKING_BASE_OK)
         return status;
     status = pendulum_on_shaking_base_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work, steps,
-        u, u_end);
+        &simulator->work,
+        steps, u, u_end);
     pendulum_on_shaking_base_note_simulator(simulator);
     return status;
 }

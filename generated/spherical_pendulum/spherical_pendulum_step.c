@@ -1296,8 +1296,8 @@ spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_s
     if (status != SPHERICAL_PENDULUM_OK)
         return status;
     status = spherical_pendulum_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work, steps,
-        u, u_end);
+        &simulator->work,
+        steps, u, u_end);
     spherical_pendulum_note_simulator(simulator);
     return status;
 }

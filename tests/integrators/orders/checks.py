@@ -79,6 +79,12 @@ CHECKS = (
         ),
     ),
     Check(
+        "damping that is stiff for the step takes orders from velocities: 2.8 in place of 5 by `tdg2`, 2 in place of 4"
+        " by `tdg2s`, at x = sin t with a damper of 1e7/s and steps of 1/8 to 1/32 s; positions keep their orders"
+        " there, and lose some where they follow from such velocities through other bodies",
+        ("integrators/test_orders_under_stiff_damping.py::test_velocities_lose_orders_under_stiff_damping",),
+    ),
+    Check(
         "stiff forces of a known motion: positions to 1e-10, velocities to 5e-2, 2e-3, 2e-5, 1e-5 by `tdg1`,"
         " `tdg1_star`, `tdg2`, `tdg3`; the operator of the parent in the first pass would lose 1000 times as much",
         (
