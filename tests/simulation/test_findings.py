@@ -114,7 +114,10 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     "unbounded_growth": (returning(remarks, "unbounded_growth", FOUND),),
     "unknown_error": (having(error=ErrorEstimate(reason="it is unknown", remedy="another one")),),
     "unresolved_motion": (having(error=replace(LARGE, relative=0.0, unresolved=str(FOUND))),),
-    "missed_event": (having(error=replace(LARGE, relative=0.0, passed_over="the event stop comes twice")),),
+    "missed_event": (
+        having(unseen_events=None, error=replace(LARGE, relative=0.0, passed_over="the event stop comes twice")),
+        having(unseen_events=FOUND),
+    ),
     "fast_law": (returning(remarks, "fast_laws", FOUND),),
     "unseen_law": (having(unseen_law=FOUND),),
     "passed_spring": (returning(remarks, "passed_springs", FOUND),),

@@ -57,11 +57,48 @@ def test_roots_that_steps_pass_over_are_told_of(method: str) -> None:
     assert run.success and run.events is not None
     other = run.events.counts["wave"]
     assert other < 3183  # a root each pi / 10000 s
-    assert f"the event wave comes {other} times, and " in run.message
+    assert f"the event wave comes {other} times, and about " in run.message
+    (missed,) = (one for one in run.findings if one.name == "missed_event")
+    assert missed.value == pytest.approx(3183 - other, rel=0.05)
     assert "; try: a step smaller than 0.01 s, in each of which events are looked for" in run.message
     assert "wave" in run.error.passed_over
     fine = model.simulate(1.0, 1e-4, method=method)
     assert not fine.error.passed_over and fine.events is not None and fine.events.counts["wave"] == 3183
+
+
+@pytest.mark.parametrize("method", ["rk4", "generalized_alpha", "taylor"])
+@pytest.mark.parametrize(("direction", "share"), [("both", 1.0), ("rising", 0.5)])
+@pytest.mark.parametrize("action", ["count", "record"])
+def test_pairs_that_all_runs_pass_over_are_told_of(method: str, direction: str, share: float, action: str) -> None:
+    """Marks at 5 mm under a mass at 1 m/s: whole periods to each step, so that runs at other steps see none either."""
+    wave = {"when": "sin(pi * (q.ball - 0.0012) / 0.005)", "action": action, "direction": direction}
+    model = falling({"wave": wave}, {"position": 0.0, "velocity": 1.0}, gravity=[0, 0, 0])
+    run = model.simulate(1.0, 0.01, method=method)
+    assert run.success and run.events is not None
+    lost = 200.0 * share - run.events.counts["wave"]
+    assert lost > 90.0
+    (missed,) = (one for one in run.findings if one.name == "missed_event")
+    assert missed.value == pytest.approx(lost, abs=2.0)
+    assert f"about {missed.value:.0f} more lie in pairs within single steps" in run.message
+    fine = model.simulate(1.0, 1e-3, method=method)
+    assert not [one for one in fine.findings if one.name == "missed_event"]
+    assert fine.events is not None and fine.events.counts["wave"] == pytest.approx(200.0 * share, abs=1.0)
+
+
+QUIET = {
+    "touched": {"when": "(q.ball - 0.5)**2", "action": "count"},
+    "at rest": {"when": "v.ball - v.ball * 1.0000001", "action": "count"},
+    "bounce": {"when": "q.ball", "action": "impact", "restitution": 0.5, "direction": "falling"},
+    "once": {"when": "q.ball - 0.5", "action": "record"},
+    "slow": {"when": "sin(40 * t)", "action": "count"},
+}
+
+
+@pytest.mark.parametrize("name", QUIET)
+@pytest.mark.parametrize("method", ["rk4", "rk45"])
+def test_events_that_steps_see_are_not_told_of(name: str, method: str) -> None:
+    run = falling({"event": QUIET[name]}).simulate(0.9, 0.01, method=method)
+    assert not [one for one in run.findings if one.name == "missed_event"]
 
 
 @pytest.mark.parametrize("method", ["rk4", "rk45", "taylor"])

@@ -14,23 +14,22 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.formula.discontinuities import breakpoints
-from eomgen.formula.evaluate import evaluate_batch, symbols
+from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import Feature, corners, features, may_be_fast, summands
 from eomgen.formula.infix import infix
-from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.nodes import Formula
 from eomgen.integrators.families.adaptive import LONGEST
 from eomgen.lie import product
-from eomgen.results.dense_output import Rows, state_at
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.motion_size import motion_size
+from eomgen.simulation.accuracy.step_path import StepPath, StepStates
 from eomgen.simulation.accuracy.step_rows import step_rows
 from eomgen.simulation.stepping.run import Run
-from eomgen.simulation.stepping.states import states_of
 from eomgen.system.description import Description
 from eomgen.toolchain.library import Library
 
@@ -111,7 +110,7 @@ def unseen_law(
         return None
     found = None
     try:
-        recorded = _Examination(_Path(run, rows, parameters, inputs), laws, ends, changes)
+        recorded = _Examination(StepPath(run, rows, parameters, inputs), laws, ends, changes)
         if not recorded.looked_at:
             return None
         for finer in (1.0, *_FINER) if run.method.chooses_steps else (1.0,):
@@ -122,7 +121,7 @@ def unseen_law(
                 found = recorded.finding()
             else:
                 found = _Examination(
-                    _Path(run, taken.rows, taken.parameters), laws, ends, changes, taken.breaks
+                    StepPath(run, taken.rows, taken.parameters), laws, ends, changes, taken.breaks
                 ).finding()
             if found is None:
                 return None
@@ -141,183 +140,29 @@ def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
     if not places or len(rows) < 2:
         return False
     try:
-        path = _Path(run, rows, parameters)
+        path = StepPath(run, rows, parameters)
         signs = [np.sign(path.values(place, path.at_rows)) for place in places if path.knows(place)]
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return False
     return any(bool(np.any(one[1:] * one[:-1] < 0.0)) for one in signs)
 
 
-class _Blocks:
-    """Numbers of a run at times (m,) within steps (m,), or at the rows; each evaluated when it is first asked for."""
-
-    def __init__(self, path: _Path, t: Array, steps: NDArray[np.intp]) -> None:
-        self._path, self.t, self.steps = path, t, steps
-
-    @cached_property
-    def states(self) -> tuple[Array, Array, Array]:
-        """q, v and z."""
-        return self._path.between(self.t, self.steps)
-
-    @cached_property
-    def p(self) -> Array:
-        known = self._path.parameters
-        return known if known.ndim == 1 else known[self.steps]
-
-    @cached_property
-    def u(self) -> Array:
-        """Inputs, (m, nu): formulas that may be fast as they are, others on the line between rows."""
-        path = self._path
-        rows, t = path.inputs, path.states.t
-        after = np.minimum(self.steps + 1, len(t) - 1)
-        share = (self.t - t[self.steps]) / np.where(after > self.steps, t[after] - t[self.steps], 1.0)
-        found: Array = rows[self.steps] + share[:, np.newaxis] * (rows[after] - rows[self.steps])
-        for column, formula in path.fast_inputs.items():
-            found[:, column] = path.values(formula, self)
-        return found
-
-
-class _Path:
-    """The interpolant of the steps of a run, and what its equations are along it.
-
-    Parameters
-    ----------
-    rows : (n, width), at the ends of steps
-    parameters : (np,), or (n, np)
-    inputs : (n, nu), if they are known
-    """
-
-    def __init__(self, run: Run, rows: Array, parameters: Array, inputs: Array | None = None) -> None:
-        self.run, self.rows, self.parameters, self._inputs = run, rows, parameters, inputs
-        t, q, v, a, _, z = states_of(rows, run.model)
-        self.states = Rows(t, q, v, np.where(np.isfinite(a), a, 0.0), z)
-        self.at_rows = _Blocks(self, t, np.arange(len(t)))
-        self.at_rows.states = q, v, z
-
-    @cached_property
-    def _places(self) -> dict[tuple[str, str], int]:
-        model = self.run.model
-        found = {("state", name): k for k, name in enumerate(model.states)}
-        found |= {("input", name): k for k, name in enumerate(model.inputs)}
-        for factor in () if model.description.joints else model.factors:
-            found |= {("q", factor.name): factor.q_start, ("v", factor.name): factor.v_start}
-        return found
-
-    @cached_property
-    def inputs(self) -> Array:
-        """Inputs at the rows, (n, nu)."""
-        run, t = self.run, self.states.t
-        if self._inputs is not None:
-            return self._inputs
-        found = run.signals.rows(t) if run.takes_rows else run.model.input_values(t, parameters=self.parameters)
-        return np.array(np.broadcast_to(found, (len(t), run.model.nu)))
-
-    @cached_property
-    def fast_inputs(self) -> dict[int, Formula]:
-        """Formulas of inputs that may be fast, by column."""
-        known = {
-            item.name: item.formula
-            for item in self.run.model.description.inputs
-            if item.formula is not None and item.name not in self.run.signals.given and may_be_fast(item.formula)
-        }
-        columns = {k: known[name] for k, name in enumerate(self.run.model.inputs) if name in known}
-        return {k: one for k, one in columns.items() if self.knows(one) and not _of_inputs(one)}
-
-    @cached_property
-    def _slopes(self) -> Array:
-        """Rates of internal states at the rows, by differences: jumps of forces are none of theirs."""
-        t, z = self.states.t, self.states.z
-        rise = np.diff(z, axis=0) / np.maximum(np.diff(t), np.finfo(float).tiny)[:, np.newaxis]
-        found: Array = 0.5 * (np.concatenate([rise[:1], rise]) + np.concatenate([rise, rise[-1:]]))
-        return found
-
-    def at(self, times: Array, steps: NDArray[np.intp]) -> _Blocks:
-        return _Blocks(self, times, steps)
-
-    def between(self, times: Array, steps: NDArray[np.intp]) -> tuple[Array, Array, Array]:
-        """Return q, v and z at times (m,) within steps (m,)."""
-        t, q, v, a, z = self.states
-        h = (t[steps + 1] - t[steps])[:, np.newaxis]
-        s = np.clip((times - t[steps])[:, np.newaxis] / h, 0.0, 1.0)
-        model = self.run.model
-        if all(factor.group == "R" for factor in model.factors):
-            q_there, v_there = _quintic((q, v, a), steps, h, s)
-        else:
-            factors = [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors]
-            state = state_at(self.states, {"factors": factors, "dense_output": "hermite_5"}, times)
-            q_there, v_there = state.q, state.v
-        if not model.nz:
-            return q_there, v_there, np.zeros((len(times), 0))
-        first, last = self._slopes[steps], self._slopes[steps + 1]
-        rise = z[steps + 1] - z[steps]
-        bend, twist = 3.0 * rise - h * (2.0 * first + last), h * (first + last) - 2.0 * rise
-        z_there = z[steps] + s * (h * first + s * (bend + s * twist))
-        return q_there, v_there, z_there
-
-    def knows(self, formula: Formula) -> bool:
-        """Return whether a formula is one of time, coordinates, velocities, states, inputs and parameters."""
-        own = ("time", "parameter")
-        return all(symbol.kind in own or (symbol.kind, symbol.name) in self._places for symbol in symbols(formula))
-
-    def values(self, formula: Formula, blocks: _Blocks) -> Array:
-        """Return a formula at blocks, (n,)."""
-        description, tunable = self.run.model.description, list(self.run.model.parameters)
-        letters = {"q": 0, "v": 1, "state": 2}
-
-        def value_of(symbol: Symbol) -> ArrayLike:
-            if symbol.kind == "time":
-                return blocks.t
-            if symbol.kind == "parameter":
-                fixed = description.fixed
-                return fixed[symbol.name] if symbol.name in fixed else blocks.p[..., tunable.index(symbol.name)]
-            place = self._places[symbol.kind, symbol.name] + symbol.index
-            return blocks.u[:, place] if symbol.kind == "input" else blocks.states[letters[symbol.kind]][:, place]
-
-        return np.broadcast_to(evaluate_batch(formula, value_of, along_motion=True), blocks.t.shape)
-
-    def rates(self, blocks: _Blocks, states: tuple[Array, Array, Array] | None = None) -> Array:
-        """Return accelerations and rates of internal states, (n, nv + nz), at other states (q, v, z) if given."""
-        model = self.run.model
-        q, v, z = states or blocks.states
-        given = {"u": blocks.u if model.nu else None, "z": z, "parameters": blocks.p}
-        with np.errstate(all="ignore"):
-            a = model.forward_dynamics(q, v, blocks.t, **given)
-            return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **given)]) if model.nz else a
-
-    def known_times(self, laws: Sequence[Formula]) -> Array:
-        """Return the times of the run, (n,), at which comparisons and curves of formulas have breakpoints in time."""
-        p = self.parameters if self.parameters.ndim == 1 else self.parameters[0]
-        values = self.run.model.description.values(dict(zip(self.run.model.parameters, p.tolist(), strict=True)))
-        start, end = float(self.states.t[0]), float(self.states.t[-1])
-        found: list[Array] = [np.zeros(0)]
-        for law in laws:
-            for point in breakpoints(law, lambda symbol: values.get(symbol.name)):
-                if not point.period:
-                    found.append(np.array([point.time]))
-                elif (end - start) / point.period < _STEPS:
-                    first = np.ceil((start - point.time) / point.period)
-                    found.append(point.time + point.period * (first + np.arange((end - start) / point.period + 1.0)))
-        times = np.unique(np.concatenate(found))
-        inside: Array = times[(times > start) & (times < end)]
-        return inside
-
-
-def _of_inputs(formula: Formula) -> bool:
-    return any(symbol.kind == "input" for symbol in symbols(formula))
-
-
-def _quintic(rows: tuple[Array, Array, Array], steps: NDArray[np.intp], h: Array, s: Array) -> tuple[Array, Array]:
-    """Return q and v at parts s, (m, 1), of steps of h, (m, 1), by quintics through q, v and a at their ends."""
-    q, v, a = rows
-    rise = q[steps + 1] - q[steps]
-    first, last = h * v[steps], h * v[steps + 1]
-    bend, bent = 0.5 * h * h * a[steps], 0.5 * h * h * a[steps + 1]
-    off, slope, curve = rise - first - bend, last - first - 2.0 * bend, bent - bend
-    c3 = 10.0 * off - 4.0 * slope + curve
-    c4, c5 = -15.0 * off + 7.0 * slope - 2.0 * curve, 6.0 * off - 3.0 * slope + curve
-    way = s * (first + s * (bend + s * (c3 + s * (c4 + s * c5))))
-    speed = first + s * (2.0 * bend + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))
-    return q[steps] + way, speed / h
+def _known_times(path: StepPath, laws: Sequence[Formula]) -> Array:
+    """Return the times of the run, (n,), at which comparisons and curves of formulas have breakpoints in time."""
+    p = path.parameters if path.parameters.ndim == 1 else path.parameters[0]
+    values = path.run.model.description.values(dict(zip(path.run.model.parameters, p.tolist(), strict=True)))
+    start, end = float(path.states.t[0]), float(path.states.t[-1])
+    found: list[Array] = [np.zeros(0)]
+    for law in laws:
+        for point in breakpoints(law, lambda symbol: values.get(symbol.name)):
+            if not point.period:
+                found.append(np.array([point.time]))
+            elif (end - start) / point.period < _STEPS:
+                first = np.ceil((start - point.time) / point.period)
+                found.append(point.time + point.period * (first + np.arange((end - start) / point.period + 1.0)))
+    times = np.unique(np.concatenate(found))
+    inside: Array = times[(times > start) & (times < end)]
+    return inside
 
 
 class _Examination:
@@ -325,7 +170,7 @@ class _Examination:
 
     def __init__(
         self,
-        path: _Path,
+        path: StepPath,
         laws: Sequence[Formula],
         ends: Array,
         changes: Array,
@@ -336,7 +181,7 @@ class _Examination:
         self._opaque = len(self._known) < len(laws)
         self._features = [one for law in self._known for one in features(law) if path.knows(one.argument)]
         self._t = path.states.t
-        self._ends = np.unique(np.concatenate([ends, path.known_times(laws)]))
+        self._ends = np.unique(np.concatenate([ends, _known_times(path, laws)]))
         near = 1e-9 * (self._t[-1] - self._t[0])
         split = np.searchsorted(ends, self._t[:-1] + near) < np.searchsorted(ends, self._t[1:] - near)
         self._split: NDArray[np.bool_] = np.asarray(split)
@@ -377,7 +222,7 @@ class _Examination:
         return np.concatenate([[0.0], places, [1.0]])
 
     @cached_property
-    def _samples(self) -> _Blocks:
+    def _samples(self) -> StepStates:
         return self._sampled(self._steps, self._grid[1:-1])
 
     @cached_property
@@ -415,14 +260,14 @@ class _Examination:
         share = len(self.looked_at) / len(chosen) * len(self._whole) / len(self._steps)
         return self._judged(steps, meshes, share)
 
-    def _laws(self, blocks: _Blocks, ends: _Blocks) -> Iterator[tuple[Array, Array]]:
+    def _laws(self, blocks: StepStates, ends: StepStates) -> Iterator[tuple[Array, Array]]:
         """Yield the values of laws at both; rates stand for formulas of what only the equations know."""
         for law in self._known:
             yield self._path.values(law, blocks), self._path.values(law, ends)
         if self._opaque:
             yield from zip(self._path.rates(blocks).T, self._path.rates(ends).T, strict=True)
 
-    def _sampled(self, steps: NDArray[np.intp], places: Array) -> _Blocks:
+    def _sampled(self, steps: NDArray[np.intp], places: Array) -> StepStates:
         h = self._t[steps + 1] - self._t[steps]
         times = (self._t[steps][:, np.newaxis] + h[:, np.newaxis] * places).ravel()
         return self._path.at(times, np.repeat(steps, len(places)))
@@ -576,7 +421,7 @@ class _Examination:
         found[:, nv:] = middle
         return found
 
-    def _moved(self, blocks: _Blocks, part: int, shift: Array) -> tuple[Array, Array, Array]:
+    def _moved(self, blocks: StepStates, part: int, shift: Array) -> tuple[Array, Array, Array]:
         """Return states of which q (0), v (1) or z (2) is shifted."""
         q, v, z = blocks.states
         if part == 0:

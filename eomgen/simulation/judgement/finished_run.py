@@ -18,6 +18,7 @@ from eomgen.results.events import Events
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate
 from eomgen.simulation.accuracy.step_rows import step_rows
+from eomgen.simulation.accuracy.unseen_events import unseen_events
 from eomgen.simulation.accuracy.unseen_laws import unseen_law
 from eomgen.simulation.judgement.constraint_violation import Violation, largest_violation
 from eomgen.simulation.judgement.energy_balance import APART, REPORTED, Balance, energy_balance
@@ -221,6 +222,15 @@ class FinishedRun:
         library, rows, inputs = self.stepper.library, self.trajectory.rows, self.prescribed.u
         ends, changes = self.parts.ends, self.changes
         return unseen_law(self.run, library, rows, self.present, self.statistics, ends, changes, inputs)
+
+    @cached_property
+    def unseen_events(self) -> Finding | None:
+        """An event of which pairs of roots lie within single steps."""
+        if self.events is None:
+            return None
+        library, rows, known = self.stepper.library, self.trajectory.rows, self.stepper.layout["method"]["events"]
+        counts, changes = self.events.counts, self.changes
+        return unseen_events(self.run, library, rows, self.present, self.statistics, known["rows"], counts, changes)
 
     @cached_property
     def violation(self) -> Violation | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.simulation.judgement.check import ANY_FAILURE, Check
@@ -47,8 +48,10 @@ def _unresolved_motion(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _missed_event(run: FinishedRun) -> Iterator[Finding]:
-    if run.error.passed_over and not run.error.relative > LARGE_ERROR:
-        hint = f"a step smaller than {run.settings['step']:.3g} s, in each of which events are looked for"
+    hint = f"a step smaller than {run.settings['step']:.3g} s, in each of which events are looked for"
+    if run.unseen_events is not None:
+        yield replace(run.unseen_events, hint=hint)
+    elif run.error.passed_over and not run.error.relative > LARGE_ERROR:
         yield Finding(text=run.error.passed_over, hint=hint)
 
 

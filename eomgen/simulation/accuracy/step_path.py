@@ -1,0 +1,171 @@
+"""The interpolant of the steps of a run: states between the ends of steps, and equations and formulas there."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.arrays import Array
+from eomgen.formula.evaluate import evaluate_batch, symbols
+from eomgen.formula.features import may_be_fast
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.results.dense_output import Rows, state_at
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.states import states_of
+
+
+class StepStates:
+    """Numbers of a run at times (m,) within steps (m,), or at the rows; each evaluated when it is first asked for."""
+
+    def __init__(self, path: StepPath, t: Array, steps: NDArray[np.intp]) -> None:
+        self._path, self.t, self.steps = path, t, steps
+
+    @cached_property
+    def states(self) -> tuple[Array, Array, Array]:
+        """q, v and z."""
+        return self._path.between(self.t, self.steps)
+
+    @cached_property
+    def p(self) -> Array:
+        known = self._path.parameters
+        return known if known.ndim == 1 else known[self.steps]
+
+    @cached_property
+    def u(self) -> Array:
+        """Inputs, (m, nu): formulas that may be fast as they are, others on the line between rows."""
+        path = self._path
+        rows, t = path.inputs, path.states.t
+        after = np.minimum(self.steps + 1, len(t) - 1)
+        share = (self.t - t[self.steps]) / np.where(after > self.steps, t[after] - t[self.steps], 1.0)
+        found: Array = rows[self.steps] + share[:, np.newaxis] * (rows[after] - rows[self.steps])
+        for column, formula in path.fast_inputs.items():
+            found[:, column] = path.values(formula, self)
+        return found
+
+
+class StepPath:
+    """The interpolant of the steps of a run, and what its equations are along it.
+
+    Parameters
+    ----------
+    rows : (n, width), at the ends of steps
+    parameters : (np,), or (n, np)
+    inputs : (n, nu), if they are known
+    """
+
+    def __init__(self, run: Run, rows: Array, parameters: Array, inputs: Array | None = None) -> None:
+        self.run, self.rows, self.parameters, self._inputs = run, rows, parameters, inputs
+        t, q, v, a, _, z = states_of(rows, run.model)
+        self.states = Rows(t, q, v, np.where(np.isfinite(a), a, 0.0), z)
+        self.at_rows = StepStates(self, t, np.arange(len(t)))
+        self.at_rows.states = q, v, z
+
+    @cached_property
+    def _places(self) -> dict[tuple[str, str], int]:
+        model = self.run.model
+        found = {("state", name): k for k, name in enumerate(model.states)}
+        found |= {("input", name): k for k, name in enumerate(model.inputs)}
+        for factor in () if model.description.joints else model.factors:
+            found |= {("q", factor.name): factor.q_start, ("v", factor.name): factor.v_start}
+        return found
+
+    @cached_property
+    def inputs(self) -> Array:
+        """Inputs at the rows, (n, nu)."""
+        run, t = self.run, self.states.t
+        if self._inputs is not None:
+            return self._inputs
+        found = run.signals.rows(t) if run.takes_rows else run.model.input_values(t, parameters=self.parameters)
+        return np.array(np.broadcast_to(found, (len(t), run.model.nu)))
+
+    @cached_property
+    def fast_inputs(self) -> dict[int, Formula]:
+        """Formulas of inputs that may be fast, by column."""
+        known = {
+            item.name: item.formula
+            for item in self.run.model.description.inputs
+            if item.formula is not None and item.name not in self.run.signals.given and may_be_fast(item.formula)
+        }
+        columns = {k: known[name] for k, name in enumerate(self.run.model.inputs) if name in known}
+        return {k: one for k, one in columns.items() if self.knows(one) and not _of_inputs(one)}
+
+    @cached_property
+    def _slopes(self) -> Array:
+        """Rates of internal states at the rows, by differences: jumps of forces are none of theirs."""
+        t, z = self.states.t, self.states.z
+        rise = np.diff(z, axis=0) / np.maximum(np.diff(t), np.finfo(float).tiny)[:, np.newaxis]
+        found: Array = 0.5 * (np.concatenate([rise[:1], rise]) + np.concatenate([rise, rise[-1:]]))
+        return found
+
+    def at(self, times: Array, steps: NDArray[np.intp]) -> StepStates:
+        return StepStates(self, times, steps)
+
+    def between(self, times: Array, steps: NDArray[np.intp]) -> tuple[Array, Array, Array]:
+        """Return q, v and z at times (m,) within steps (m,)."""
+        t, q, v, a, z = self.states
+        h = (t[steps + 1] - t[steps])[:, np.newaxis]
+        s = np.clip((times - t[steps])[:, np.newaxis] / h, 0.0, 1.0)
+        model = self.run.model
+        if all(factor.group == "R" for factor in model.factors):
+            q_there, v_there = _quintic((q, v, a), steps, h, s)
+        else:
+            factors = [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors]
+            state = state_at(self.states, {"factors": factors, "dense_output": "hermite_5"}, times)
+            q_there, v_there = state.q, state.v
+        if not model.nz:
+            return q_there, v_there, np.zeros((len(times), 0))
+        first, last = self._slopes[steps], self._slopes[steps + 1]
+        rise = z[steps + 1] - z[steps]
+        bend, twist = 3.0 * rise - h * (2.0 * first + last), h * (first + last) - 2.0 * rise
+        z_there = z[steps] + s * (h * first + s * (bend + s * twist))
+        return q_there, v_there, z_there
+
+    def knows(self, formula: Formula) -> bool:
+        """Return whether a formula is one of time, coordinates, velocities, states, inputs and parameters."""
+        own = ("time", "parameter")
+        return all(symbol.kind in own or (symbol.kind, symbol.name) in self._places for symbol in symbols(formula))
+
+    def values(self, formula: Formula, blocks: StepStates) -> Array:
+        """Return a formula at blocks, (n,)."""
+        description, tunable = self.run.model.description, list(self.run.model.parameters)
+        letters = {"q": 0, "v": 1, "state": 2}
+
+        def value_of(symbol: Symbol) -> ArrayLike:
+            if symbol.kind == "time":
+                return blocks.t
+            if symbol.kind == "parameter":
+                fixed = description.fixed
+                return fixed[symbol.name] if symbol.name in fixed else blocks.p[..., tunable.index(symbol.name)]
+            place = self._places[symbol.kind, symbol.name] + symbol.index
+            return blocks.u[:, place] if symbol.kind == "input" else blocks.states[letters[symbol.kind]][:, place]
+
+        return np.broadcast_to(evaluate_batch(formula, value_of, along_motion=True), blocks.t.shape)
+
+    def rates(self, blocks: StepStates, states: tuple[Array, Array, Array] | None = None) -> Array:
+        """Return accelerations and rates of internal states, (n, nv + nz), at other states (q, v, z) if given."""
+        model = self.run.model
+        q, v, z = states or blocks.states
+        given = {"u": blocks.u if model.nu else None, "z": z, "parameters": blocks.p}
+        with np.errstate(all="ignore"):
+            a = model.forward_dynamics(q, v, blocks.t, **given)
+            return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **given)]) if model.nz else a
+
+
+def _of_inputs(formula: Formula) -> bool:
+    return any(symbol.kind == "input" for symbol in symbols(formula))
+
+
+def _quintic(rows: tuple[Array, Array, Array], steps: NDArray[np.intp], h: Array, s: Array) -> tuple[Array, Array]:
+    """Return q and v at parts s, (m, 1), of steps of h, (m, 1), by quintics through q, v and a at their ends."""
+    q, v, a = rows
+    rise = q[steps + 1] - q[steps]
+    first, last = h * v[steps], h * v[steps + 1]
+    bend, bent = 0.5 * h * h * a[steps], 0.5 * h * h * a[steps + 1]
+    off, slope, curve = rise - first - bend, last - first - 2.0 * bend, bent - bend
+    c3 = 10.0 * off - 4.0 * slope + curve
+    c4, c5 = -15.0 * off + 7.0 * slope - 2.0 * curve, 6.0 * off - 3.0 * slope + curve
+    way = s * (first + s * (bend + s * (c3 + s * (c4 + s * c5))))
+    speed = first + s * (2.0 * bend + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))
+    return q[steps] + way, speed / h

@@ -1,0 +1,167 @@
+"""Pairs of roots of an event within one step, which the signs at its ends do not show: counted on the interpolant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.errors import EomgenError
+from eomgen.results.finding import Finding
+from eomgen.simulation.accuracy.step_path import StepPath
+from eomgen.simulation.accuracy.step_rows import step_rows
+from eomgen.simulation.stepping.run import Run
+from eomgen.toolchain.library import Library
+
+#: Steps at most that are looked at, and places in each: first, and where roots may be closer.
+_STEPS, _FIRST, _MOST = 4096, 8, 1024
+#: Places of all steps at most.
+_SAMPLES = 65_536
+#: Values below this part of the function's largest are rounding or touch the root.
+_TOUCHED = 1e-6
+#: Missed events from which on they are told of, besides this part of all of them where steps are a sample.
+_LEAST, _PART = 1.5, 0.05
+
+
+def unseen_events(
+    run: Run,
+    library: Library,
+    rows: Array,
+    parameters: Array,
+    statistics: Mapping[str, int | float],
+    events: Sequence[Mapping[str, Any]],
+    counts: Mapping[str, int],
+    changes: Array,
+) -> Finding | None:
+    """Return a finding on the event of which most roots are missed within steps; None if none is.
+
+    Steps in which an event changes the motion are left out, and formulas of accelerations, multipliers or inputs: these
+    are not known between the ends of steps.
+
+    Parameters
+    ----------
+    library : with the stepper
+    rows : (n, width) of the record
+    parameters : (np,), or (n, np), at the rows
+    statistics : counts of the stepper
+    events : rows of the events in the layout of the stepper
+    counts : events of the run, by name
+    changes : (n,) s, of events that change the motion
+    """
+    known = [place for place, row in enumerate(events) if row["has_rate"]]
+    if not known or len(rows) < 2 or rows[0, 0] > run.grid.start:
+        return None
+    signs = np.array([events[place]["sign"] for place in known])
+    seen = np.array([counts[events[place]["name"]] for place in known], dtype=float)
+    try:
+        recorded = _Roots(StepPath(run, rows, parameters), known, signs, changes)
+        if not np.any(recorded.missed(seen) > 0.0):
+            return None
+        taken = step_rows(run, library, rows, parameters, statistics)
+        if taken is None:
+            return None
+        found = recorded
+        if taken.rows is not rows:
+            found = _Roots(StepPath(run, taken.rows, taken.parameters), known, signs, changes, taken.breaks)
+        missed = found.missed(seen)
+    except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
+        return None
+    worst = int(np.argmax(missed))
+    if not missed[worst] > 0.0:
+        return None
+    name, number = events[known[worst]]["name"], round(float(missed[worst]))
+    text = f"the event {name} comes {seen[worst]:.0f} times, and about {number} more lie in pairs within single steps"
+    return Finding(text=f"{text}, which signs at their ends do not show", value=float(number))
+
+
+class _Roots:
+    """Numbers of roots of events along the interpolant of a run.
+
+    Parameters
+    ----------
+    known : numbers of the events
+    signs : of the rates at roots that count, (events,); 0 for both
+    changes : (n,) s, at which the motion is changed
+    breaks : rows between which there is no step
+    """
+
+    def __init__(
+        self,
+        path: StepPath,
+        known: Sequence[int],
+        signs: NDArray[np.intp],
+        changes: Array,
+        breaks: NDArray[np.intp] | None = None,
+    ) -> None:
+        self._path, self._known, self._signs = path, list(known), signs
+        t = path.states.t
+        near = 1e-9 * float(t[-1] - t[0])
+        begins, ends = np.searchsorted(np.sort(changes), [t[:-1] - near, t[1:] + near])
+        steps = np.flatnonzero(np.diff(t) > near)
+        covered = steps if breaks is None else np.setdiff1d(steps, breaks)
+        whole = covered[begins[covered] == ends[covered]]
+        self._steps = whole[np.unique(np.linspace(0, len(whole) - 1, min(len(whole), _STEPS)).astype(int))]
+        self._sampled = len(self._steps) < len(steps)
+        span = float(np.diff(t)[covered].sum())
+        self._share = len(whole) / max(len(self._steps), 1) * (float(t[-1] - t[0]) / span if span else 1.0)
+        if len(whole) < len(covered):  # events that act there are counted, and their steps are not
+            self._share = min(self._share, len(whole) / max(len(self._steps), 1))
+
+    def missed(self, seen: Array) -> Array:
+        """Return how many events are missed, (events,); 0 of those that are seen, (events,)."""
+        if not len(self._steps):
+            return np.zeros(len(seen))
+        count, steps, share = _FIRST, self._steps, self._share
+        found = share * self._roots(steps, count)
+        while np.any(self._beyond(found, seen) > 0.0) and count < _MOST:
+            count *= 4
+            part = steps[np.unique(np.linspace(0, len(steps) - 1, max(1, _SAMPLES // count)).astype(int))]
+            share *= len(steps) / len(part)
+            steps, before = part, found
+            found = share * self._roots(steps, count)
+            if np.all(found <= before * (1.0 + _PART) + 1.0):
+                break
+        return self._beyond(found, seen)
+
+    def _beyond(self, found: Array, seen: Array) -> Array:
+        least = _LEAST + (_PART * seen if self._sampled else 0.0)
+        missed: Array = np.where(found - seen > least, found - seen, 0.0)
+        return missed
+
+    def _roots(self, steps: NDArray[np.intp], count: int) -> Array:
+        """Return the number of roots within steps, (events,), between places that are not evenly spread."""
+        places = (np.arange(count) + np.modf(0.6180339887 * np.arange(1, count + 1))[0]) / count
+        grid = np.concatenate([[0.0], places, [1.0]])
+        t = self._path.states.t
+        times = (t[steps][:, np.newaxis] + (t[steps + 1] - t[steps])[:, np.newaxis] * grid).ravel()
+        values = self._values(times, np.repeat(steps, len(grid)))
+        values = values.reshape(len(steps), len(grid), len(self._known))
+        touched = _TOUCHED * np.abs(np.nan_to_num(values)).max(axis=(0, 1))
+        found = np.zeros(len(self._known))
+        for event in range(len(self._known)):
+            one = values[:, :, event]
+            signs = np.where(np.abs(one) > touched[event], np.sign(np.nan_to_num(one)), 0.0)
+            # a value that is no sign has the one before
+            last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(grid)), 0), axis=1)
+            signs = np.take_along_axis(signs, last, axis=1)
+            rises = np.diff(signs, axis=1)
+            passed = np.abs(rises) > 1.0
+            if self._signs[event]:
+                passed &= np.sign(rises) == self._signs[event]
+            found[event] = np.count_nonzero(passed)
+        return found
+
+    def _values(self, times: Array, steps: NDArray[np.intp]) -> Array:
+        """Return the functions of events at times (m,) within steps (m,), (m, events)."""
+        path, model = self._path, self._path.run.model
+        there = path.at(times, steps)
+        q, v, z = there.states
+        held = {"multipliers": np.zeros((len(times), len(model.multipliers)))} if model.multipliers else {}
+        with np.errstate(all="ignore"):
+            u = there.u if model.nu else None
+            found = model.evaluate("events", q, v, path.states.a[steps], times, u, z=z, parameters=there.p, **held)
+        values: Array = np.asarray(found["event"])[:, self._known]
+        return values
