@@ -30,6 +30,8 @@ from eomgen.system.description import BASE, WORLD
 #: Stored pictures per second of motion; those of short runs are at least FEWEST, and a page holds at most LARGEST bytes
 #: of them.
 RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000
+#: Bytes of a page at most that a notebook takes into itself.
+_INLINE = 4_000_000
 _SCRIPTS = {
     "style": "animation.css",
     "geometry": "geometry.js",
@@ -38,6 +40,26 @@ _SCRIPTS = {
     "drawing": "drawing.js",
     "page": "page.js",
 }
+
+
+class InlineAnimation:
+    """A page that a notebook shows within itself, apart from the notebook's own scripts.
+
+    Parameters
+    ----------
+    page : str
+        Text of the page.
+    """
+
+    def __init__(self, page: str) -> None:
+        self.page = page
+
+    def __repr__(self) -> str:
+        return f"<animation, {len(self.page.encode())} bytes of HTML; a notebook shows it>"
+
+    def _repr_html_(self) -> str:
+        style = "width:100%;height:30em;border:0"
+        return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{html.escape(self.page)}"></iframe>'
 
 
 class Animated(Recorded, Protocol):
@@ -63,6 +85,23 @@ def write_animation(solution: Animated, path: str | Path) -> Path:
     path = check_name(Path(path))
     write_text(path, animation_page(solution))
     return path
+
+
+def inline_animation(solution: Animated) -> InlineAnimation:
+    """Return a solution's motion as a page for a notebook.
+
+    Raises
+    ------
+    UsageError
+        A solution without poses, or a page that is too large for a notebook.
+    FileError
+        The solution's file did not hold what eomgen writes.
+    """
+    page = animation_page(solution)
+    if (size := len(page.encode())) > _INLINE:
+        what = f"the page has {size / 1e6:.1f} MB, and a notebook takes {_INLINE / 1e6:.0f} MB"
+        raise UsageError(Problem("animate", what, 'a file of its own: animate("motion.html")'))
+    return InlineAnimation(page)
 
 
 def check_name(path: Path) -> Path:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     import xarray
 
     from eomgen.linear.linearization import Linearization
+    from eomgen.results.animation import InlineAnimation
 
 
 #: The attributes that may be evaluated later, with the kinds of those that are results by name.
@@ -268,11 +269,28 @@ class Solution:
         """
         return plot_sections(self, beam, quantities, at, axes)
 
-    def animate(self, path: str | Path) -> Path:
-        """Write the motion as one self-contained HTML file; see ``results.animation.write_animation``."""
-        from eomgen.results.animation import write_animation  # noqa: PLC0415  # solutions are used without it too
+    @overload
+    def animate(self, path: str | Path) -> Path: ...
+    @overload
+    def animate(self, path: None = None) -> InlineAnimation: ...
+    def animate(self, path: str | Path | None = None) -> Path | InlineAnimation:
+        """Write the motion as one self-contained HTML file, or show it in a notebook.
 
-        return write_animation(self, path)
+        Parameters
+        ----------
+        path : str or Path, optional
+            Name of the file, which ends in ``.html``; without it a notebook shows the page, up to 4 MB.
+
+        Raises
+        ------
+        UsageError
+            A solution without poses, another ending, or a page that is too large for a notebook.
+        FileError
+            The path cannot be written.
+        """
+        from eomgen.results.animation import inline_animation, write_animation  # noqa: PLC0415  # solutions are used without it too
+
+        return inline_animation(self) if path is None else write_animation(self, path)
 
     def plot(self, *names: str | Sequence[str], axes: object = None) -> list[Any]:
         """Draw curves over time and return their axes (matplotlib's), one for each panel of like quantities.

@@ -7,7 +7,9 @@ import base64
 import json
 import pickle
 import re
+from html.parser import HTMLParser
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ import eomgen
 from eomgen.cli import main
 from eomgen.files import read_arrays, write_arrays
 from eomgen.mechanics.describe import describe
+from eomgen.results import animation
 from eomgen.results.animation import animation_page
 from eomgen.results.drawn_solids import equivalent_solid
 from eomgen.results.scenery import scenery
@@ -100,6 +103,26 @@ def test_poses_are_compiled_when_they_are_asked_for_and_kept_from_then_on(tmp_pa
     again = eomgen.Solution.load(run.save(tmp_path / "run.npz"))
     np.testing.assert_array_equal(again.poses["link"], run.poses["link"])
     assert again.animate(tmp_path / "run.html").exists()
+
+
+def test_a_notebook_shows_the_page_that_a_file_would_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Frames(HTMLParser):
+        found: ClassVar[list[dict[str, str | None]]] = []
+
+        def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+            self.found.append({"tag": tag, **dict(attrs)})
+
+    run = pendulum().simulate(0.1, 1e-2)
+    shown = run.animate()
+    Frames().feed(shown._repr_html_())
+    (frame,) = Frames.found
+    assert frame["tag"] == "iframe" and frame["sandbox"] == "allow-scripts"
+    assert frame["srcdoc"] == run.animate(tmp_path / "run.html").read_text(encoding="utf-8")
+    assert "a notebook shows it" in repr(shown)
+    monkeypatch.setattr(animation, "_INLINE", 1000)
+    text = r"animate: the page has 0\.\d MB, and a notebook takes 0 MB; try: a file of its own: animate\("
+    with pytest.raises(eomgen.UsageError, match=text):
+        run.animate()
 
 
 # -- solids ------------------------------------------------------------------------------------------------------------
