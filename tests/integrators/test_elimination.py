@@ -11,6 +11,7 @@ import eomgen
 from eomgen.errors import ModelError
 from eomgen.integrators.methods import method_named
 from eomgen.integrators.newton.elimination import eliminate
+from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
 from eomgen.scene.scaling import LENGTH, MASS, TIME, UnitsOf, with_factors
 
@@ -36,8 +37,19 @@ def test_a_singular_matrix_is_explained_by_what_it_can_have(constrained: bool, e
     assert f"it is singular at the initial state: {expected}" in str(caught.value)
 
 
+#: Units of length, mass and time of a scene: m-kg-s, km-t-h, mm-g-ms, Mm-Gt-d.
+SYSTEMS = {
+    "SI": UnitsOf(),
+    "km-t-h": UnitsOf(1e-3, 1e-3, 1 / 3600),
+    "mm-g-ms": UnitsOf(1e3, 1e3, 1e3),
+    "Mm-Gt-d": UnitsOf(1e-6, 1e-12, 1 / 86400),
+}
+MODELS = ("cosserat", "kirchhoff", "inextensible")
+
+
 def cantilever(model: str) -> dict[str, Any]:
-    stiffness = {"stretch": 4.2e7, "torsion": 270.0, "bending_y": 350.0, "bending_z": 350.0}
+    stiffness = {"torsion": 270.0, "bending_y": 350.0, "bending_z": 350.0}
+    stretch = {} if model == "inextensible" else {"stretch": 4.2e7}
     shear = {"shear_y": 1.6e7, "shear_z": 1.6e7} if model == "cosserat" else {}
     blade = {
         "model": model,
@@ -50,9 +62,14 @@ def cantilever(model: str) -> dict[str, Any]:
         "format": 1,
         "name": "cantilever",
         "gravity": [0, 0, -9.81],
-        "beams": {"blade": {**blade, "stiffness": {**stiffness, **shear}}},
+        "beams": {"blade": {**blade, "stiffness": {**stiffness, **stretch, **shear}}},
         "joints": {"clamp": {"type": "fixed", "parent": "base", "child": "blade"}},
     }
+
+
+def in_units(scene: dict[str, Any], units: UnitsOf) -> dict[str, Any]:
+    scaled = with_factors(scene, (LENGTH, MASS, TIME))
+    return scaled | {"parameters": {name: {"value": value} for name, value in units.parameters.items()}}
 
 
 @pytest.mark.parametrize("model", ["cosserat", pytest.param("kirchhoff", marks=pytest.mark.slow)])
@@ -64,16 +81,45 @@ def test_pivots_of_beams_serve_at_steps_of_any_length(model: str) -> None:
         assert method_data(method, system, step)
 
 
+@pytest.mark.parametrize(
+    ("model", "system_of_units"),
+    [
+        pytest.param(model, name, marks=() if (model, name) == ("kirchhoff", "Mm-Gt-d") else pytest.mark.slow)
+        for model in MODELS
+        for name in SYSTEMS
+    ],
+)
+def test_beams_have_pivots_in_any_units(model: str, system_of_units: str) -> None:
+    units, method = SYSTEMS[system_of_units], method_named("generalized_alpha")
+    system = method.prepared(eomgen.derive(in_units(cantilever(model), units)))
+    for step in (1e-5 * units.time, 1e-3 * units.time, 1e-3):
+        assert method_data(method, system, step)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_states_for_the_choice_of_pivots_are_the_same_in_any_units(model: str) -> None:
+    """Size and number of the sample states; units of the test are powers of 1000, as the scale of these states is."""
+    shares = []
+    for length in (1.0, 1e-3, 1e-6):
+        system = method_named("generalized_alpha").prepared(
+            eomgen.derive(in_units(cantilever(model), UnitsOf(length=length)))
+        )
+        samples = samples_of(system)
+        travels = ~np.array(system.angular)
+        shares.append(samples.v / np.where(travels, length, 1.0))
+        assert samples.scale[travels].max() == length
+    for share in shares[1:]:
+        np.testing.assert_allclose(share, shares[0], rtol=1e-5, atol=1e-8)
+
+
 @pytest.mark.slow
-def test_a_beam_moves_alike_in_other_units() -> None:
+@pytest.mark.parametrize("model", MODELS)
+def test_a_beam_moves_alike_in_other_units(model: str) -> None:
     motions = []
-    for units in (UnitsOf(), UnitsOf(1e-3, 1e-3, 1 / 3600), UnitsOf(1e3, 1e3, 1e3), UnitsOf(1e-6, 1e-12, 1 / 86400)):
-        scene = with_factors(cantilever("cosserat"), (LENGTH, MASS, TIME))
-        for name, value in units.parameters.items():
-            scene["parameters"][name] = {"value": value}
-        model = eomgen.build(scene, profile="quick")
-        run = model.simulate(0.02 * units.time, 1e-3 * units.time, error_estimate=False)
+    for units in SYSTEMS.values():
+        compiled = eomgen.build(in_units(cantilever(model), units), profile="quick")
+        run = compiled.simulate(0.02 * units.time, 1e-3 * units.time, error_estimate=False)
         assert run.success, run.message
-        motions.append(np.array(run.q) / np.array([units.size(unit) for unit in model.q_units]))
+        motions.append(np.array(run.q) / np.array([units.size(unit) for unit in compiled.q_units]))
     for motion in motions[1:]:
         assert np.max(np.abs(motion - motions[0])) < 1e-9

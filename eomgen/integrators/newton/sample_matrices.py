@@ -19,8 +19,8 @@ from eomgen.symbolic.evaluate import Evaluation, evaluate
 
 #: States besides the initial one.
 _OTHERS = 3
-#: Where there are constraints, the way there is made of so many parts, each corrected; then corrections follow, so many
-#: at most, until no row is further from zero than this.
+#: On constraints the way there is made of so many parts, each corrected; then corrections follow, so many at most,
+#: until each row is closed to this part of the scales of the velocity components (1 rad, the size of the machine).
 _MOVES = 6
 _CORRECTIONS = 6
 _NEAR = 1e-3
@@ -30,11 +30,22 @@ _SOLVED = 1000
 
 @dataclass(frozen=True)
 class Samples:
-    """Where the nonzeros are, their values (n, size) at n states, and the velocities v (n, nv) there."""
+    """Values of the partials at n states.
+
+    Attributes
+    ----------
+    packing : where the nonzeros are
+    numbers : (n, size)
+    v : (n, nv)
+        Velocities at these states.
+    scale : (nv,)
+        Length of each velocity component that counts as 1: 1 rad, or the size of the machine.
+    """
 
     packing: Packing
     numbers: Array
     v: Array
+    scale: Array
 
 
 def packing_of(system: Any) -> Packing:
@@ -69,12 +80,12 @@ def samples_of(system: Any) -> Samples:
     q0, v0 = np.array(system.initial_q, float), np.array(system.initial_v, float)
     drawn = rng.normal(size=(system.nv, 2, _OTHERS))  # what the first bodies get depends on no number of bodies
     scale = _scales(system)
-    turns, spins = 0.7 * drawn[:, 0].T * scale, drawn[:, 1].T * (scale + np.abs(v0).max(initial=0.0))
+    turns, spins = 0.7 * drawn[:, 0].T * scale, drawn[:, 1].T * scale * (1.0 + np.abs(v0 / scale).max(initial=0.0))
     with np.errstate(all="ignore"):
         inputs = _drivers(system)
         q, v = (
             np.vstack([first, others])
-            for first, others in zip((q0, v0), _away(system, inputs, turns, spins), strict=True)
+            for first, others in zip((q0, v0), _away(system, inputs, turns, spins, scale), strict=True)
         )
         inputs |= {
             "q": q,
@@ -89,7 +100,7 @@ def samples_of(system: Any) -> Samples:
         numbers = np.asarray(evaluate(system.tape, refs, inputs), float)
     good = np.all(np.isfinite(numbers), axis=1)
     good[0] = True
-    return Samples(packing, np.nan_to_num(numbers[good]), v[good])
+    return Samples(packing, np.nan_to_num(numbers[good]), v[good], scale)
 
 
 def _scales(system: Any) -> Array:
@@ -105,14 +116,16 @@ def _scales(system: Any) -> Array:
     return np.where(np.array(system.angular or (True,) * system.nv), 1.0, travels)
 
 
-def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array) -> tuple[Array, Array]:
-    """Return q and v of states some way off the initial one, on the constraints; without those that do not come near
-    them.
+def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array, scale: Array) -> tuple[Array, Array]:
+    """Return q and v of states some way off the initial one; states that cannot be brought onto the constraints are
+    dropped.
 
     Parameters
     ----------
     turns, spins : (n, nv)
-        Where to go, and what to add to v, before constraints take their part of it.
+        Increments of q and of v, before the constraints correct them.
+    scale : (nv,)
+        Length of each velocity component that counts as 1, so that corrections depend on no unit of length.
     """
     q = np.broadcast_to(np.array(system.initial_q, float), (len(turns), system.nq)).copy()
     v = np.array(system.initial_v, float) + spins
@@ -124,23 +137,46 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array) -> tu
 
     B_of, Phi_of = Evaluation(system.tape, refs["B"]), Evaluation(system.tape, refs.get("Phi", ()))
 
-    def jacobians() -> list[Any]:
-        return [_sparse(system, values) for values in B_of.on_arrays(known | {"q": q})]
+    def jacobians(rows: int) -> list[_Rows]:
+        return [_Rows(_sparse(system, values)[:rows], scale) for values in B_of.on_arrays(known | {"q": q})]
 
     size = np.full(len(q), np.inf)
     for move in range(_MOVES + _CORRECTIONS):
         Phi = Phi_of.on_arrays(known | {"q": q})
-        size = np.abs(Phi).max(axis=1, initial=0.0)
+        holonomic = jacobians(system.holonomic)
+        size = np.array([np.abs(B.rows * value).max(initial=0.0) for B, value in zip(holonomic, Phi, strict=True)])
         if move >= _MOVES and np.all(size <= _NEAR):
             break
         steps = turns / _MOVES if move < _MOVES else np.zeros_like(turns)
-        for number, B in enumerate(jacobians()):
-            holonomic = B[: system.holonomic]
-            steps[number] = steps[number] - _shortest(holonomic, holonomic @ steps[number] + Phi[number])
+        for number, B in enumerate(holonomic):
+            steps[number] = steps[number] - B.shortest(B.of(steps[number]) + Phi[number])
         q = product.update(system.factors, q, steps)
-    for number, B in enumerate(jacobians()):
-        v[number] = v[number] - _shortest(B, B @ v[number])
+    for number, B in enumerate(jacobians(len(system.multipliers))):
+        v[number] = v[number] - B.shortest(B.of(v[number]))
     return q[size <= _NEAR], v[size <= _NEAR]
+
+
+class _Rows:
+    """Rows of B whose columns are scaled by ``scale``, and whose largest entries ``rows`` brings to 1."""
+
+    def __init__(self, B: Any, scale: Array) -> None:
+        self.scale = scale
+        scaled = B.multiply(scale[np.newaxis, :]).tocsr()
+        largest = np.asarray(abs(scaled).max(axis=1).todense()).ravel() if B.shape[0] else np.zeros(0)
+        self.rows = 1.0 / np.where(largest > 0.0, largest, 1.0)
+        self.B, self.matrix = B, scaled.multiply(self.rows[:, np.newaxis]).tocsr()
+
+    def of(self, x: Array) -> Array:
+        return np.asarray(self.B @ x, float)
+
+    def shortest(self, w: Array) -> Array:
+        """Return approximately the x of least norm, in units of ``scale``, with B x = w; a small diagonal regularises
+        a rank-deficient B."""
+        from scipy.sparse.linalg import splu  # noqa: PLC0415  # cached models are loaded without SciPy
+
+        product_of_rows = (self.matrix @ self.matrix.T).tocsc()
+        product_of_rows.setdiag(product_of_rows.diagonal() * (1.0 + 1e-9) + 1e-12)
+        return np.asarray(self.scale * (self.matrix.T @ splu(product_of_rows).solve(self.rows * w)), float)
 
 
 def _sparse(system: Any, values: Any) -> Any:
@@ -149,15 +185,6 @@ def _sparse(system: Any, values: Any) -> Any:
 
     rows, columns = np.array(system.patterns["B"]).T
     return csr_array((np.asarray(values, float), (rows, columns)), shape=(len(system.multipliers), system.nv))
-
-
-def _shortest(B: Any, w: Array) -> Array:
-    """Return approximately the minimum-norm x with B x = w; a small diagonal regularises a rank-deficient B."""
-    from scipy.sparse.linalg import splu  # noqa: PLC0415
-
-    product_of_rows = (B @ B.T).tocsc()
-    product_of_rows.setdiag(product_of_rows.diagonal() * (1.0 + 1e-9) + 1e-12)
-    return np.asarray(B.T @ splu(product_of_rows).solve(w), float)
 
 
 def _drivers(system: Any) -> dict[str, Any]:

@@ -105,6 +105,8 @@ def make_solver(
         np.concatenate([B] * len(ways)),
         np.repeat([chosen for _, chosen in ways], len(samples.numbers), axis=0),
     )
+    if not unknowns.inner:
+        values = _in_natural_units(unknowns, samples, values)
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
     elimination = _pivots(
@@ -159,6 +161,46 @@ def _pivots(
         except ModelError:
             pass
         raise  # of the scene's state, which the message names
+
+
+def _in_natural_units(
+    unknowns: Unknowns, samples: Samples, values: Mapping[MatrixIndex, Array]
+) -> Mapping[MatrixIndex, Array]:
+    """Return the entries in units of the machine's size and mass.
+
+    Rows and columns of a saddle matrix can be equilibrated in many ways, and some of them make it nearly singular. So
+    the equilibration begins at the same numbers in any units. Units are powers of 1000 in length and of 1e6 in
+    inertia, so that pivots depend little on the numbers of a scene.
+    """
+    scale = samples.scale
+    diagonal = [
+        abs(samples.numbers[0, number]) * scale[k] ** 2
+        for k, number in enumerate(_inertia_numbers(unknowns, samples.packing))
+        if number >= 0
+    ]
+    inertia = _power(max(diagonal, default=1.0), 6)
+    largest = np.zeros(unknowns.lam)
+    for (constraint, column), number in samples.packing.nonzeros["B"].items():
+        reach = np.max(np.abs(samples.numbers[:, number]), initial=0.0) * scale[column]
+        largest[constraint] = max(largest[constraint], reach)
+    rows, columns = np.ones((2, unknowns.matrix_size))
+    rows[: unknowns.v], columns[: unknowns.v] = scale / inertia, scale
+    for constraint, reach in enumerate(largest):
+        unit = _power(reach, 3)
+        for row in (unknowns.phi_row(constraint), unknowns.velocity_row(constraint)):
+            if row is not None:
+                rows[row] = 1.0 / unit
+        columns[unknowns.v + constraint] = inertia / unit
+        if constraint < unknowns.eta:
+            columns[unknowns.v + unknowns.lam + constraint] = inertia / unit
+    if np.all(rows == 1.0) and np.all(columns == 1.0):
+        return values
+    return {(row, column): part * (rows[row] * columns[column]) for (row, column), part in values.items()}
+
+
+def _power(size: float, digits: int) -> float:
+    """Return the power of 10 ** digits next to a size; 1 for none."""
+    return float(10.0 ** (digits * round(np.log10(size) / digits))) if 0.0 < size < np.inf else 1.0
 
 
 def _weighed_jacobian(unknowns: Unknowns, samples: Samples) -> Array:

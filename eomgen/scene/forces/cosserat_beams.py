@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.forces.element import ForceElement
 
@@ -19,3 +20,6 @@ class CosseratBeam(ForceElement):
     section: ClassVar[str] = "beams"
 
     beam: Cosserat
+
+    def lengths(self) -> tuple[Formula, ...]:
+        return (Number(self.beam.length),)
