@@ -164,8 +164,8 @@ def _pivots(
 
 
 def _in_natural_units(
-    unknowns: Unknowns, samples: Samples, values: Mapping[MatrixIndex, Array]
-) -> Mapping[MatrixIndex, Array]:
+    unknowns: Unknowns, samples: Samples, values: dict[MatrixIndex, Array]
+) -> dict[MatrixIndex, Array]:
     """Return the entries in units of the machine's size and mass.
 
     Rows and columns of a saddle matrix can be equilibrated in many ways, and some of them make it nearly singular. So
