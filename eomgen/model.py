@@ -636,10 +636,11 @@ class Model(CompiledModel):
         return campbell_over(self, speed, values, orders, whirl, velocities or {}, coordinates or {}, **options)
 
     def road_excitation(self, road: Road | None = None, speed: float | None = None) -> RoadExcitation:
-        """Return the random roads of the scene's inputs as an excitation of its linear models.
+        """Return the random or measured roads of the scene's inputs as an excitation of its linear models.
 
-        Wheels of the same seed run in the same track, each by its offset behind the first; tracks of different seeds
-        are independent.
+        Wheels of the same seed, or on the same profile, run in the same track, each by its offset behind the first;
+        different tracks are independent. A profile has its spectrum by Welch's method, see ``MeasuredRoad``; speeds are
+        those at the default parameters.
 
         Parameters
         ----------
@@ -649,7 +650,7 @@ class Model(CompiledModel):
         Raises
         ------
         UsageError
-            No input is a road of a class, or they differ in class or speed where none is given.
+            No input is a road, or they differ in class, profile or speed where none is given.
         """
         from eomgen.analysis.road_excitation import road_excitation  # noqa: PLC0415
 

@@ -1,11 +1,18 @@
-"""The random roads of a scene as an excitation of its linear models."""
+"""The roads of a scene as an excitation of its linear models: random ones, and measured ones by their spectra."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from eomgen.errors import Problem, UsageError
-from eomgen.spectra import Road, RoadExcitation
+from eomgen.formula.curves import Curve
+from eomgen.formula.discontinuities import affine, applications
+from eomgen.formula.evaluate import evaluate_batch
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.spectra import MeasuredRoad, Road, RoadExcitation
 from eomgen.text import listed
 
 if TYPE_CHECKING:
@@ -15,8 +22,10 @@ if TYPE_CHECKING:
 def road_excitation(model: CompiledModel, road: Road | None, speed: float | None) -> RoadExcitation:
     """Return the roads that the inputs of a scene are; see ``Model.road_excitation``."""
     under = {item.name: item.road for item in model.description.inputs if item.road is not None}
+    if not under and (measured := _measured(model)):
+        return _over_profile(measured, road, speed)
     if not under:
-        what = "no input of the scene is a random road"
+        what = "no input of the scene is a random road, nor a measured one: a curve at a speed times t less an offset"
         hint = '[inputs] front = { road = { class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand'
         raise UsageError(Problem("road_excitation", what, hint))
     classes = {item.road_class for item in under.values()}
@@ -35,3 +44,80 @@ def road_excitation(model: CompiledModel, road: Road | None, speed: float | None
         {name: tracks[item.seed] for name, item in under.items()},
         "independent",
     )
+
+
+class _Passed(NamedTuple):
+    """An input that is a measured profile under a wheel, or its rate, at the default parameters."""
+
+    curve: Curve
+    speed: float
+    offset: float
+    is_rate: bool
+
+
+def _measured(model: CompiledModel) -> dict[str, _Passed]:
+    """Return the inputs that are a curve of points at a distance that is travelled at a constant speed."""
+    values = model.description.values({})
+    found = {item.name: _passed(item.formula, values) for item in model.description.inputs if item.formula is not None}
+    return {name: passed for name, passed in found.items() if passed is not None}
+
+
+def _passed(formula: Formula, values: Mapping[str, float]) -> _Passed | None:
+    at = applications(formula)
+    if len(at) != 1 or not isinstance(at[0].curve, Curve):
+        return None
+    travelled, curve = affine(at[0].argument, lambda symbol: values.get(symbol.name)), at[0].curve
+    if travelled is None or not travelled[0] > 0.0:
+        return None
+    speed, start = travelled
+    t = (np.linspace(curve.start, curve.end, 17)[1:-1] - start) / speed
+
+    def value_of(symbol: Symbol) -> object:
+        return t if symbol.kind == "time" else values[symbol.name]
+
+    given = evaluate_batch(formula, value_of, along_motion=True)  # type: ignore[arg-type]  # numbers and an array
+    for order in (0, 1):
+        expected = speed**order * curve(speed * t + start, order)
+        if np.allclose(given, expected, rtol=1e-9, atol=1e-12 * float(np.abs(expected).max())):
+            return _Passed(curve, speed, -start, bool(order))
+    return None
+
+
+def _over_profile(measured: Mapping[str, _Passed], road: Road | None, speed: float | None) -> RoadExcitation:
+    """Return the wheels on a measured road with its spectrum."""
+    wheels = {name: passed for name, passed in measured.items() if not passed.is_rate}
+    rates = {
+        wheel: name
+        for wheel, under in wheels.items()
+        for name, passed in measured.items()
+        if passed.is_rate and _alike(passed.curve, under.curve) and np.isclose(passed.offset, under.offset)
+    }
+    if not wheels:
+        what = f"{listed(measured)} is the rate of a measured road, and no input is its elevation"
+        raise UsageError(Problem("road_excitation", what, "an input of the elevation, too"))
+    first = next(iter(wheels.values()))
+    speeds = {passed.speed for passed in wheels.values()}
+    if speed is None and len(speeds) > 1:
+        what = f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s"
+        raise UsageError(Problem("road_excitation", what, "one of them: speed=20.0"))
+    if road is None and not all(_alike(passed.curve, first.curve) for passed in wheels.values()):
+        what = "the wheels of the scene run over different profiles"
+        hint = "the spectrum of one of them: road=eomgen.spectra.MeasuredRoad.of_profile(distance, elevation)"
+        raise UsageError(Problem("road_excitation", what, hint))
+    if road is None:
+        x = np.linspace(first.curve.start, first.curve.end, len(first.curve.x))
+        gap = float(np.diff(first.curve.breaks).max())
+        road = MeasuredRoad.of_profile(x, first.curve(x), widest=gap, source="measured")
+    tracks: dict[str, float] = {}
+    known: list[Curve] = []
+    for name, passed in wheels.items():
+        place = next((k for k, curve in enumerate(known) if _alike(curve, passed.curve)), len(known))
+        known += [passed.curve] if place == len(known) else []
+        tracks[name] = float(place)
+    ahead = min(passed.offset for passed in wheels.values())
+    offsets = {name: passed.offset - ahead for name, passed in wheels.items()}
+    return RoadExcitation(road, first.speed if speed is None else speed, offsets, tracks, "independent", rates)
+
+
+def _alike(one: Curve, other: Curve) -> bool:
+    return np.array_equal(one.x, other.x) and np.array_equal(one.y, other.y)

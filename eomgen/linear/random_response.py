@@ -107,7 +107,7 @@ def root_mean_squares(
         epsabs=0.0,
         epsrel=_TOLERANCE,
         norm="max",
-        points=_resonances(modes, ends),
+        points=_places(modes, np.asarray(getattr(excitation, "bends", ())), ends),
         limit=20_000,
         full_output=True,
     )
@@ -117,9 +117,9 @@ def root_mean_squares(
     return np.asarray(np.sqrt(np.maximum(integral * scale, 0.0)))
 
 
-def _resonances(modes: Modes, ends: Array) -> list[float]:
-    """Return logarithms of frequencies about each resonance within the ends, increasing."""
-    points: list[float] = []
+def _places(modes: Modes, bends: Array, ends: Array) -> list[float]:
+    """Return logarithms of frequencies about each resonance and at bends (n,) Hz within the ends, increasing."""
+    points = [float(np.log(f)) for f in bends if f > 0.0]
     for value in modes.eigenvalues[modes.oscillating]:
         centre, half_width = abs(value.imag) / (2.0 * np.pi), abs(value.real) / (2.0 * np.pi)
         points += [np.log(f) for part in _AROUND if (f := centre + part * half_width) > 0.0]

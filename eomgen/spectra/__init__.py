@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from eomgen.spectra.excitation import Excitation, InputSpectrum, check_excitation
+from eomgen.spectra.measured_road import MeasuredRoad
 from eomgen.spectra.power_spectrum import PowerSpectrum
 from eomgen.spectra.ride_table import RideTable
 from eomgen.spectra.road import Road
@@ -13,6 +14,7 @@ __all__ = [
     "WEIGHTINGS",
     "Excitation",
     "InputSpectrum",
+    "MeasuredRoad",
     "PowerSpectrum",
     "RideTable",
     "Road",

@@ -18,7 +18,7 @@ Complex = NDArray[np.complex128]
 
 
 class Excitation(Protocol):
-    """Stationary random inputs.
+    """Stationary random inputs; one may have ``bends``, (n,) Hz, frequencies at which its spectra bend.
 
     Attributes
     ----------
@@ -104,6 +104,11 @@ class InputSpectrum:
         """First and last frequency, Hz."""
         f = np.asarray(self.frequencies, dtype=float)
         return float(f[0]), float(f[-1])
+
+    @property
+    def bends(self) -> Array:
+        """Frequencies at which a density of points bends, Hz."""
+        return np.asarray(self.frequencies if self.function is None else [], dtype=float)
 
     @property
     def name(self) -> str:

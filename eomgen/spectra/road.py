@@ -72,6 +72,11 @@ class Road:
         """Class or roughness in words."""
         return f"class {self.road_class}" if self.road_class else f"roughness {self.roughness:.4g} m^3"
 
+    @property
+    def bends(self) -> Array:
+        """Spatial frequencies at which the density bends, cycle/m."""
+        return np.array([REFERENCE_FREQUENCY] if self.long_exponent not in (None, self.exponent) else [])
+
     def of_class(self, road_class: str) -> Road:
         """Return a road of a class with the exponents and the band of this one."""
         return Road(road_class, None, self.exponent, self.long_exponent, self.band)

@@ -75,6 +75,9 @@ class RoadExcitation:
         if not known:
             what = f"{ascii(self.coherence)[:32]} is no coherence between tracks"
             raise UsageError(Problem("RoadExcitation", what, f"{', '.join(_COHERENCES)}, or a number from 0 to 1"))
+        if self.coherence == "isotropic" and math.isnan(self.road.exponent) and len(self._places) > 1:
+            what = "an isotropic road between tracks has an exponent, and a measured one has none"
+            raise UsageError(Problem("RoadExcitation: coherence", what, 'coherence="independent", or a number'))
         if self.coherence == "isotropic" and self.road.long_exponent is not None and len(self._places) > 1:
             what = "an isotropic road between tracks has one exponent, and this one has two"
             raise UsageError(Problem("RoadExcitation: coherence", what, 'coherence="independent", or a number'))
@@ -88,6 +91,11 @@ class RoadExcitation:
     def band(self) -> tuple[float, float]:
         """Frequencies that the road's waves have at this speed, Hz."""
         return self.road.band[0] * self.speed, self.road.band[1] * self.speed
+
+    @property
+    def bends(self) -> Array:
+        """Frequencies at which the spectrum of the elevation bends, Hz."""
+        return self.road.bends * self.speed
 
     @property
     def name(self) -> str:

@@ -133,7 +133,8 @@ FAILURES = [
     Failure(
         "A ride without a road",
         2,
-        "usage error: road_excitation: no input of the scene is a random road; try: [inputs] front = { road = "
+        "usage error: road_excitation: no input of the scene is a random road, nor a measured one: a curve at a speed "
+        "times t less an offset; try: [inputs] front = { road = "
         '{ class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand',
         command="linearize scene.toml --ride tip[0]",
     ),
