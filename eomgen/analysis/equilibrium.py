@@ -19,6 +19,7 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem
+from eomgen.formula.rough_operations import rough_operations
 from eomgen.lie.product import difference
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
@@ -409,8 +410,11 @@ def _not_finite(model: CompiledModel, point: Point) -> NumericalError:
         if np.all(np.isfinite(point.rates))
         else "a rate of z"
     )
-    hint = "another initial state, or formulas that have a value there"
-    return NumericalError(Problem("equilibrium", f"{where} is not a finite number at the initial state", hint))
+    what, hint = f"{where} is not a finite number at the initial state", "formulas that have a value there"
+    if not bad and (rough := rough_operations(model.description.formulas)):
+        what += f": a formula has no derivative there, of the forces perhaps {rough}"
+        hint = "a formula that is smooth there, atan2(y, x + 1e-6) for atan2(y, x)"
+    return NumericalError(Problem("equilibrium", what, f"another initial state, or {hint}"))
 
 
 def _no_stiffness(statics: Statics) -> float:

@@ -12,6 +12,7 @@ __all__ = [
     "pattern",
     "prescribed_motion",
     "recording",
+    "rough_operations",
     "smoothing",
     "steepness",
     "substitution",

@@ -241,7 +241,16 @@ def _jacobian(system: Constrained, q: Array, t: float) -> Array:
             f" and {len(undefined) - LISTED} more" if len(undefined) > LISTED else ""
         )
         what = f"these rows have no finite derivative where constraints are to be met: {listed}"
-        hint = "a state in which the points of a distance lie apart, and lengths above 0"
+        kinds = {name.rpartition(": ")[2] for name in undefined}
+        hints = [
+            hint
+            for discs, hint in (
+                (True, "a state in which no disc lies flat on the plane on which it rolls"),
+                (False, "a state in which the points of a distance lie apart, and lengths above 0"),
+            )
+            if any((kind == "contact" or kind.startswith("no slip")) == discs for kind in kinds)
+        ]
+        hint = "; ".join(hints)
         raise ModelError(Problem("constraints", what, hint))
     return B
 

@@ -249,13 +249,17 @@ class Line:
 
 @dataclass(frozen=True)
 class Wheel:
-    """A tyre about a point, by its name, on a road: a formula of the point's position, time, inputs and parameters."""
+    """A tyre about a point, by its name, on a road: a formula of the point's position, time, inputs and parameters.
+
+    ``axis``: of its spin in the axes of the point's body; None for a tyre without slip.
+    """
 
     name: str
     center: str
     radius: Formula
     road: Formula
     stiffness: Formula
+    axis: tuple[float, float, float] | None = None
 
     def deep(self, height: float, radius: float, road: float, stiffness: float) -> str:
         """Return a note on a tyre whose road reaches beyond half of its radius; empty for others.

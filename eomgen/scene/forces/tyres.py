@@ -97,7 +97,8 @@ class Tyre(ForceElement):
         return (self.radius,)
 
     def drawn(self) -> Wheel:
-        return Wheel(self.name, self.center, self.radius, self.road, self.stiffness)
+        axis = self.slip.axis if self.slip is not None else None
+        return Wheel(self.name, self.center, self.radius, self.road, self.stiffness, axis)
 
 
 def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:

@@ -1,4 +1,4 @@
-"""Tyres deep in their road where a run starts: a hub whose position was forgotten is thrown up by its tyre."""
+"""Tyres deep in their road at the start of a run, as a hub without its position is thrown up; upright axes of tyres."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from eomgen.simulation.stepping.inputs import InputSignals
 
 _AT_REST = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+#: Horizontal part of a unit vector that counts as upright.
+_UPRIGHT = 1e-9
 
 
 def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: InputSignals | None) -> list[str]:
@@ -34,10 +36,7 @@ def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: Inpu
     drawing = model.description.drawing
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     inputs = {} if signals is None else dict(zip(model.inputs, signals.rows(np.array([t]))[0].tolist(), strict=False))
-    poses = dict(zip(model.bodies, model.evaluate("poses", q, t=t, parameters=p)["pose"], strict=True))
-    poses[WORLD] = poses[BASE] = _AT_REST
-    if "base" in model.functions:
-        poses[BASE] = model.base(t, parameters=p)[:7]
+    poses = _poses(model, t, q, p)
     points = {point.name: point for point in drawing.points}
     notes = []
     for wheel in drawing.wheels:
@@ -62,3 +61,26 @@ def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: Inpu
             continue
         notes += [note] if note else []
     return notes
+
+
+def upright_tyres(model: CompiledModel, t: float, q: Array, p: Array) -> str:
+    """Return the tyres whose axis is upright, so that their slip has no directions; empty for none."""
+    wheels = [wheel for wheel in model.description.drawing.wheels if wheel.axis is not None]
+    if not wheels or "poses" not in model.functions:
+        return ""
+    poses, points = _poses(model, t, q, p), {point.name: point for point in model.description.drawing.points}
+    named = []
+    for wheel in wheels:
+        axis = rotated(poses[points[wheel.center].body][:4], np.array(wheel.axis))
+        if np.hypot(axis[0], axis[1]) <= _UPRIGHT * np.linalg.norm(axis):
+            named.append(wheel.name)
+    return ", ".join(named)
+
+
+def _poses(model: CompiledModel, t: float, q: Array, p: Array) -> dict[str, Array]:
+    """Return quaternion and position of the bodies, the base and the world, (7,) each."""
+    poses = dict(zip(model.bodies, model.evaluate("poses", q, t=t, parameters=p)["pose"], strict=True))
+    poses[WORLD] = poses[BASE] = _AT_REST
+    if "base" in model.functions:
+        poses[BASE] = model.base(t, parameters=p)[:7]
+    return poses

@@ -16,6 +16,7 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol
 from eomgen.integrators.methods import Method
 from eomgen.lie import product
+from eomgen.simulation.judgement.deep_tyres import upright_tyres
 from eomgen.simulation.judgement.formulas_without_value import OTHER_FORMULA, operations_without_value
 from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.stepping.angle_range import HINT, REASON, large_angles, large_joint_angles
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 COUNTED = 0.9 * 2.0 * np.pi
 #: What to try where joints have turned too far for their sines.
 SMALLER_ANGLES = "smaller initial angles and velocities, or a shorter run"
+#: What to try for tyres without directions of slip.
+UPRIGHT = "the axis of the wheel's spin, in the axes of its body, and another initial state"
 _ORDER = (
     ("mass", "M (the inertia matrix)"),
     ("coupling", "h (the coupling terms)"),
@@ -57,6 +60,7 @@ def first_non_finite(
     """
     q, v, a, z = state
     a = np.where(np.isfinite(a), a, 0.0)
+    tyred = model
     model = model.having([term for term, _ in _ORDER if term in model.functions or not TERMS[term].quadratic])
     with np.errstate(all="ignore"):
         for ahead in (False, True):
@@ -72,7 +76,10 @@ def first_non_finite(
             block = _at(model, time, q, v, z, p, signals)
             if block:
                 values = _values(model, time, q, v, z, p, signals)
-                return f"{block} at t = {time:.9g} s", not ahead, _cause(model, q, values)
+                cause = _cause(model, q, values)
+                if not cause[0] and (tyres := upright_tyres(tyred, time, q, p)):
+                    cause = f", where slip.axis of the tyre {tyres} is upright", UPRIGHT
+                return f"{block} at t = {time:.9g} s", not ahead, cause
     return "", False, ("", "")
 
 
