@@ -30,7 +30,11 @@ def generate(
     as_json: bool,
     **reading: Any,
 ) -> None:
-    """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler."""
+    """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler.
+
+    Numbers are doubles; compile with -DEOMGEN_REAL_FLOAT for floats. manifest.json has the command, and names and units
+    of parameters, inputs, states and outputs.
+    """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
 
     described = pipeline.load(scene, **reading)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +15,8 @@ MANIFEST = "manifest.json"
 
 
 def manifest(program: Program, files: Mapping[str, str], **more: object) -> str:
-    """Return the manifest of a folder: what it is of, its files, and what the functions take and give.
+    """Return the manifest of a folder: the model, its files, names and units of its parameters, inputs, states and
+    outputs in their order, and inputs and outputs of the functions.
 
     Parameters
     ----------
@@ -29,6 +31,15 @@ def manifest(program: Program, files: Mapping[str, str], **more: object) -> str:
         "model": program.prefix,
         "files": sorted([*files, MANIFEST]),
         "sizes": dict(program.sizes),
+        "quantities": {
+            block: [dataclasses.asdict(quantity) for quantity in quantities]
+            for block, quantities in (
+                ("parameters", program.parameters),
+                ("inputs", program.inputs),
+                ("states", program.states),
+                ("outputs", program.outputs),
+            )
+        },
         "functions": {
             function.name: {
                 "inputs": function.inputs,

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.folder import write_folder
 from eomgen.codegen.metadata import interface_layout
@@ -224,6 +225,35 @@ def test_the_manifest_tells_how_to_compile_and_what_is_there() -> None:
     assert manifest["compile"] == "cc -std=c99 -O2 -ffp-contract=off main.c pendulum.c -o pendulum -lm"
     assert manifest["functions"]["mass"]["counts"]["multiplications"] == 4
     assert manifest["compile"] in files["README.md"]
+
+
+def test_the_manifest_has_names_and_units_in_the_order_of_the_arrays() -> None:
+    """Names and units are as the scene writes them; components of arrays follow each other."""
+    scene = {
+        "format": 1,
+        "name": "motor",
+        "parameters": {"c": {"value": 0.3, "unit": "N m s/rad", "tunable": True}},
+        "inputs": {"torque": {"unit": "N m"}},
+        "bodies": {"arm": {"mass": 1.0, "inertia": [0.1, 0.1, 0.1]}},
+        "joints": {"hinge": {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 1, 0], "damping": "c"}},
+        "efforts": {"drive": {"joint": "hinge", "effort": "torque - lag"}},
+        "states": {"lag": {"rate": "torque - lag", "unit": "N m"}},
+        "outputs": {
+            "angle": {"formula": "q.hinge", "unit": "rad"},
+            "twice": {"formula": ["lag", "2 * lag"], "unit": "N m"},
+        },
+    }
+    manifest = json.loads(generate_files(to_program(eomgen.derive(scene)))["manifest.json"])
+    found = {
+        block: [(item["name"], item["unit"], item["size"]) for item in items]
+        for block, items in manifest["quantities"].items()
+    }
+    assert found == {
+        "parameters": [("c", "N m s/rad", 1)],
+        "inputs": [("torque", "N m", 1)],
+        "states": [("lag", "N m", 1)],
+        "outputs": [("angle", "rad", 1), ("twice", "N m", 2)],
+    }
 
 
 def test_numbers_round_trip_through_the_text() -> None:
