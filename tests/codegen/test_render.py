@@ -93,6 +93,8 @@ def test_hostile_names_reach_no_file_unmangled() -> None:
     program = to_program(hostile())
     files = generate_files(program)
     files |= generate_interface(program, files)
+    manifest = json.loads(files.pop("manifest.json"))  # strings of JSON, which no compiler reads
+    assert [item["name"] for item in manifest["quantities"]["parameters"]] == [item.name for item in program.parameters]
     # those are C anyway, or legal members
     telling = [word for word in HOSTILE if word not in ("double", "p", "#define", "a_b")]
     for name, text in files.items():
