@@ -100,6 +100,14 @@ def _print(found: RandomVibration) -> None:
         [(name.replace("_", " "), *cells) for name, *cells in rows],
         numeric=(1, 2, 3, 4),
     )
+    kept = [
+        (one.name, one.kind.replace("_", " "), f"{one.variables}", f"{100.0 * one.captured:.4g}")
+        for one in found.processes
+    ]
+    title = "; ".join(["random processes", *found.truncation]).replace(
+        "its variance", f"the variance of {found.output}"
+    )
+    print_table(title, ("process", "kind", "variables", "% of its variance"), kept, numeric=(2, 3))
     names = [name for name in _SHOWN if name in found.distributions]
     table, texts = [], told_apart(found.thresholds.tolist())
     for k in range(len(texts)):

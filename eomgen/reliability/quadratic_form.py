@@ -10,6 +10,9 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import ModelError
 
+#: Hessian, by the gradient, that rounding leaves of a linear response.
+_ROUNDED = 1e-9
+
 
 @dataclass(frozen=True)
 class QuadraticForm:
@@ -44,6 +47,11 @@ class QuadraticForm:
             raise ModelError(
                 "a quadratic form needs finite numbers", "a response that is defined at the expansion point"
             )
+
+    @property
+    def linear(self) -> bool:
+        """Whether the Hessian is 0 but for rounding."""
+        return bool(np.linalg.norm(self.hessian) <= _ROUNDED * np.linalg.norm(self.gradient))
 
     @cached_property
     def principal(self) -> tuple[Array, Array]:

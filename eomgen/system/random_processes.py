@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
+from eomgen.arrays import Array
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Formula
 
@@ -38,6 +40,8 @@ class RandomProcess:
     correlation : correlation coefficients with other processes, some of whose variables it has
     coherent_with : processes that it is coherent with over frequencies; it has the variables of one of them
     translation : T, a formula of the symbol of kind ``gaussian``, which is g; None where X is g
+    covariance : R at lags of x, of g with all modes and weights of 1; None if the modes are not those of a covariance
+        that depends on the lag alone: of coherent processes, of repaired covariances
     """
 
     name: str
@@ -55,6 +59,7 @@ class RandomProcess:
     correlation: tuple[tuple[str, float], ...] = ()
     coherent_with: tuple[str, ...] = ()
     translation: Formula | None = None
+    covariance: Callable[[Array], Array] | None = field(default=None, compare=False, repr=False)
 
     @property
     def own_variables(self) -> tuple[str, ...]:

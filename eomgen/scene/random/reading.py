@@ -316,6 +316,7 @@ class Processes:
                 entry.seed,
                 speed,
                 translation=translation,
+                covariance=None if coherences is not None or expansion.repaired else covariance.at,
             )
             found.append(process)
         if expansions[0].repaired:

@@ -227,9 +227,9 @@ class Sensitivities:
     def input_gradient(self, of: Functional) -> dict[str, Array]:
         """Return the derivatives of a functional in the value of each input at each row, (steps + 1,), by one adjoint.
 
-        Inputs are those that the caller gives and those without a formula; between rows they are linear, which the
-        start sees, and the nodes of methods in passes. The derivative in a number that is given at all times is their
-        sum.
+        Inputs are given by the caller, have no formula, or are random processes; between rows they are linear, which
+        the start sees, and the nodes of methods in passes. The derivative in a number that is given at all times is
+        their sum.
 
         Parameters
         ----------
@@ -245,7 +245,7 @@ class Sensitivities:
         columns = {
             item.name: number
             for number, item in enumerate(inputs)
-            if not item.given or item.name in run.run.signals.given
+            if not item.given or item.random is not None or item.name in run.run.signals.given
         }
         if not columns:
             what = "the scene has no inputs" if not inputs else "all inputs follow formulas of the scene"

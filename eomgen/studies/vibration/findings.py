@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -66,6 +67,9 @@ class Findings:
         Estimated discretisation errors of a few samples.
     errors : of each method: its error relative to the corrected probability at each threshold, on the side that is
         less probable, (n,); NaN if there is no corrected one
+    lost_variance : float
+        Share of the output's variance, to first order about the mean, that is lost with the modes left out of the
+        processes; NaN if nothing is left out, or if it is not known.
     """
 
     scene: str
@@ -84,3 +88,4 @@ class Findings:
     notes: Sequence[str]
     error: SampleErrors
     errors: Mapping[str, Array]
+    lost_variance: float = math.nan

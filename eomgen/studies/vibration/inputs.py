@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from eomgen.text import shown
 
 if TYPE_CHECKING:
     from eomgen.model import Model
+    from eomgen.system.random_processes import RandomProcess
 
 #: Samples at least, where any are asked for.
 FEWEST = 20
@@ -68,6 +70,25 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
             hint = f"variables = true in [waves.{seas[0]}], where it has a spectrum"
         raise UsageError(Problem(model.name, "the scene has no random process", hint))
     return tuple(found), variables
+
+
+def cut_processes(model: Model) -> list[RandomProcess]:
+    """Return the random processes of a scene that share an expansion of which modes are left out, or follow one."""
+    processes = [item.random for item in model.description.inputs if item.random is not None]
+    return processes if any(one.captured[-1] <= _ALL for one in processes) else []
+
+
+def doubts_of_truncation(lost: float, processes: Sequence[RandomProcess], *, linear: bool) -> list[str]:
+    """Return a note on the share of the output's variance that is lost with the modes left out, if it matters."""
+    if lost <= _TRUNCATED:
+        return []
+    least = min(one.captured[-1] for one in processes)
+    percent, low = f"{100.0 * lost:.2g}", f"{100.0 * (1.0 - math.sqrt(1.0 - lost)):.2g}"
+    about = "" if linear else ", to first order about the mean motion"
+    return [
+        f"the modes left out, with {100.0 * (1.0 - least):.2g} % of a process's variance, have {percent} % of the"
+        f" output's{about}: its standard deviation is {low} % low; try: share = {1.0 - 0.1 * (1.0 - least):.6g} or more"
+    ]
 
 
 def truncated_processes(model: Model, variables: Sequence[str], gradient: Array) -> list[str]:

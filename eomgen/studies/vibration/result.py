@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,17 @@ class RandomVibration(Findings):
         name = next(name for name in _ORDER if name in self.moments)
         mean, deviation, *_ = self.moments[name]
         text = f"{self.output} at t = {self.t:.6g} s has mean {mean:.6g} and standard deviation {deviation:.6g}"
-        return "; ".join([f"{text}{f' {self.unit}' if self.unit else ''} {_ORDER[name]}", str(self.error), *self.notes])
+        if self.unit:
+            text += f" {self.unit}"
+        parts = [f"{text} {_ORDER[name]}", *self.truncation, str(self.error), *self.notes]
+        return "; ".join(parts)
+
+    @property
+    def truncation(self) -> list[str]:
+        """A phrase on the share of the output's variance that is lost with modes left out; empty if it is not known."""
+        if math.isnan(self.lost_variance):
+            return []
+        return [f"{100.0 * self.lost_variance:.2g} % of its variance is lost with the modes left out"]
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data."""
@@ -54,6 +65,7 @@ class RandomVibration(Findings):
             "costs": {name: vars(cost) for name, cost in self.costs.items()},
             "notes": list(self.notes),
             "error": self.error.summary(),
+            "lost_variance": self.lost_variance,
             "errors": {name: values.tolist() for name, values in self.errors.items()},
             "message": self.message,
         }

@@ -213,6 +213,13 @@ class RunResponse:
         found = self._sensitivities(point)
         return found.t, component(found.outputs, self.output), component(found.derivatives, self.output)
 
+    def by_inputs(self) -> tuple[Array, dict[str, Array]]:
+        """Return times (rows,) and the derivatives of the output in the values of random processes at these, (rows,)
+        each, about the mean: by one run and one adjoint run."""
+        self.spend(1, 1)
+        found = self._begun(np.zeros(self.size), by=self.variables[:1])  # any parameter does
+        return found.t, found.input_gradient(self._functional)
+
     def ending(self, time: float) -> RunResponse:
         """Return the response at another end, which counts for itself; about a state that stays as it is it takes no
         further adjoints."""
@@ -227,12 +234,13 @@ class RunResponse:
             self.spend(1)
         return self._last[1]
 
-    def _begun(self, point: Array) -> Sensitivities:
+    def _begun(self, point: Array, by: Sequence[str] = ()) -> Sensitivities:
+        """Return derivatives of the run at a point, by all variables if no others are named."""
         given = dict(self.options)
         parameters = {**(given.pop("parameters", None) or {}), **dict(zip(self.variables, point.tolist(), strict=True))}
         settings = {**newton_settings(self.model, given.get("method")), **(given.pop("settings", None) or {})}
         name = self.output.partition("[")[0]
-        given |= {"by": list(self.variables), "of": [name], "parameters": parameters}
+        given |= {"by": list(by or self.variables), "of": [name], "parameters": parameters}
         try:
             return self.model.sensitivities(*self.span, settings=settings or None, **given)
         except NumericalError as error:

@@ -50,7 +50,9 @@ from eomgen.studies.vibration.inputs import (
     check_output,
     check_samples,
     checked_options,
+    cut_processes,
     doubts_of_spread,
+    doubts_of_truncation,
     numbers_of,
     processes_of,
     span_of,
@@ -60,6 +62,7 @@ from eomgen.studies.vibration.inputs import (
 from eomgen.studies.vibration.over_time import first_passage, judged_passage, not_normal, rows_at
 from eomgen.studies.vibration.result import RandomVibration
 from eomgen.studies.vibration.run_response import RunResponse
+from eomgen.studies.vibration.truncation import lost_variance
 
 if TYPE_CHECKING:
     from eomgen.model import Model
@@ -162,8 +165,8 @@ def random_vibration(
         study.check_form(form)
     study.check_passages(passage, forms.get("first_order"))
     study.check_steps(output, deviation)
-    if "first_order" in forms:
-        study.notes += truncated_processes(model, variables, forms["first_order"].gradient)
+    if form is not None:
+        study.check_truncation(form)
     if study.response.reason:
         study.notes.append(f"Hessians are differences of gradients: {study.response.reason}")
     units = {item.name: item.unit for item in model.description.outputs}
@@ -184,6 +187,7 @@ def random_vibration(
         study.notes,
         study.error,
         study.errors,
+        study.lost_variance,
     )
 
 
@@ -206,6 +210,7 @@ class _Study:
     notes: list[str] = field(default_factory=list, init=False)
     errors: dict[str, Array] = field(default_factory=dict, init=False)
     error: SampleErrors = field(default_factory=SampleErrors, init=False)
+    lost_variance: float = field(default=float("nan"), init=False)
     _of_steps: list[str] = field(default_factory=list, init=False)
     _samples: tuple[Array, Array] | None = field(default=None, init=False)
 
@@ -305,6 +310,18 @@ class _Study:
                 f" deviation; try: a step smaller than {self.response.span[1]:.3g} s"
             )
         self.notes += filter(None, self._of_steps)
+
+    def check_truncation(self, form: QuadraticForm) -> None:
+        """Find the share of the output's variance that is lost with the modes left out; note it if it matters."""
+        model, variables = self.response.model, self.response.variables
+        if not (cut := cut_processes(model)):
+            return
+        with self._counted("truncation"):
+            self.lost_variance = lost_variance(cut, *self.response.by_inputs(), variables, form.gradient)
+        if np.isnan(self.lost_variance):
+            self.notes += truncated_processes(model, variables, form.gradient)
+        else:
+            self.notes += doubts_of_truncation(self.lost_variance, cut, linear=form.linear)
 
     def check_passages(self, passage: dict[float, dict[str, float]], normal: QuadraticForm | None) -> None:
         """Compare probabilities of first passages by rates of crossings with samples, and choose."""
