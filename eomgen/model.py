@@ -602,6 +602,7 @@ class Model(CompiledModel):
         whirl: Sequence[tuple[str, str]] = (),
         velocities: Mapping[str, float] | None = None,
         coordinates: Mapping[str, ArrayLike] | None = None,
+        progress: Progress | bool | None = None,
         **options: Any,
     ) -> Campbell:
         """Return the frequencies of oscillations over the speed of a rotor, their whirl, and the critical speeds.
@@ -621,7 +622,13 @@ class Model(CompiledModel):
             spin, a mode whirls forward.
         velocities, coordinates : mappings
             What else is given of the steady motion, as of ``steady_motion``.
+        progress : function of (steps done, all steps), or True for a bar
         options : ``at``, ``initial``, ``parameters``, ``t``, ``u``, ``any_kind`` of ``linearize``
+
+        Returns
+        -------
+        Campbell
+            After Ctrl-C, which ``interrupted`` tells, with the values and crossings found so far.
 
         Raises
         ------
@@ -633,7 +640,8 @@ class Model(CompiledModel):
         """
         from eomgen.analysis.campbell import campbell_over  # noqa: PLC0415
 
-        return campbell_over(self, speed, values, orders, whirl, velocities or {}, coordinates or {}, **options)
+        moving, held = velocities or {}, coordinates or {}
+        return campbell_over(self, speed, values, orders, whirl, moving, held, progress, **options)
 
     def road_excitation(self, road: Road | None = None, speed: float | None = None) -> RoadExcitation:
         """Return the random or measured roads of the scene's inputs as an excitation of its linear models.

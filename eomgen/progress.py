@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from html import escape
@@ -17,6 +18,8 @@ Progress = Callable[[int, int], None]
 
 #: Seconds between two updates of a notebook, which sends each to the browser.
 _SELDOM = 0.2
+#: Seconds after which a terminal shows that work goes on.
+_PATIENCE = 1.0
 
 
 @contextlib.contextmanager
@@ -44,7 +47,7 @@ def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | N
 
 @contextlib.contextmanager
 def terminal_bar(title: str) -> Iterator[Progress | None]:
-    """Show a progress bar on stderr where that is a terminal."""
+    """Show a progress bar on stderr if that is a terminal and the work takes more than a second."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -59,9 +62,45 @@ def terminal_bar(title: str) -> Iterator[Progress | None]:
         TextColumn("{task.percentage:>5.1f} %"),
         TimeRemainingColumn(),
     )
-    with Bar(*columns, console=Console(stderr=True, highlight=False), transient=True) as bar:
-        task = bar.add_task(title, total=None)
+    bar = Bar(*columns, console=Console(stderr=True, highlight=False), transient=True)
+    task = bar.add_task(title, total=None)
+    with _after_a_while(bar):
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextlib.contextmanager
+def waiting(title: str) -> Iterator[None]:
+    """Show a title and the seconds so far, for work whose steps cannot be counted.
+
+    On stderr, if that is a terminal and the work takes more than a second.
+    """
+    if not sys.stderr.isatty():
+        yield
+        return
+    # only for a terminal
+    from rich.console import Console  # noqa: PLC0415
+    from rich.progress import Progress as Bar  # noqa: PLC0415
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    bar = Bar(*columns, console=Console(stderr=True, highlight=False), transient=True)
+    bar.add_task(title, total=None)
+    with _after_a_while(bar):
+        yield
+
+
+@contextlib.contextmanager
+def _after_a_while(bar: Any) -> Iterator[None]:
+    """Start a display of Rich after a second, by a thread since the work may not report before; stop it at the end."""
+    timer = threading.Timer(_PATIENCE, bar.start)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()  # a display that is being started is stopped whole
+        bar.stop()
 
 
 @contextlib.contextmanager

@@ -16,6 +16,8 @@ from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.campbell import Campbell
 from eomgen.linear.campbell_search import campbell
 from eomgen.linear.linearization import Linearization
+from eomgen.progress import Progress
+from eomgen.progress import shown as shown_progress
 from eomgen.text import nearest, shown
 
 if TYPE_CHECKING:
@@ -34,6 +36,7 @@ def campbell_over(
     whirl: Sequence[tuple[str, str]],
     velocities: Mapping[str, float],
     coordinates: Mapping[str, ArrayLike],
+    progress: Progress | bool | None = None,
     **options: Any,
 ) -> Campbell:
     """Return the diagram; see ``Model.campbell``."""
@@ -86,4 +89,5 @@ def campbell_over(
             motion = motion_along(model, found_once, moving, coordinates, initial, parameters or None, t, u)
         return linearize(model, {}, t, u, at=motion, parameters=parameters or None)
 
-    return campbell(speed, unit, array.tolist(), linearized, orders, whirl)
+    with shown_progress(progress, f"{model.name}: {speed}") as report:
+        return campbell(speed, unit, array.tolist(), linearized, orders, whirl, report)

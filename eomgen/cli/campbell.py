@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import Problem, UsageError
+from eomgen.text import counted
 
 if TYPE_CHECKING:
     from eomgen.linear.campbell import Campbell
@@ -41,7 +42,14 @@ class CampbellRequest:
 
     def diagram(self, model: Model, **options: Any) -> Campbell:
         """Return the diagram; options are those of ``Model.campbell``."""
-        return model.campbell(self.speed, self.values, orders=self.orders, whirl=self.whirl, **options)
+        return model.campbell(self.speed, self.values, orders=self.orders, whirl=self.whirl, progress=True, **options)
+
+    def interruption(self, found: Campbell | None) -> str:
+        """Return the line for Ctrl-C: how much of the diagram there is."""
+        if found is None:
+            return "interrupted before there was a Campbell diagram"
+        values = f"{len(found.values)} of {len(self.values)} values of {self.speed}"
+        return f"interrupted: the Campbell diagram has {values} and {counted(len(found.crossings), 'crossing')}"
 
 
 def _orders(text: str | None) -> tuple[float, ...] | None:

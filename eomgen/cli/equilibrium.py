@@ -24,6 +24,7 @@ from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
+from eomgen.progress import waiting
 from eomgen.text import json_text
 
 if TYPE_CHECKING:
@@ -70,7 +71,9 @@ def equilibrium(
         model = pipeline.build(described, real="double", profile=options.pop("profile"))
     if request is not None:
         return request.answer(model, options["initial"], options["parameters"], time, options["inputs"], as_json)
-    result = model.equilibrium(options["initial"], options["parameters"], time, options["inputs"], any_kind=any_kind)
+    given = options["initial"], options["parameters"], time, options["inputs"]
+    with waiting(f"{model.name}: equilibrium"):
+        result = model.equilibrium(*given, any_kind=any_kind)
     p = model.parameter_array(options["parameters"])
     data = _described(model, result, p, options["inputs"], options["initial"])
     files = [] if figure is None else [_drawn(model, result, p, options["initial"], Path(figure))]

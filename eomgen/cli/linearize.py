@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.cli import INTERRUPTED
 from eomgen.cli.campbell import CampbellRequest
 from eomgen.cli.options import (
     any_kind_option,
@@ -28,6 +29,7 @@ from eomgen.cli.ride import RideRequest
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
+from eomgen.progress import waiting
 from eomgen.text import counted, json_text
 
 if TYPE_CHECKING:
@@ -87,7 +89,8 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     excitation = request.model.road_excitation() if ride is not None else None
     if folder is None and sweep is not None:  # names are checked before files are
         request.model.parameter_array({sweep[0]: sweep[1][0]})
-    lin = request.linearized({}, None)
+    with waiting(f"{request.model.name}: linear model"):
+        lin = request.linearized({}, None)
     for pair in pairs:
         lin.frequency_response([], *pair)
     if folder is None and (sweep or pairs):
@@ -100,7 +103,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     table = ride.table(lin, excitation) if ride is not None and excitation is not None else None
     if table is not None:
         data["ride"] = linear_files.described_ride(table)
-    diagram = None if campbell is None else request.campbell(campbell)
+    diagram, ends = (None, "") if campbell is None else request.campbell(campbell)
     if diagram is not None:
         data["campbell"] = linear_files.described_campbell(diagram)
     files = request.written(lin, data, Path(folder), sweep, pairs, band) if folder is not None else []
@@ -122,6 +125,9 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         if diagram is not None:
             print_table("crossings with orders", diagram.headings, diagram.rows, numeric=(0, 1, 2, 3, 4))
     say(_said(lin) + (f"\nwritten to {folder}: {', '.join(file.name for file in files)}" if files else ""))
+    if ends:
+        say(ends)
+        return INTERRUPTED
     return 0
 
 
@@ -167,14 +173,17 @@ class _Request:
             return self.model.linearize(at=found, parameters=parameters, u=given["u"])
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
 
-    def campbell(self, wanted: CampbellRequest) -> Campbell:
-        """Return the Campbell diagram that is wanted."""
+    def campbell(self, wanted: CampbellRequest) -> tuple[Campbell | None, str]:
+        """Return the Campbell diagram as far as it came, and a line that tells of Ctrl-C."""
         given: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
         motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
         at = {"at": self.at} if wanted.speed in self.model.parameters else {}
-        return wanted.diagram(
-            self.model, velocities=motion, coordinates=self.held, u=self.inputs or None, **given, **at
-        )
+        given |= {"velocities": motion, "coordinates": self.held, "u": self.inputs or None}
+        try:
+            found = wanted.diagram(self.model, **given, **at)
+        except KeyboardInterrupt:
+            return None, wanted.interruption(None)
+        return found, wanted.interruption(found) if found.interrupted else ""
 
     def written(
         self,
@@ -197,11 +206,10 @@ class _Request:
         low, high = band or modes.band
         frequencies = np.geomspace(low, high, _POINTS)
         responses = {pair: lin.frequency_response(2.0 * math.pi * frequencies, *pair) for pair in pairs}
-        locus = (
-            root_locus(sweep[0], sweep[1], lambda value, last: self.linearized({sweep[0]: value}, last))
-            if sweep
-            else None
-        )
+        locus = None
+        if sweep:
+            with waiting(f"{name}: roots over {sweep[0]}"):
+                locus = root_locus(*sweep, lambda value, last: self.linearized({sweep[0]: value}, last))
         make_folder(folder)
         write_text(folder / "modes.json", json_text(data) + "\n")
         files = [folder / "modes.json", linear_files.write_modes(modes, folder / "modes.csv")]

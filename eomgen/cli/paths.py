@@ -11,6 +11,7 @@ from eomgen.cli import INTERRUPTED
 from eomgen.cli.printing import print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.progress import waiting
 from eomgen.text import json_text
 
 if TYPE_CHECKING:
@@ -67,7 +68,9 @@ class PathRequest:
         written."""
         given = {"initial": initial or None, "parameters": parameters, "t": time, "u": inputs}
         if self.buckling is not None:
-            return self._buckling(model.buckling_loads(*self.buckling, **given), model, as_json)
+            with waiting(f"{model.name}: buckling loads"):
+                found = model.buckling_loads(*self.buckling, **given)
+            return self._buckling(found, model, as_json)
         if self.along is None:
             return 0
         name, start, to = self.along

@@ -50,6 +50,7 @@ class Campbell:
     crossings : by order and speed
     stability : (n,) ``stable``, ``marginal`` or ``unstable``
     left_out : by value, why there is no linear model there
+    interrupted : whether Ctrl-C has ended it early, with the values and crossings that were found
     """
 
     parameter: str
@@ -61,6 +62,7 @@ class Campbell:
     crossings: tuple[Crossing, ...]
     stability: tuple[str, ...]
     left_out: Mapping[float, str] = field(default_factory=dict)
+    interrupted: bool = False
 
     @property
     def angular_frequencies(self) -> Array:
@@ -108,6 +110,7 @@ class Campbell:
         ends = f"{self.values[0]:.6g} to {self.values[-1]:.6g}{unit}"
         found = ", ".join(f"{item.order:g}x at {item.speed:.6g}{unit}" for item in self.crossings)
         missing = f"; none at {', '.join(f'{value:.6g}' for value in self.left_out)}" if self.left_out else ""
+        missing += "; interrupted" if self.interrupted else ""
         height = float(np.nanmax(self.frequencies, initial=0.0))
         return f"<Campbell: {what}, {ends}, up to {height:.6g} Hz; {found or 'no crossings'}{missing}>"
 

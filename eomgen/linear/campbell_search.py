@@ -21,6 +21,7 @@ from eomgen.arrays import Array
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
 from eomgen.linear.campbell import Campbell, Crossing
 from eomgen.linear.linearization import Linearization
+from eomgen.progress import Progress
 
 Complex = NDArray[np.complex128]
 #: Relative accuracy of critical speeds.
@@ -86,6 +87,7 @@ def campbell(
     linearized: Callable[[float, Linearization | None], Linearization],
     orders: Sequence[float] = (),
     pairs: Sequence[tuple[str, str]] = (),
+    report: Progress | None = None,
 ) -> Campbell:
     """Return the oscillations over values of a parameter.
 
@@ -96,6 +98,10 @@ def campbell(
     orders : multiples of the values
     pairs : pairs of outputs or states that are deflections along two axes, the second a quarter turn from the first in
         the sense of the spin; whirl is the sense in which they orbit
+    report : called with the part of the work that is done: half is for the values, half for crossings if there are
+        orders
+
+    Ctrl-C keeps the values and crossings found so far, if there are two values.
 
     Values at which there is no linear model are left out with a warning, as long as two are kept.
 
@@ -123,14 +129,26 @@ def campbell(
 
     nodes: list[_Node] = []
     failures: dict[float, ModelError | NumericalError] = {}
-    for value in map(float, values):
-        try:
-            model = at(value, nodes[-1].model if nodes else None)
-        except (ModelError, NumericalError) as error:
-            failures[value] = error
-            continue
-        node = _Node(value, model, _oscillations(model, pairs, value), wanted=True)
-        nodes += [*_between(nodes[-1], node, at, pairs, _DEPTH), node] if nodes else [node]
+    all_steps = (2 if orders else 1) * len(values)
+
+    def look_at_values() -> None:
+        for number, value in enumerate(map(float, values), 1):
+            try:
+                model = at(value, nodes[-1].model if nodes else None)
+                node = _Node(value, model, _oscillations(model, pairs, value), wanted=True)
+                nodes.extend([*_between(nodes[-1], node, at, pairs, _DEPTH), node] if nodes else [node])
+            except (ModelError, NumericalError) as error:
+                failures[value] = error
+            if report is not None:
+                report(number, all_steps)
+
+    interrupted = False
+    try:
+        look_at_values()
+    except KeyboardInterrupt:
+        if sum(node.wanted for node in nodes) < _FEWEST:
+            raise
+        interrupted = True
     if failures and sum(node.wanted for node in nodes) < _FEWEST:
         raise next(iter(failures.values()))
     for kind in _alike([str(failure) for failure in failures.values()]):
@@ -169,7 +187,7 @@ def campbell(
         word = {1: "forward", -1: "backward"}.get(int(last["whirl"]), "")
         return Crossing(order, speed, float(last["eigenvalue"].imag), places[number], word)
 
-    crossings = []
+    candidates: list[tuple[float, int, int]] = []
     for order in orders:
         for old, new in places.items():
             above = eigenvalues[:, new].imag - order * np.abs([node.value for node in nodes])
@@ -177,7 +195,15 @@ def campbell(
                 changes = np.flatnonzero((above[1:] <= 0.0) != (above[:-1] <= 0.0))
             for place in changes.tolist():
                 if not np.isnan(above[place : place + 2]).any():
-                    crossings.append(crossing(float(order), place, old))
+                    candidates.append((float(order), place, old))
+    crossings: list[Crossing | None] = []
+    try:
+        for number, candidate in enumerate(() if interrupted else candidates, 1):
+            crossings.append(crossing(*candidate))
+            if report is not None:
+                report(len(values) + len(values) * number // len(candidates), all_steps)
+    except KeyboardInterrupt:
+        interrupted = True
     doubts.warn(stacklevel=6)
     kept = sorted((item for item in crossings if item is not None), key=lambda item: (item.order, item.speed))
     wanted = [row for row, node in enumerate(nodes) if node.wanted]
@@ -186,7 +212,9 @@ def campbell(
     eigenvalues, whirl = eigenvalues[wanted], whirl[wanted]
     left_out = {value: str(failure) for value, failure in failures.items()}
     multiples = tuple(map(float, orders))
-    return Campbell(parameter, unit, given, eigenvalues, whirl, multiples, tuple(kept), stability, left_out)
+    return Campbell(
+        parameter, unit, given, eigenvalues, whirl, multiples, tuple(kept), stability, left_out, interrupted
+    )
 
 
 def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: float) -> _Oscillations:

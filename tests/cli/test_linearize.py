@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import math
 import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +51,51 @@ def test_a_table_of_modes(capsys: pytest.CaptureFixture[str]) -> None:
         r" +2 +11\.0246889 +0\.201257 +-13\.9411045 ± 67\.8527903j +wheel 1, body 0\.0592 at -112°", lines[3]
     )
     assert shown.err == "stable: every mode decays, the slowest with e^(-1.712 t)\n"
+
+
+@pytest.mark.parametrize(("after", "values"), [(1, None), (3, 3)])
+def test_an_interrupted_diagram_keeps_the_modes_and_the_values_so_far(
+    top: str, after: int, values: int | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupting(number: int, total: int) -> None:
+        if number == after:
+            raise KeyboardInterrupt
+
+    @contextlib.contextmanager
+    def bar(title: str) -> Iterator[Callable[[int, int], None]]:
+        assert title == "top: mass"
+        yield interrupting
+
+    monkeypatch.setattr("eomgen.progress.terminal_bar", bar)
+    assert main(["linearize", top, "--at", "initial", "--campbell", "mass=1:2:5", "--orders", "1"]) == 130
+    told = capsys.readouterr()
+    assert told.out.startswith("top about the initial state at t = 0 s")
+    last = told.err.splitlines()[-1]
+    if values is None:
+        assert last == "interrupted before there was a Campbell diagram"
+    else:
+        assert last == "interrupted: the Campbell diagram has 3 of 5 values of mass and 0 crossings"
+
+
+@pytest.mark.parametrize(
+    ("words", "called"),
+    [
+        (["equilibrium"], "equilibrium"),
+        (["equilibrium", "--buckling", "damper"], "buckling_loads"),
+        (["linearize"], "linearize"),
+    ],
+)
+def test_ctrl_c_is_one_line(
+    words: list[str], called: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupting(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(eomgen.Model, called, interrupting)
+    verb, *more = words
+    assert main([verb, QUARTER_CAR, *more]) == 130
+    told = capsys.readouterr()
+    assert (told.out, told.err.strip()) == ("", "interrupted")  # on a line of its own, behind the ^C of a terminal
 
 
 def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

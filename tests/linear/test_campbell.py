@@ -90,6 +90,37 @@ def test_critical_speeds_are_roots_of_their_own_polynomial(overhung: eomgen.Mode
     assert f"1x at {of_order_1[0]:.6g}" in repr(diagram) and "<td" in diagram._repr_html_()
 
 
+@pytest.mark.parametrize("after", [2, 5, 9, 10])
+def test_ctrl_c_keeps_the_values_and_crossings_so_far(overhung: eomgen.Model, after: int) -> None:
+    speeds, told = np.linspace(0.0, 1500.0, 9), list[tuple[int, int]]()
+    whole = overhung.campbell("spin", speeds, whirl=[("x", "y")])
+
+    def report(done: int, total: int) -> None:
+        told.append((done, total))
+        if len(told) == after:
+            raise KeyboardInterrupt
+
+    part = overhung.campbell("spin", speeds, whirl=[("x", "y")], progress=report)
+    assert part.interrupted and not whole.interrupted
+    assert repr(part).endswith("; interrupted>") and "interrupted" not in repr(whole)
+    np.testing.assert_array_equal(part.values, speeds[:after])
+    np.testing.assert_array_equal(part.eigenvalues, whole.eigenvalues[:after])
+    assert part.crossings == whole.crossings[: max(0, after - len(speeds))]
+    assert told == sorted(told) and {total for _, total in told} == {18}
+
+
+def test_progress_of_a_diagram_arrives_at_its_end(overhung: eomgen.Model) -> None:
+    told = list[tuple[int, int]]()
+    diagram = overhung.campbell("spin", np.linspace(0.0, 1500.0, 9), progress=lambda *step: told.append(step))
+    assert told == sorted(told) and told[-1] == (18, 18) and len(told) == 9 + len(diagram.crossings)
+    with pytest.raises(KeyboardInterrupt):  # one value is no diagram
+        overhung.campbell("spin", [0.0, 1.0], progress=lambda *_: _interrupt())
+
+
+def _interrupt() -> None:
+    raise KeyboardInterrupt
+
+
 def test_the_speed_may_be_negative_and_the_sense_is_that_of_the_spin(overhung: eomgen.Model) -> None:
     pairs = [("x", "y")]
     there = overhung.campbell("spin", [-300.0, -200.0], whirl=pairs)

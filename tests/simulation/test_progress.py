@@ -1,13 +1,14 @@
 """Bars of progress: in notebooks and on terminals, by ``progress=True``."""
 
 import sys
+import time
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
 
 import eomgen
-from eomgen.progress import shown
+from eomgen.progress import shown, terminal_bar, waiting
 
 
 @pytest.fixture
@@ -60,11 +61,40 @@ def test_where_nobody_looks_there_is_no_bar(
     assert (pages, capsys.readouterr()) == ([], ("", ""))
 
 
-def test_a_terminal_gets_a_bar(model: eomgen.Model, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+def _be_terminal(monkeypatch: pytest.MonkeyPatch, patience: float) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    assert model.simulate(0.5, 1e-3, progress=True).success
-    assert "spherical_pendulum" in capsys.readouterr().err
+    monkeypatch.setattr("eomgen.progress._PATIENCE", patience)
+
+
+def test_a_terminal_gets_a_bar_for_a_run_that_lasts(
+    model: eomgen.Model, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    _be_terminal(monkeypatch, 0.02)
+    with terminal_bar("arm") as bar:
+        assert bar is not None
+        assert model.simulate(2e-3, 1e-3, progress=bar).success
+        time.sleep(0.2)
+    text = capsys.readouterr().err
+    assert "arm" in text and "100.0 %" in text
+
+
+@pytest.mark.parametrize("display", [terminal_bar, waiting])
+def test_a_terminal_shows_nothing_of_short_work(display: Any, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    _be_terminal(monkeypatch, 1.0)
+    with display("arm"):
+        pass
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("display", [terminal_bar, waiting])
+def test_ctrl_c_erases_what_a_terminal_shows(display: Any, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    _be_terminal(monkeypatch, 0.02)
+    with pytest.raises(KeyboardInterrupt), display("arm"):
+        time.sleep(0.2)
+        raise KeyboardInterrupt
+    text = capsys.readouterr().err
+    assert "arm" in text and text.endswith("\x1b[2K")
 
 
 @pytest.mark.parametrize("wrong", [3, "yes"])
