@@ -52,6 +52,7 @@ class ElementStrains:
         self.stiffness = np.concatenate([np.zeros((0, 6, 6)), *(beam.matrices(values) for beam in beams)])
         self._own = {factor.name: factor.v_start for factor in model.factors if factor.group == "SE3"}
         self._nodes = sorted({*self._first.tolist(), *self._second.tolist()})
+        self._last: tuple[Array, csr_array] | None = None  # q and twists: a correction asks twice
 
     def __len__(self) -> int:
         return len(self.stiffness)
@@ -96,7 +97,12 @@ class ElementStrains:
         return csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
     def _twists(self, q: Array) -> csr_array:
-        """Return the body twists of all nodes by v, (6 nodes, nv): their own six components, or those of joints."""
+        """Return the body twists of all nodes by v, (6 nodes, nv): their own six components, or the joints'."""
+        if self._last is None or not np.array_equal(self._last[0], q):
+            self._last = np.array(q), self._twists_at(q)
+        return self._last[1]
+
+    def _twists_at(self, q: Array) -> csr_array:
         rows, columns = [np.zeros(0, int)], [np.zeros(0, int)]
         entries = [np.zeros(0)]
         carried = []

@@ -68,6 +68,12 @@ def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
 
 def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance: float = UNIT_TOLERANCE) -> None:
     """Raise UsageError where a quaternion of a configuration (..., nq) is not of unit length."""
+    starts = [factor.q_start for factor in factors if factor.group != "R"]
+    if not starts:
+        return
+    every = q[..., np.add.outer(starts, np.arange(4))]
+    if not np.any(np.abs(np.sqrt(np.sum(every * every, axis=-1)) - 1.0) > tolerance):
+        return
     for factor in factors:
         if factor.group == "R":
             continue

@@ -38,9 +38,13 @@ class Factor:
 def update(factors: Sequence[Factor], q: Array, theta: Array) -> Array:
     """Return q * exp(theta), quaternions scaled back to unit length; q is (..., nq), theta (..., nv)."""
     result = np.array(q, dtype=np.result_type(q, theta, float))
-    for group, of_q, of_v in _runs(factors):
+    for group, of_q, of_v in _runs(factors, together=True):
         first, step = q[..., of_q], theta[..., of_v]
-        result[..., of_q] = first + step if group is None else numeric.update(group, first, step)
+        if group is None:
+            result[..., of_q] = first + step
+        else:
+            moved = numeric.update(group, _elements(first, group.q_size), _elements(step, group.v_size))
+            result[..., of_q] = moved.reshape(result[..., of_q].shape)
     return result
 
 
@@ -86,15 +90,23 @@ def _block_diagonal(factors: Sequence[Factor], x: Array, of_numbers: float, of_g
     return result
 
 
-def _runs(factors: Sequence[Factor]) -> list[tuple[Group | None, slice, slice]]:
-    """Return groups with their parts of q and v; None: numbers, of factors side by side together."""
+def _elements(x: Array, size: int) -> Array:
+    """Return the components of elements side by side as (..., elements, size)."""
+    return x.reshape(*x.shape[:-1], -1, size)
+
+
+def _runs(factors: Sequence[Factor], *, together: bool = False) -> list[tuple[Group | None, slice, slice]]:
+    """Return groups with their parts of q and v; None: numbers.
+
+    Numbers side by side have one part, and with ``together`` elements of one group side by side, too.
+    """
     found: list[tuple[Group | None, slice, slice]] = []
     for factor in factors:
         of_q, of_v = factor.q, factor.v
-        if factor.group != "R":
-            found.append((group_named(factor.group, factor.v_size), of_q, of_v))
-        elif found and found[-1][0] is None and found[-1][1].stop == of_q.start and found[-1][2].stop == of_v.start:
-            found[-1] = None, slice(found[-1][1].start, of_q.stop), slice(found[-1][2].start, of_v.stop)
+        group = None if factor.group == "R" else group_named(factor.group, factor.v_size)
+        joins = bool(found) and (group is None or together) and found[-1][0] == group
+        if joins and found[-1][1].stop == of_q.start and found[-1][2].stop == of_v.start:
+            found[-1] = group, slice(found[-1][1].start, of_q.stop), slice(found[-1][2].start, of_v.stop)
         else:
-            found.append((None, of_q, of_v))
+            found.append((group, of_q, of_v))
     return found

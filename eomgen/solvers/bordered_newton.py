@@ -215,16 +215,16 @@ def _solved(statics: LoadedStatics, rest: Rest, tangents: Tangents, plane: Direc
     """Return the solution of the bordered equations; None where they are singular."""
     by_factor = statics.by_factor(rest).joined
     row = np.append(weights(statics, rest) * plane.unknowns, plane.s / statics.reach**2)
-    core = block_array(
-        [
-            [tangents.K, tangents.B.T, tangents.Rz],
-            [tangents.B, None, None],
-            [tangents.Fq, None, tangents.Fz],
-        ],
-        format="csc",
-    )
+    nv, end = len(statics.sizes), len(row) - 1
+    parts = [slice(0, nv), slice(nv, nv + len(rest.multipliers)), slice(nv + len(rest.multipliers), end)]
+    last_column = [coo_array(by_factor[part, np.newaxis]) for part in parts]
     matrix = block_array(
-        [[core, coo_array(by_factor[:, np.newaxis])], [coo_array(row[np.newaxis, :-1]), coo_array([[row[-1]]])]],
+        [
+            [tangents.K, tangents.B.T, tangents.Rz, last_column[0]],
+            [tangents.B, None, None, last_column[1]],
+            [tangents.Fq, None, tangents.Fz, last_column[2]],
+            [*(coo_array(row[np.newaxis, part]) for part in parts), coo_array([[row[-1]]])],
+        ],
         format="csc",
     )
     return solve_scaled(matrix, right)
@@ -232,9 +232,13 @@ def _solved(statics: LoadedStatics, rest: Rest, tangents: Tangents, plane: Direc
 
 def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
     """Return the solution of sparse equations, rows and columns scaled alike; None where they are singular."""
-    columns = _inverse_roots(abs(matrix).max(axis=0).toarray())
-    rows = _inverse_roots(abs(matrix).max(axis=1).toarray())
-    scaled = csc_array(diags_array(rows) @ matrix @ diags_array(columns))
+    sizes, of_column = np.abs(matrix.data), np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
+    largest_of_row, largest_of_column = np.zeros(matrix.shape[0]), np.zeros(matrix.shape[1])
+    np.maximum.at(largest_of_row, matrix.indices, sizes)
+    np.maximum.at(largest_of_column, of_column, sizes)
+    rows, columns = _inverse_roots(largest_of_row), _inverse_roots(largest_of_column)
+    scaled = matrix.copy()
+    scaled.data = rows[matrix.indices] * matrix.data * columns[of_column]
     for shift in (0.0, _SHIFT):
         shifted = csc_array(scaled + shift * diags_array(np.ones(len(rows)))) if shift else scaled
         try:
@@ -247,5 +251,4 @@ def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
 
 
 def _inverse_roots(sizes: Array) -> Array:
-    flat = np.asarray(sizes, float).ravel()
-    return 1.0 / np.sqrt(np.where(flat > 0.0, flat, 1.0))
+    return 1.0 / np.sqrt(np.where(sizes > 0.0, sizes, 1.0))

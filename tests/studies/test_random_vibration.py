@@ -20,10 +20,10 @@ from eomgen.errors import NumericalError, UsageError
 from eomgen.scene.load import load_toml
 from eomgen.studies import RandomVibration, random_vibration
 from eomgen.studies.vibration.distributions import against_samples, without
-from eomgen.studies.vibration.findings import Distribution
+from eomgen.studies.vibration.findings import Distribution, Process
 from eomgen.studies.vibration.inputs import processes_of, truncated_processes
 from eomgen.studies.vibration.over_time import first_passage, judged_passage, not_normal
-from eomgen.studies.vibration.plots import _covariance, _modes
+from eomgen.studies.vibration.plots import _covariance, _modes, _title_of_modes
 from eomgen.studies.vibration.run_response import RunResponse
 from eomgen.text import told_apart
 from tests.reliability.duffing import Duffing
@@ -477,3 +477,15 @@ def test_last_modes_that_matter_to_the_output_are_noted(duffing: eomgen.Model) -
     assert truncated_processes(duffing, variables, slopes) == []
     (note,) = truncated_processes(duffing, variables, np.where(slopes < 1.0, 1.0, slopes))
     assert note.startswith("the last 2 of 21 modes of force have 9.5 % of the output's variance, to first order: the")
+
+
+@pytest.mark.parametrize(
+    ("kinds", "title"),
+    [
+        (["exponential"], "Karhunen-Loève modes of the random processes"),
+        (["waves"], "Energies of the waves, of two variables each"),
+        (["exponential", "waves"], "Karhunen-Loève modes of the random processes, energies of the waves"),
+    ],
+)
+def test_the_title_of_modes_tells_waves_from_processes(kinds: list[str], title: str) -> None:
+    assert _title_of_modes([Process("sea", kind, 2, 1.0, (1.0, 0.5)) for kind in kinds]) == title

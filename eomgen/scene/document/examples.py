@@ -71,8 +71,8 @@ def example(location: tuple[str | int, ...], given: object) -> str:
         return "orientation, which is a matrix, in place of rotation"
     if last == "mimic" and isinstance(given, str):
         return f"mimic = {{ joint = {quoted(given)}, multiplier = 1 }}"
-    if last == "follow" and isinstance(given, str):
-        return f"follow = {{ waves = {quoted(given)} }}"
+    if last == "follow":
+        return f"follow = {{ waves = {quoted(given if isinstance(given, str) else 'NAME')} }}"
     if location == ("parameters",):
         return "[parameters] and a line for each: NAME = 1.0"
     of_parameters = section == "parameters" and len(location) > 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from scipy import special
 
 from eomgen.figures import new_figure, saved
-from eomgen.studies.vibration.findings import Distribution, Findings
+from eomgen.studies.vibration.findings import Distribution, Findings, Process
 
 #: Label, colour, line and mark of each method.
 _STYLES = {
@@ -106,6 +107,14 @@ def _covariance(found: Findings) -> Any:
     return figure
 
 
+def _title_of_modes(processes: Sequence[Process]) -> str:
+    of_waves = [process.kind == "waves" for process in processes]
+    if all(of_waves):
+        return "Energies of the waves, of two variables each"
+    modes = "Karhunen-Loève modes of the random processes"
+    return f"{modes}, energies of the waves" if any(of_waves) else modes
+
+
 def _modes(found: Findings) -> Any:
     figure = new_figure((7.6, 3.6))
     axes = figure.subplots()
@@ -116,7 +125,7 @@ def _modes(found: Findings) -> Any:
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set_xlabel("mode")
     axes.set_ylabel("eigenvalue by the largest")
-    axes.set_title("Karhunen-Loève modes of the random processes", fontsize="medium")
+    axes.set_title(_title_of_modes(found.processes), fontsize="medium")
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
     return figure
