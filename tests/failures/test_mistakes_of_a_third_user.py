@@ -229,7 +229,7 @@ def robot(old: str, new: str) -> Callable[[], Any]:
         (joint("friction = { coulomb = 0.3 }"), "the key velocity is missing; try: velocity = 0.01"),
         (joint("friction = { mu = 0.3, velocity = 0.01 }"), "'mu' is unknown here; try: coulomb, a force in N or a to"),
         (joint('mimic = "elbow"'), "a table is needed here, not 'elbow'; try: mimic = { joint = \"elbow\", multiplier"),
-        (entry("base", "follow = true"), 'a table is needed here, not true; try: follow = { waves = "NAME" }'),
+        (entry("base", "follow = true"), 'not a boolean (true); try: follow = { waves = "NAME" }'),
         (joint('drive = "sin(t)"\ninitial = { position = 1 }'), "try: no initial: it starts where its drive is at t ="),
         (entry("loops.c", 'type = "distance"'), "(loops): the key 'loops' is unknown here; try: constraints"),
         (entry("links.c", "mass = 1"), "the key 'links' is unknown here; try: bodies"),
