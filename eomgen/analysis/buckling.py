@@ -49,7 +49,7 @@ class BucklingLoads:
 
     @property
     def reversed(self) -> tuple[bool, ...]:
-        """Which of the values are those of the reversed load."""
+        """Whether each critical value belongs to the reversed load."""
         return tuple(bool(value < 0.0) if self.at >= 0.0 else bool(value > 0.0) for value in self.values)
 
     def __repr__(self) -> str:

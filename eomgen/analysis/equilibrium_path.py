@@ -26,15 +26,15 @@ class Critical:
 
     Attributes
     ----------
-    kind : ``limit point``, where the parameter turns round, or ``bifurcation``, where another path branches off
+    kind : ``limit point``, if the parameter turns round, or ``bifurcation``, if another path branches off
     value : of the parameter
     q : (nq,)
-    mode : (nv,) displacement that nothing opposes there, its largest component 1 rad, or the scene's length
-    columns : of the path, there
-    after : row of the path's arrays behind it
-    components : of the mode, the names of those that take the largest part, largest first
-    modes : (nv, n) all displacements that nothing opposes there; more than one where several stiffnesses are zero at
-        once, as those of a round column are in both planes
+    mode : (nv,) displacement with zero stiffness at the point, its largest component 1 rad, or the scene's length
+    columns : of the path, at the point
+    after : row of the path's arrays behind the point
+    components : names of the mode's largest components, largest first
+    modes : (nv, n) basis of all displacements with zero stiffness at the point; n > 1 if several stiffnesses vanish
+        together, as for a round column, which buckles in two planes
     """
 
     kind: str
@@ -64,8 +64,9 @@ class EquilibriumPath:
     columns : named numbers along the path, (n,) each: the scene's outputs, and positions of bodies, ``body.x``, in m
     units : of the columns
     outputs : names of the columns that are outputs of the scene
-    negative : (n,) number of directions that stiffness does not oppose but drives; -1 where that was not looked at
-    lowest : (n,) the stiffness next to zero along unit kinetic energy, (rad/s)^2; not a number where not looked at
+    negative : (n,) number of directions with negative stiffness; -1 if not computed
+    lowest : (n,) eigenvalue of the stiffness relative to the mass with the least magnitude, (rad/s)^2; NaN if not
+        computed
     critical : limit points and bifurcations, in their order
     success : whether the path arrives at the value asked for
     message : where it ends, and why

@@ -159,7 +159,7 @@ def _followed(
         message = end.why
     except KeyboardInterrupt:
         message, interrupted = "interrupted", True
-        del found[len(points) :]  # those of the point that was being examined
+        del found[len(points) :]  # critical points of the interrupted examination
         critical = [(after, at) for after, at in critical if after < len(points)]
     where = f"{varied.name} = {points[-1].rest.s:.6g}{varied.shown_unit}"
     told = f"the path ends at {where}, not at {target:.6g}: {message}" if message else f"the path arrives at {where}"

@@ -24,19 +24,19 @@ from eomgen.solvers.tangent_stiffness import compliance
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Fractions of a turn of the base at which forces are looked at again, and the part of a rad or of the scene's length
-#: by which they may move the rest meanwhile.
+#: Fractions of a turn of the base for the check of constant forces, and the largest displacement of the rest by changed
+#: forces, in rad or scene lengths.
 _LATER, _STEADY = (0.11, 0.37, 1.0, 2.6), 1e-7
 #: Largest load steps.
 _STEPS = StepLimits(factor=0.5)
-#: Places in the state of a base of its angular velocity, and of that velocity's rate.
+#: Slices of a base's state: angular velocity and angular acceleration.
 _TURNING, _CHANGING = slice(7, 10), slice(13, 16)
-#: Part of the squared rate by which it may change.
+#: Largest angular acceleration of an evenly turning base, relative to the squared rate.
 _EVEN = 1e-9
 
 
 def turns_evenly(model: CompiledModel, p: Array, t: float) -> bool:
-    """Return whether the base turns at t, at a rate that does not change."""
+    """Return whether the base turns at t with a constant rate."""
     if "base" not in model.functions:
         return False
     base = model.base(t, parameters=p)
@@ -45,13 +45,13 @@ def turns_evenly(model: CompiledModel, p: Array, t: float) -> bool:
 
 
 def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u: Inputs) -> SteadyMotion:
-    """Return rest beside a base that turns evenly, reached by load steps from q and z.
+    """Return the rest relative to an evenly turning base, by load steps from q and z.
 
     Raises
     ------
     NumericalError
-        Load steps do not lead to rest, nothing holds it, or forces change with the turn of the base; names the
-        component.
+        Load steps do not lead to rest, the stiffness is singular, or forces change as the base turns; the message names
+        the component.
     """
     base = model.base(t, parameters=p)
     still = np.zeros(model.nv)
@@ -87,7 +87,7 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
 
 
 def _residual_later(model: CompiledModel, rest: Rest, u: Inputs, p: Array, later: float) -> Array:
-    """Return what is unbalanced at a rest, (nv,), at another time."""
+    """Return the residual of the equilibrium equations at a rest, (nv,), at another time."""
     measures = Measures(model, p, later, model.base(later, parameters=p))
     then = loaded_statics(model, measures, rest.q, u, np.zeros(model.nv))
     return then.balance(rest).residual

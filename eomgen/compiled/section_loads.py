@@ -14,7 +14,7 @@ from eomgen.compiled.terms import Extensible, Inputs, Parameters, States
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import PURPOSES
 
-#: Loads on the halves add to what is transmitted at the first node, and are already in what is at the second one.
+#: Signs of the loads on halves: added to the transmitted load at the first node, already included at the second node.
 _SIGNS = np.array([[1.0], [-1.0]])
 
 
@@ -22,7 +22,7 @@ _SIGNS = np.array([[1.0], [-1.0]])
 class SectionLoads:
     """Strains and loads of one beam, of n elements, in the axes of its sections.
 
-    Strains are those of the section in the middle of an element. A load is exerted by the part of the beam beyond a
+    Strains refer to the section in the middle of an element. A load is exerted by the part of the beam beyond a
     section, of larger x, on the part before it, so pulling and stretching are positive: stiffness times strains, plus
     damping times their rates, is its mean over an element. Loads at the ends of an element differ by the distributed
     loads, the weight and the inertia forces of its halves; they jump at nodes by concentrated loads alone.
@@ -30,7 +30,7 @@ class SectionLoads:
     Attributes
     ----------
     x : (n,) m, middle of each element along the axis at rest
-    curvature : (..., n, 3) 1/m; twist, curvature about y and about z, less those at rest
+    curvature : (..., n, 3) 1/m; changes from rest of twist, curvature about y and curvature about z
     strain : (..., n, 3); stretch, shear along y and along z
     moment : (..., n, 3) N m; torque, bending moment about y and about z; mean of the element
     force : (..., n, 3) N; axial force, shear force along y and along z; mean of the element
@@ -103,10 +103,10 @@ def section_loads(
     q, v : (..., nq), (..., nv)
         At rest where no v is given.
     a : (..., nv), optional
-        Accelerations, of which the inertia forces on the elements are made: by default zero at rest, and those of the
-        dynamics where v is given.
+        Accelerations for the inertia forces on the elements: by default zero at rest, and computed by forward dynamics
+        if v is given.
     multipliers : (..., constraints), optional
-        Forces of strains that a beam does not have; by default those of the dynamics.
+        Constraint forces of suppressed strains; by default computed by forward dynamics.
 
     Raises
     ------

@@ -47,7 +47,7 @@ def unresolved_processes(model: CompiledModel, run: Solution, given: Collection[
         frequencies, power = _spectrum(model, process, start, end)
         if not np.any(power > 0.0):
             continue
-        above = np.clip((frequencies - highest) / frequencies[1] + 0.5, 0.0, 1.0)  # a density is that of its interval
+        above = np.clip((frequencies - highest) / frequencies[1] + 0.5, 0.0, 1.0)  # of each interval
         share = float(power @ above / power.sum())
         if share > _REPORTED:
             within = np.cumsum(power) / power.sum()

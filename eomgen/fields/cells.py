@@ -73,7 +73,7 @@ class CellEnergy:
 
 #: e is the logarithm of the mean number of objects that a cell with a response of 1 has.
 _LOG_INTENSITY = {"e": "log_mean + bias*(s - variance/2) - bias*(bias - 1)*variance/2"}
-#: Counts of a cell that is not observed (response 0) say nothing, whatever stands there.
+#: Counts of unobserved cells (response 0) carry no information, for any value in the data.
 _OBSERVED = {**_LOG_INTENSITY, "observed": "counts if response > 0 else 0"}
 
 
@@ -115,7 +115,7 @@ def negative_binomial(
 ) -> CellEnergy:
     """Return the energy of counts with a negative binomial distribution, whose variance is m + m^2/beta.
 
-    m = R mean (1 + delta)^bias/<(1 + delta)^bias> is the mean, names and the other parameters are those of ``poisson``.
+    m = R mean (1 + delta)^bias/<(1 + delta)^bias> is the mean; for names and the other parameters see ``poisson``.
     The energy is (counts + beta) ln(1 + m/beta) - counts e; cells with R = 0 drop out.
 
     Parameters
@@ -134,7 +134,7 @@ def negative_binomial(
 def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, response: bool = False) -> CellEnergy:
     """Return the energy of ``counts`` with normal errors about R mean (1 + delta)^bias/<(1 + delta)^bias>.
 
-    Names and the other parameters are those of ``poisson``. The energy is (m - counts)^2/(2 deviation^2) with this
+    For names and the other parameters see ``poisson``. The energy is (m - counts)^2/(2 deviation^2) with this
     mean m; cells with R = 0 drop out.
 
     Parameters

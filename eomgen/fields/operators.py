@@ -34,7 +34,7 @@ class LinearOperator:
     ----------
     symbol : a(k), real or complex, shape ``mesh.half``
     mask : W, shape ``mesh.cells``
-    note : what its field lacks of what was asked for; empty if nothing
+    note : deviation of the field from the requested one; empty if none
     """
 
     name: str
@@ -113,7 +113,7 @@ def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> Linea
 
     Its covariance is ln(1 + C) of the covariance C that P has on the mesh (Coles and Jones, MNRAS 248 (1991) 1). Modes
     whose variance this does not make positive have 1e-12 of the largest: no lognormal field has such a power spectrum.
-    ``note`` of the filter has their share, and that of the power that is not as asked for.
+    ``note`` of the filter states their share, and the share of the power that deviates from P.
 
     Parameters
     ----------

@@ -96,7 +96,7 @@ def evaluate_batch(
     value_of : callable
         Gives an array, or a number, for a symbol.
     along_motion : bool
-        Whether curves have values, since the values are those of a motion.
+        Whether curves have values, because the values belong to a motion.
     """
     with np.errstate(all="ignore"):
         return _values(formula, value_of, along_motion=along_motion)

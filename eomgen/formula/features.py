@@ -1,7 +1,7 @@
 """Places at which a formula may change faster than the numbers that it is made of: jumps, kinks, points, centres.
 
-A tree tells more than samples do: where the argument of a comparison passes 0, or the base of a square, which is the
-centre of a Gaussian, a narrow feature is found however narrow it is.
+An expression tree shows more than samples: zeros of the argument of a comparison, or of the base of a square (the
+centre of a Gaussian), locate a feature of any width.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Feature:
         return 2 if self.curve else 1
 
     def sides(self, argument: Array) -> Array:
-        """Return how many places lie at or below values of the argument, of their shape."""
+        """Return the number of places at or below each value of the argument, an array of the same shape."""
         if not self.period:
             return np.searchsorted(self.places, argument, side="right").astype(float)
         turns = np.floor((argument - self.places[0]) / self.period)
@@ -74,7 +74,7 @@ def may_be_fast(formula: Formula) -> bool:
     """Return whether a formula may change much faster than its symbols: all but polynomials of low degree may."""
     if isinstance(formula, Application):
         return may_be_fast(formula.argument) or (changes(formula) and not isinstance(formula.curve, Waves))
-    if isinstance(formula, WaveQuantity):  # as sums of harmonics: comparison runs tell what is in all steps
+    if isinstance(formula, WaveQuantity):  # as sums of harmonics: comparison runs show errors that occur in all steps
         return any(may_be_fast(argument) for argument in formula.arguments)
     if not isinstance(formula, Operation) or not changes(formula):
         return False
@@ -118,7 +118,7 @@ def features(formula: Formula) -> Iterator[Feature]:
 
 
 def corners(formula: Formula) -> Iterator[Formula]:
-    """Yield expressions at whose zeros the formula has a step or a corner; those of curves excepted."""
+    """Yield expressions at whose zeros the formula has a step or a corner, except inside curves."""
     if isinstance(formula, Application):
         yield from corners(formula.argument)
     if not isinstance(formula, Operation):

@@ -118,18 +118,18 @@ def krylov(n: int) -> int:
 
 
 def method_for(document: Hamiltonian, name: str | None = None, first: str = "drift") -> Method:
-    """Return a method of a system by its name; without one that of the file, or the standard one.
+    """Return a method of a system by its name; by default the method of the file, or the standard method.
 
-    Where H is T(p) + V(q), names are those of the table of compositions, and steps begin with a drift or a kick
-    (``first``). Elsewhere the leapfrogs of a recursion are implicit midpoint steps. ``implicit_midpoint`` and
+    If H is T(p) + V(q), names refer to the table of compositions, and steps begin with a drift or a kick
+    (``first``). Otherwise the leapfrogs of a recursion are implicit midpoint steps. ``implicit_midpoint`` and
     ``gauss<order>`` take any H, as do ``rk4`` and ``rk45``, which are not symplectic.
 
     Raises
     ------
     UsageError
-        An unknown name, or a composition that needs drifts and kicks where there are none.
+        An unknown name, or a composition of drifts and kicks for an H that is not T(p) + V(q).
     DescriptionError
-        The same of the method of the file.
+        The same fault in the method of the file.
     """
     run, standard = document.simulation, STANDARD if document.separable else STANDARD_IMPLICIT
     if name is None:

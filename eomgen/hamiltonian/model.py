@@ -72,12 +72,12 @@ class HamiltonianModel:
     Attributes
     ----------
     document : Hamiltonian
-        What it was made from.
+        Description of the system.
     name : str
     q_names, p_names : lists of str
         Coordinates and momenta.
     parameters : mapping
-        Their values in the file, by name. A run with other values of some has those of formulas that follow them.
+        Values in the file, by name. A run with other values evaluates dependent formulas again.
     separable : bool
         Whether H is T(p) + V(q), so that steps of drifts and kicks are exact for each part.
     """
@@ -472,10 +472,10 @@ def _finite(key: str, value: object) -> float:
 
 
 def _change_of_energy(energy: Mapping[str, Array], method: Method, step: float) -> tuple[str, bool]:
-    """Return what is doubtful of H, which nothing changes, and whether the motion is lost by it.
+    """Return a warning on the drift of H, a conserved quantity, and whether the drift invalidates the motion.
 
-    Changes are compared with the sum of the sizes of the parts of H, at the same time, at the start and in most rows: a
-    start may be where all parts are 0, and an encounter has large parts for a moment.
+    The scale is the sum of the absolute parts of H, at the same time, at the start and in most rows: all parts may be 0
+    at the start, and an encounter has large parts for a moment.
     """
     total = energy["total"]
     sizes = np.sum([np.abs(part) for name, part in energy.items() if name != "total"], axis=0)

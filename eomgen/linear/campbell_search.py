@@ -51,7 +51,7 @@ class _Oscillations:
 
 
 class _Doubts:
-    """Warnings of the linear models at many values, of which those in the same words are one."""
+    """Warnings of the linear models at many values; warnings with the same text are merged."""
 
     def __init__(self, parameter: str) -> None:
         self.parameter = parameter

@@ -117,7 +117,7 @@ class Derivation:
         return section_multipliers(self.quantities, rows, beam)
 
     def _fields(self) -> Fields:
-        """Return the links' fields of accelerations less gravity, and those of what carries the tree."""
+        """Return the fields of accelerations minus gravity of the links and of the carrier of the tree."""
         of_links = total_fields(self.tree, self.motion, accelerations=True, gravity=True)
         base = self.kinematics.carrier.motion()
         start = plus(base.acceleration, scaled(-1.0, base.gravity))

@@ -1,4 +1,4 @@
-"""Small probabilities by importance sampling about a most probable point, and corrections of quadratic forms by it."""
+"""Small probabilities by importance sampling about a most probable point, and corrections of quadratic forms."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from eomgen.reliability.response import Response
 
 #: Samples that are asked for at once.
 _BLOCK = 4096
-#: Samples that correct a probability at least.
+#: Least number of samples for the correction of a probability.
 FEWEST = 200
 
 
@@ -80,13 +80,13 @@ class Draws:
 def corrected_tail(
     draws: Draws, form: QuadraticForm, of_form: float, threshold: float, *, above: bool, accuracy: float, most: int
 ) -> Estimate:
-    """Return P(y > threshold), or P(y <= threshold): that of a quadratic form and a correction by samples.
+    """Estimate P(y > threshold), or P(y <= threshold), by a quadratic form and a correction by samples.
 
-    Of samples alone if their error is less, as beside a form that is far off.
+    The estimate uses samples alone if their error is less than the error with the correction, as for a bad form.
 
-    Both limit states are nearly the same one if the form is good, and their difference then needs few samples. These
-    are doubled until the standard error is half of ``accuracy``, relative to the probability, or twice as many would be
-    more than ``most``. One more sample between both limit states counts as seen.
+    If the form is good, both limit states nearly coincide, and their difference needs few samples. The number of
+    samples doubles until the standard error is half of ``accuracy``, relative to the probability, or until twice the
+    number would exceed ``most``. One additional sample between both limit states enters the error.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def corrected_tail(
         About a point near the limit state.
     form : QuadraticForm
     of_form : float
-        Its probability.
+        Probability by the quadratic form.
 
     References
     ----------
@@ -119,7 +119,7 @@ def corrected_tail(
 
 
 def _mean(parts: Array, known: float, typical: float) -> Estimate:
-    """Return a known probability plus the mean of parts (m,), one more of which of typical size counts as seen."""
+    """Return a known probability plus the mean of parts (m,); the error includes one more part of typical size."""
     count = len(parts)
     error = float(np.sqrt((parts.var() + typical**2 / count) / count))
     return Estimate(max(known + float(parts.mean()), 0.0), error, count)

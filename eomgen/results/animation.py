@@ -95,7 +95,7 @@ def inline_animation(solution: Animated) -> InlineAnimation:
     UsageError
         A solution without poses, or a page that is too large for a notebook.
     FileError
-        The solution's file did not hold what eomgen writes.
+        The solution's file does not have the expected content.
     """
     page = animation_page(solution)
     if (size := len(page.encode())) > _INLINE:

@@ -74,9 +74,9 @@ class ErrorEstimate:
     method : how the estimate was obtained
     seconds : s, time that the estimate took
     cost : the same as a part of the run's own time
-    unresolved : what is excited and too fast for the steps, which the numbers above leave out; empty without
-    remedy : what to try if runs at other steps tell nothing, which the run's message says then; empty otherwise
-    passed_over : which event comes in another number in shorter steps, in words; empty without
+    unresolved : excited motion too fast for the steps, not included in the numbers above; empty if none
+    remedy : hint in the run's message if runs at other steps give no estimate; empty otherwise
+    passed_over : description of an event whose number differs in shorter steps; empty if none
     """
 
     available: bool = False

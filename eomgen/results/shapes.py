@@ -56,7 +56,7 @@ class Load(Protocol):
 
 
 def arrows(loads: Sequence[Load], model: CompiledModel, p: Array) -> list[Arrow]:
-    """Return the forces that parameters (np,) alone determine, not those of the motion or of time."""
+    """Return arrows of forces that depend on parameters (np,) only; omit forces that depend on motion or time."""
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     found = []
     for load in loads:
@@ -203,7 +203,7 @@ class _Lines:
 
 
 def _enlargement(lines: _Lines) -> float:
-    """Return by what displacements are to be multiplied: 1, 2 or 5 times a power of ten."""
+    """Return the magnification of displacements: 1, 2 or 5 times a power of ten."""
     moved = float(np.max(np.linalg.norm(lines.places[1] - lines.places[0], axis=1), initial=0.0))
     if not 0.0 < moved < _VISIBLE * lines.size:
         return 1.0
@@ -217,7 +217,7 @@ def _extent(lines: _Lines, plane: Sequence[int]) -> float:
 
 
 def _planes(lines: _Lines) -> list[tuple[int, int]]:
-    """Return the planes to draw: of a machine in a plane that one, of others those of x and z, and of x and y."""
+    """Return the planes to draw: the plane of a planar machine, else (x, z) and (x, y)."""
     extents = np.ptp(lines.places.reshape(-1, 3), axis=0)
     shown = [(0, 2), (0, 1), (1, 2)]
     size = float(extents.max()) or 1.0

@@ -77,7 +77,7 @@ class FieldProblem:
 
     @property
     def notes(self) -> list[str]:
-        """What fields of the energy lack of what the file asks for, by their names."""
+        """Deviations of the fields of the energy from the requests of the file, by name."""
         return [f"{name}: {note}" for name in self.system.fields if (note := self.operators[name].note)]
 
     def true_field(self) -> Array | None:

@@ -189,7 +189,7 @@ class DiscreteSpectrum:
     """Wave vectors (n, 2) in rad/m with the variance of elevation of each, (n,) in m^2.
 
     ``band`` has the lowest and the highest frequency in rad/s: moments of slope and curvature grow with the latter;
-    ``depth`` is that of the water in m. ``directions`` waves have the same wave number each, one behind the other.
+    ``depth`` is the depth of the water in m. Each wave number has ``directions`` consecutive waves.
     """
 
     vectors: Array

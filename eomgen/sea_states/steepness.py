@@ -10,7 +10,7 @@ from eomgen.arrays import Array
 
 #: Height over wave length from which on a wave breaks, in deep water: over a bottom tanh k h of it.
 _STEEPEST = 0.142
-#: Amplitude of the bound wave of second order, in parts of that of its wave, from which on first order is noted.
+#: Ratio of the amplitudes of the bound second-order wave and its wave, above which a note on first order is due.
 _NOTED = 0.15
 
 
@@ -20,17 +20,17 @@ def breaking_height(k: float, depth: float) -> float:
 
 
 def too_steep_together(k: Array, amplitude: Array, depth: float, *, alone: bool, unit: bool = False) -> str:
-    """Return a note on waves that break together, each of which would stand alone; empty if they do not.
+    """Return a note if waves break by superposition though no single wave breaks; else an empty text.
 
-    Waves that are told one by one break by the sum of their slopes, a spectrum by its significant slope, the mean of
-    the highest third.
+    The criterion for listed waves is the sum of their slopes, for a spectrum its significant slope (mean of the highest
+    third).
 
     Parameters
     ----------
     k, amplitude : (n,), rad/m and m
     depth : m
-    alone : whether the waves are told one by one
-    unit : whether amplitudes are those of variables of 1, whose squares have the mean 2
+    alone : whether the waves are listed one by one
+    unit : whether amplitudes belong to unit random variables, whose squares have the mean 2
     """
     slopes = k * amplitude / np.tanh(np.minimum(k * depth, 700.0))
     slope = float(np.sum(slopes) if alone else 2.0 * math.sqrt((1.0 if unit else 0.5) * np.sum(slopes**2)))

@@ -47,7 +47,7 @@ class Beams:
 
     @cached_property
     def followers(self) -> list[tuple[int, int, Sequence[Factor]]]:
-        """The first node of the beam, the node and its factors, of each node that can follow the first one."""
+        """Triples (first node of the beam, node, factors of the node) for each later node with own coordinates."""
         return [
             (nodes[0], node, factors)
             for nodes, own in zip(self.nodes, self.own, strict=True)
@@ -56,12 +56,12 @@ class Beams:
         ]
 
     def holds(self, names: Iterable[str]) -> NDArray[np.bool_]:
-        """Return which rows are strains that a beam does not have, by the rows' names."""
+        """Return a mask of the constraint rows that suppress strains of a beam, from the names of the rows."""
         of_strains = tuple(f"{name}: no " for name in self.names)
         return np.array([name.startswith(of_strains) for name in names], dtype=bool)
 
     def steps(self, angular: NDArray[np.bool_]) -> Array:
-        """Return steps of differences by velocity component, (nv,), rad or m."""
+        """Return finite-difference steps of the velocity components, (nv,), rad or m."""
         return np.where(angular, _STEP, _STEP * self.length)
 
     def many_poses(self, q: Array) -> Array:
@@ -113,7 +113,7 @@ def beams_of(
 
 @dataclass(frozen=True)
 class StrainedStart:
-    """How much a loop strains its beams that does not close without.
+    """Strain of the beams of a loop that closes only with strained beams.
 
     Attributes
     ----------

@@ -118,8 +118,8 @@ def _with_beams(
 
     Returns
     -------
-    the shapes of the beams in the guess; the configuration, by corrections of least kinetic size where neither closes
-    the loops; how much the beams are strained; how many corrections led there
+    shapes of the beams in the guess; configuration, by corrections of least kinetic size if neither way closes the
+    loops; strain of the beams, or None; number of corrections
     """
     rigid = RigidBeams(beams, system.factors, system.angular, q)
     closed, iterations, met = _turned(rigid.reduced(system), q, t)
@@ -128,7 +128,7 @@ def _with_beams(
     from eomgen.solvers.strain_energy import Strains  # noqa: PLC0415  # imports SciPy
 
     strains = Strains(beams, system, q)
-    # Newton's method finds stretched shapes, which pull straight; that of Gauss and Newton more of the compressed ones
+    # Newton's method finds stretched shapes, which pull straight; Gauss-Newton finds more of the compressed shapes
     ways = (_least_strained(system, strains, closed, t, geometric=geometric) for geometric in (True, False))
     found = min((way for way in ways if way is not None), key=itemgetter(0), default=None)
     if found is None:
@@ -139,8 +139,8 @@ def _with_beams(
 
 
 def _turned(system: Constrained, q: Array, t: float) -> tuple[Array, int, bool]:
-    """Return the configuration of rigid beams with the smallest violations, how many corrections led there, and whether
-    there are none but rounding."""
+    """Return the configuration of rigid beams with the smallest violations, the number of corrections, and whether the
+    constraints are met."""
     best, least, waited = q, np.inf, 0
     for iteration in range(MAX_ITERATIONS):
         violation, rows = system.constraint(q, t), Rows(system, q, t)
@@ -165,10 +165,13 @@ def _turned(system: Constrained, q: Array, t: float) -> tuple[Array, int, bool]:
 def _least_strained(
     system: Constrained, strains: Strains, q: Array, t: float, *, geometric: bool
 ) -> tuple[float, Array, Array, int] | None:
-    """Return the strain energy, J, and the configuration on the constraints with the least one near another, the
-    multipliers there, and after how many steps; None where none is found.
+    """Minimize the strain energy on the constraints, from a nearby configuration.
 
-    Near buckling the energy hardly tells one shape from another: then it is the best one of those that were seen.
+    Near buckling shapes differ little in energy; then the result is the best shape among all iterates.
+
+    Returns
+    -------
+    strain energy, J; configuration; multipliers; number of steps. None if no iterate meets the constraints.
     """
     energy, best = np.inf, None
     for iteration in range(MAX_ITERATIONS):

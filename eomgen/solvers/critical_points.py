@@ -2,8 +2,8 @@
 
 Between two points of a path the load factor turns round (a limit point), or the number of negative stiffnesses changes
 (a bifurcation, if the factor does not turn round). Each stiffness that changes its sign is located by Brent's method
-along the path, and those that are zero at the same place are one bifurcation: R. Seydel, Practical Bifurcation and
-Stability Analysis (2010), chapter 5.
+along the path; stiffnesses with a common zero belong to one bifurcation: R. Seydel, Practical Bifurcation and Stability
+Analysis (2010), chapter 5.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from eomgen.solvers.bordered_newton import LoadedStatics
 from eomgen.solvers.equilibrium_path import PathPoint, point_within
 from eomgen.solvers.tangent_stiffness import Components, TangentStiffness, canonical_direction
 
-#: Part of a step to which a critical point is located, within which two are one, and beside a limit point within which
-#: its own stiffness changes its sign.
+#: Fractions of a step: tolerance of a critical point, distance below which two points are merged, and distance from a
+#: limit point within which the limit point's own stiffness changes sign.
 _LOCATED, _ONE, _BESIDE = 1e-12, 1e-6, 1e-3
-#: Stiffnesses next to zero that are known beside those that change their signs.
+#: Number of smallest stiffnesses to compute, in addition to the stiffnesses that change sign.
 _NEXT = 2
 
 Kind = Literal["limit point", "bifurcation"]
@@ -37,7 +37,7 @@ class CriticalPoint:
     ----------
     kind : ``limit point``, if the load factor turns round, or ``bifurcation``
     point : of the path
-    modes : (nv, n) displacements that nothing opposes there, the largest component of each 1 (rad, or the scene's
+    modes : (nv, n) displacements with zero stiffness, the largest component of each 1 (rad, or the scene's
         length)
     """
 
@@ -107,7 +107,7 @@ class _Along:
         self._known: dict[float, Examined] = {}
 
     def examined(self, way: float) -> Examined | None:
-        """Return the point after a way; None where there is none."""
+        """Return the point at an arc length; None if the correction fails."""
         if way not in self._known:
             reached = point_within(self._statics, self._first, self._second, way)
             if isinstance(reached, str):
@@ -118,7 +118,7 @@ class _Along:
     def root(
         self, low: tuple[float, float], high: tuple[float, float], first: Examined, second: Examined
     ) -> tuple[float, Examined]:
-        """Return the way to where the number is zero, and the point there, or the nearest to it that was found."""
+        """Return the arc length of a root, and the examined point nearest to the root."""
         tried = {low[0]: low[1], high[0]: high[1]}
         self._known.update({low[0]: first, high[0]: second})
 
@@ -132,7 +132,7 @@ class _Along:
 
         try:
             where = float(brentq(value, low[0], high[0], xtol=_LOCATED * self._second.stride, rtol=_LOCATED))
-        except _LostError:  # singular where it is zero: the line through its neighbours
+        except _LostError:  # singular at the root: interpolate linearly between neighbours
             negative = max((way for way in tried if tried[way] * low[1] > 0.0), default=low[0])
             positive = min((way for way in tried if tried[way] * high[1] > 0.0), default=high[0])
             share = tried[negative] / (tried[negative] - tried[positive])
@@ -197,7 +197,7 @@ def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[Examined], f
 
 
 def _determinant(group: int, groups: Components, logarithm: float) -> Callable[[Examined], float]:
-    """Return the determinant of a group of components by that of ``logarithm``, as a function of points."""
+    """Return the determinant of a group of components, divided by exp(logarithm), as a function of points."""
 
     def value(found: Examined) -> float:
         sign, now = found.stiffness.determinants(groups)[group]
@@ -207,7 +207,7 @@ def _determinant(group: int, groups: Components, logarithm: float) -> Callable[[
 
 
 def _modes(at: Examined, count: int) -> Array:
-    """Return so many displacements that are opposed least, (nv, count), the same whatever rounding does."""
+    """Return the displacements with the smallest stiffnesses, (nv, count), reproducible under rounding errors."""
     stiffness = at.stiffness
     _, directions = stiffness.next_to_zero(count)
     directions, found = directions[:, :count], []

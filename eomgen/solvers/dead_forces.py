@@ -15,12 +15,12 @@ from eomgen.lie.product import Factor
 
 @dataclass(frozen=True)
 class Blocks:
-    """Triples of components of v in axes that turn.
+    """Triples of components of v in rotating axes.
 
     Attributes
     ----------
-    quaternions : (n, 4) places in q of the quaternions that turn them
-    triples, turned_by : (n, 3) their places in v, and those of the angular velocities that turn them
+    quaternions : (n, 4) indices in q of the quaternions of the axes
+    triples, turned_by : (n, 3) indices in v of the triples, and of the angular velocities of the axes
     """
 
     quaternions: NDArray[np.intp]
@@ -41,7 +41,7 @@ def turning_blocks(factors: Sequence[Factor]) -> Blocks:
 
 
 def dead_forces(blocks: Blocks, q: Array, forces: Array, *, back: bool) -> Array:
-    """Return generalized forces, (nv,), triples of bodies turned from their axes to those of the base, or ``back``."""
+    """Return generalized forces, (nv,), with triples rotated from body axes to base axes, or ``back``."""
     result = forces.copy()
     if blocks.quaternions.size:
         places = blocks.triples

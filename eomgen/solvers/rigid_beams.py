@@ -63,7 +63,7 @@ class RigidBeams:
         return [poses[:, first] for first, _, _ in followers]
 
     def placed(self, q: Array) -> Array:
-        """Return configurations (..., nq) with the nodes put where the first one of their beam has them."""
+        """Return configurations (..., nq) with all nodes of a beam placed rigidly relative to its first node."""
         found = np.array(q, dtype=float).reshape(-1, q.shape[-1])
         for _ in range(_PASSES):  # a beam may be carried by another one
             before = found.copy()
@@ -76,14 +76,14 @@ class RigidBeams:
         return found.reshape(q.shape)
 
     def velocities(self, q: Array, along: Array) -> Array:
-        """Return velocities (n, nv) of beams that keep their shapes, by those of the other coordinates.
+        """Return velocities (n, nv) with beams moving rigidly, given the velocities of the free coordinates.
 
         Parameters
         ----------
         q : (nq,) with the nodes in place
-        along : (n, nv), of which components of following nodes are not read
+        along : (n, nv); components of follower nodes are ignored
         """
-        if not len(along):  # nothing but nodes can move
+        if not len(along):  # all coordinates belong to follower nodes
             return along
         steps = self.beams.steps(self.angular)
         along = np.where(self.free, along, 0.0)
@@ -97,7 +97,7 @@ class RigidBeams:
         return np.where(self.free, along, found)
 
     def moved(self, q: Array, step: Array) -> Array:
-        """Return q moved by a step (free,) of the other coordinates, the nodes behind."""
+        """Return q after a step (free,) of the free coordinates, with follower nodes placed rigidly."""
         whole = np.zeros(len(self.angular))
         whole[self.free] = step
         return self.placed(update(self.factors, q, whole))

@@ -1,9 +1,9 @@
-"""The stable rest beside an unstable one, the same whatever rounding does.
+"""Search for a stable rest next to an unstable one, reproducible under rounding errors.
 
-At an unstable rest a structure is led off along the direction that its stiffness drives most: a dead force along that
-direction holds it, more force and then less, until it rests without. That is a path of equilibria over the size of the
-force, from zero back to zero (J. M. T. Thompson and G. W. Hunt, A General Theory of Elastic Stability (1973), chapter
-3).
+A structure leaves an unstable rest along the direction of the most negative stiffness. A dead force along this
+direction holds the structure; the force grows and then vanishes at another rest. The motion is a path of equilibria
+over the size of the force, from zero back to zero (J. M. T. Thompson and G. W. Hunt, A General Theory of Elastic
+Stability (1973), chapter 3).
 """
 
 from __future__ import annotations
@@ -21,20 +21,19 @@ from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_directi
 
 #: Steps of a path at most, and the largest in rad or lengths of the scene.
 _STEPS, _LIMITS = 200, StepLimits(0.2)
-#: Times that a structure is led off an unstable rest.
+#: Maximum number of unstable rests to leave in succession.
 _TIMES = 4
 #: Cosine from which a mode counts as one along the path.
 _ALONG = 1e-2
 #: Part of the largest negative stiffness within which others are the same.
 _ALIKE = 1e-6
-#: Part of it that Newton's matrix gets beside the stiffness, so that families of equilibria have one.
+#: Diagonal regularization of Newton's matrix, relative to the negative stiffness, for families of equilibria.
 _BESIDE = 1e-6
 
 
 @dataclass(frozen=True)
 class Branch:
-    """A stable rest, the displacement (nv,) along which the first unstable one was left, and configurations on the
-    way."""
+    """A stable rest, the displacement (nv,) that left the first unstable rest, and the configurations between."""
 
     rest: Rest
     left_along: Array
@@ -116,7 +115,7 @@ def _led_off(statics: LoadedStatics, rest: Rest, value: float, mode: Array) -> t
 
 
 def _held_back(statics: LoadedStatics, rest: Rest, force: Array, reach: float, beside: Array) -> LoadedStatics:
-    """Return statics with s times a dead force, (nv,), and ``beside`` (nv,) on the diagonal of Newton's matrix."""
+    """Return statics with s times a dead force (nv,), and Newton's matrix with ``beside`` (nv,) on its diagonal."""
     blocks = turning_blocks(statics.factors)
     fixed = dead_forces(blocks, rest.q, force, back=False)
 

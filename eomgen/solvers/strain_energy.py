@@ -22,14 +22,14 @@ from eomgen.solvers.constraint_rows import Constrained
 
 #: Step of derivatives by complex arguments.
 _TINY = 1e-30
-#: Weight of the kinetic metric beside the stiffest strain: it decides about what strains nothing.
+#: Relative weight of the kinetic metric against the stiffest strain; it determines motions without strain.
 _KINETIC = 1e-12
-#: Part of the system's diagonal that holds multipliers of redundant rows.
+#: Relative regularization of the multipliers of redundant rows.
 _HELD = 1e-12
 
 
 class Strains:
-    """Changes of the strains of all elements from those of a configuration, and steps of least strain energy."""
+    """Strain changes of all elements relative to a reference configuration, and steps of least strain energy."""
 
     def __init__(self, beams: Beams, system: Constrained, q: Array) -> None:
         self.beams, self.system = beams, system
@@ -102,7 +102,7 @@ class Strains:
         return csr_array((np.concatenate(entries), places), shape=(12 * len(self._first), nv))
 
     def strained(self, q: Array, multipliers: Array) -> StrainedStart:
-        """Return how much the beams are strained; ``multipliers`` of the rows at position level, N of strains."""
+        """Return strain energy and largest section force, given the multipliers of the position-level rows, N."""
         changes = self.changes(q)
         forces = np.einsum("eij,ej->ei", self.beams.stiffness, changes)[:, 3:]
         squares = np.sum(forces**2, axis=1)

@@ -22,23 +22,23 @@ from scipy.sparse.linalg import SuperLU, splu
 from eomgen.arrays import Array
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest
 
-#: Up to so many rows pivots come from a whole matrix.
+#: Largest number of rows for a dense factorization.
 _WHOLE = 600
 #: Skew part of a stiffness, as parts of its diagonal and of its largest entry, from which forces have no potential.
 _SKEW, _LARGEST = 1e-7, 1e-12
-#: Entries of the scaled matrix below this couple nothing.
+#: Absolute entries of the scaled matrix below this value count as uncoupled.
 _COUPLED = 1e-12
 #: Sweeps of row and column scaling, of inverse iteration, and the change of an eigenvalue that ends the latter.
 _SWEEPS, _ITERATIONS, _SETTLED = 4, 60, 1e-12
-#: Directions of inverse iteration beside those wanted.
+#: Additional directions in inverse iteration, beyond the requested number.
 _BESIDE = 4
 #: Part of its right-hand side that a solution by sparse pivots without exchanges may leave.
 _EXACT = 1e-8
 #: Part of the terms of which a stiffness is the sum that is rounding, and how many next to zero are compared with it.
 ROUNDING, _NEUTRAL = 1e3 * float(np.finfo(float).eps), 2
-#: Part of the largest constraint that is left of one that follows from others.
+#: Relative QR pivot below which a constraint row is dependent on others.
 _DEPENDENT = 1e-10
-#: Part of its diagonal by which an exactly singular stiffness is shifted.
+#: Shift of an exactly singular stiffness, relative to its diagonal.
 _SHIFT = 1e-14
 
 Components = NDArray[np.intp]
@@ -54,7 +54,7 @@ class TangentStiffness:
 
     @classmethod
     def at(cls, statics: LoadedStatics, rest: Rest) -> TangentStiffness:
-        """Return the stiffness at a rest, internal states following where they can."""
+        """Return the stiffness at a rest, with internal states eliminated if their Jacobian is regular."""
         tangents = statics.tangents(rest)
         K = tangents.K
         if tangents.Fz.shape[0]:
@@ -78,7 +78,7 @@ class TangentStiffness:
 
     @cached_property
     def bordered(self) -> csc_array:
-        """[[K, B^T], [B, 0]], rows and columns scaled alike by positive numbers; its signs are those of K and B."""
+        """[[K, B^T], [B, 0]] after a symmetric positive scaling, which keeps the signs of the eigenvalues."""
         matrix = csc_array(block_array([[self.K, self.B.T], [self.B, None]], format="csc"))
         scale = np.ones(matrix.shape[0])
         size = abs(matrix)
@@ -89,8 +89,8 @@ class TangentStiffness:
 
     @cached_property
     def negative(self) -> int:
-        """The number of negative stiffnesses beyond rounding; without a potential, of groups with a negative
-        determinant."""
+        """The number of negative stiffnesses beyond rounding; of groups with a negative determinant if forces have
+        no potential."""
         if not self.symmetric:
             return sum(sign < 0 for sign, _ in self.determinants(self.groups()))
         return self.below(-self._of_neutral[1]) if self.below(0.0) else 0
@@ -102,7 +102,7 @@ class TangentStiffness:
 
     @cached_property
     def _of_neutral(self) -> tuple[int, float]:
-        """The number of stiffnesses that are zero but for rounding, and a stiffness beyond them."""
+        """The number of stiffnesses that are zero up to rounding, and the largest rounding error among them."""
         values, X = self.next_to_zero(_NEUTRAL)
         every = np.abs(X)
         measured = np.einsum("ij,ij->j", every, abs(self.K) @ every)
@@ -132,9 +132,9 @@ class TangentStiffness:
         return np.asarray(labels, np.intp)
 
     def determinants(self, groups: Components) -> list[tuple[int, float]]:
-        """Return sign and logarithm of the determinant of K on the null space of B, of each group.
+        """Return the sign of det K on the null space of B for each group, and a logarithm.
 
-        The logarithm is that of the scaled matrix ``bordered``.
+        The logarithm belongs to the determinant of the scaled matrix ``bordered``, not of K.
         """
         nv, found = len(self.sizes), []
         for group in range(int(groups.max(initial=-1)) + 1):
@@ -167,7 +167,7 @@ class TangentStiffness:
         values, before = np.zeros(wide), np.full(wide, np.inf)
         for _ in range(_ITERATIONS):
             others = generator.normal(size=(nv, wide - X.shape[1])) * self.sizes[:, np.newaxis]
-            others = others - X @ (X.T @ (W @ others))  # or what is next to zero hides the rest
+            others = others - X @ (X.T @ (W @ others))  # else the smallest eigenvalues dominate all columns
             X = _orthonormal(solve(np.asarray(W @ np.hstack([X, others]))), W)
             reduced = np.asarray(X.T @ (W @ solve(np.asarray(W @ X))), float)
             values, X = _ritz(reduced, X, symmetric=self.symmetric)
@@ -178,7 +178,7 @@ class TangentStiffness:
         return values, X
 
     def _compliance(self) -> Callable[[Array], Array] | None:
-        """Return the displacements by forces; exactly singular stiffnesses are shifted by rounding."""
+        """Return the map from forces to displacements; an exactly singular stiffness is shifted by a rounding error."""
         found = compliance(self.K, self.B)
         if found is None:
             diagonal = np.abs(self.K.diagonal())
@@ -187,9 +187,9 @@ class TangentStiffness:
         return found
 
     def _sparse_negative(self) -> int | None:
-        """Return the number of negative stiffnesses by sparse pivots without exchanges; None where they lose digits.
+        """Return the number of negative stiffnesses by sparse pivots without exchanges; None if pivots lose digits.
 
-        B^T B beside K leaves the signs as they are, and makes K regular where only constraints hold a body.
+        Adding B^T B to K keeps the inertia, and makes K regular if only constraints hold a body.
         """
         nv, rows = len(self.sizes), self.B.shape[0]
         scaled = self.bordered
@@ -209,7 +209,7 @@ class TangentStiffness:
 
 
 def compliance(K: csc_array, B: csc_array) -> Callable[[Array], Array] | None:
-    """Return the displacements by forces (nv, ...) under the constraints; None where the stiffness is singular."""
+    """Return the map from forces (nv, ...) to constrained displacements; None if the bordered matrix is singular."""
     nv = K.shape[0]
     factors = _factors(csc_array(block_array([[K, B.T], [B, None]], format="csc")))
     if factors is None:
@@ -224,7 +224,7 @@ def compliance(K: csc_array, B: csc_array) -> Callable[[Array], Array] | None:
 
 
 def _independent(B: csc_array, sizes: Array) -> csc_array:
-    """Return rows of constraints of which no one follows from the others, as far as there are few enough."""
+    """Return linearly independent constraint rows; all rows if the matrix is too large for a dense QR."""
     if not B.shape[0] or B.shape[0] * B.shape[1] > _WHOLE**2:
         return B
     _, R, order = scipy.linalg.qr((B.toarray() * sizes).T, mode="economic", pivoting=True)
@@ -284,7 +284,7 @@ def _parity(order: NDArray[np.intp]) -> int:
 
 
 def _orthonormal(X: Array, W: csc_array) -> Array:
-    """Return a basis of the columns, orthonormal in the measure of W."""
+    """Return a W-orthonormal basis of the column space."""
     X = X / np.sqrt(np.maximum(np.einsum("ij,ij->j", X, W @ X), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(X.T @ (W @ X))
     kept = values > 1e-14 * values[-1]

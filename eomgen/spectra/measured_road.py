@@ -27,7 +27,7 @@ class MeasuredRoad(Road):
     frequencies, density : (n,), (n,)
         Spatial frequencies in cycle/m, increasing, and G_d in m^3; straight lines between them, nothing beyond.
     source : str
-        What it was measured of, for titles.
+        Name of the measured road, for titles.
     """
 
     frequencies: Array = field(default_factory=lambda: np.zeros(0))
@@ -100,16 +100,16 @@ class MeasuredRoad(Road):
 
     @property
     def name(self) -> str:
-        """Where it was measured, in words."""
+        """Name of the measured road."""
         return self.source
 
     @property
     def reference_roughness(self) -> float:
-        """Refused: a measured road has no roughness that stands for all frequencies."""
+        """Raise an error: a measured road has no roughness valid at all frequencies."""
         raise self._of_classes()
 
     def of_class(self, road_class: str) -> Road:
-        """Refused: the spectrum is not that of a class."""
+        """Raise an error: a measured spectrum has no road class."""
         raise self._of_classes()
 
     @staticmethod

@@ -15,9 +15,9 @@ from eomgen.arrays import Array
 
 
 def cancellation(M: Array, joints: Sequence[slice]) -> Array:
-    """Return the largest ratio M_ii / D_i of each inertia matrix, at most 1 / eps; NaN for one that is not finite.
+    """Return the largest ratio M_ii / D_i of each inertia matrix, at most 1 / eps; NaN for a non-finite matrix.
 
-    The components of one joint are compared with one another free: they are coupled alike in both inertias.
+    Components of the same joint stay free together: their coupling is the same in both inertias.
 
     Parameters
     ----------

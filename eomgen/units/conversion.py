@@ -75,12 +75,12 @@ def to_unit(quantity: Quantity, unit: str, *, over_time: bool = False) -> float:
 
 
 def unit_fault(text: str, factors: Factors, unit: str) -> tuple[str, str] | None:
-    """Return the reason for which a unit cannot be converted to another one, and what to try; None if it can.
+    """Return reason and remedy if a unit cannot be converted to another unit; None if the conversion exists.
 
     Parameters
     ----------
     text, factors : the unit, as it is written and as it is read
-    unit : that it is converted to, coherent in SI
+    unit : target of the conversion, coherent in SI
     """
     wanted = measure(read_unit(unit))[1]
     if _matches(measure(factors)[1], wanted):

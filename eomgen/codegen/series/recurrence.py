@@ -1,9 +1,9 @@
 """Taylor recurrence of a System: functions for order 0 and for order k, evaluated by the Taylor stepper.
 
 Accelerations come from inverse dynamics, which is affine in them: the coefficient k of the residual with a_k = 0 is
--M_0 a_k, and M_0 is eliminated once, at order 0. So elimination is never differentiated, and the products are those of
-inverse dynamics, about a third of those of forward dynamics. Where inverse dynamics is not at hand, or M loses digits,
-forward dynamics is taken as it is.
+-M_0 a_k, and M_0 is eliminated once, at order 0. So elimination is never differentiated, and inverse dynamics has about
+a third of the products of forward dynamics. If inverse dynamics is not available, or if the elimination of M loses
+digits, the recurrence differentiates forward dynamics.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NEXT = {"t": "t_k", "q": "q_k", "v": "v_k", "z": "z_k"}
 
 
 def inverse_serves(system: System) -> bool:
-    """Return whether inverse dynamics and M are there, and M keeps its digits."""
+    """Return whether inverse dynamics and M exist, and the elimination of M keeps its digits."""
     loses_digits = system.facts.ill_scaled and "forward_dynamics" in system.functions
     return {"mass", "residual"} <= set(system.functions) and not loses_digits
 

@@ -197,7 +197,7 @@ def _turned(parts: Iterable[tuple[Part, float]], steps: Array) -> Array:
 
 
 def _rounding(values: Sequence[float]) -> float:
-    """Return how far from its value the sum of numbers may be that are each rounded to a double."""
+    """Return a bound on the error of a sum of numbers that are each rounded to a double."""
     return 4e-15 + 2.0**-52 * math.fsum(map(abs, values))
 
 

@@ -1,7 +1,7 @@
 """Sample values of a system's partials, at the initial state and at random states, for the choice of pivots.
 
-The others satisfy the constraints too: where joints come apart, frames lie as they never do, and pivots look bad that
-are good.
+Random states satisfy the constraints, too. If joints came apart, frames would have impossible poses, and good pivots
+would look bad.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from eomgen.symbolic.evaluate import Evaluation, evaluate
 
 #: States besides the initial one.
 _OTHERS = 3
-#: On constraints the way there is made of so many parts, each corrected; then corrections follow, so many at most,
-#: until each row is closed to this part of the scales of the velocity components (1 rad, the size of the machine).
+#: For constrained systems: number of increments to a random state, each corrected onto the constraints; maximum number
+#: of further corrections; and tolerance of each row, relative to the scales of velocity (1 rad, size of the machine).
 _MOVES = 6
 _CORRECTIONS = 6
 _NEAR = 1e-3
@@ -78,7 +78,7 @@ def samples_of(system: Any) -> Samples:
     packing = packing_of(system)
     rng = np.random.default_rng(1)
     q0, v0 = np.array(system.initial_q, float), np.array(system.initial_v, float)
-    drawn = rng.normal(size=(system.nv, 2, _OTHERS))  # what the first bodies get depends on no number of bodies
+    drawn = rng.normal(size=(system.nv, 2, _OTHERS))  # draws of the first bodies do not depend on the number of bodies
     scale = _scales(system)
     turns, spins = 0.7 * drawn[:, 0].T * scale, drawn[:, 1].T * scale * (1.0 + np.abs(v0 / scale).max(initial=0.0))
     with np.errstate(all="ignore"):
@@ -104,7 +104,7 @@ def samples_of(system: Any) -> Samples:
 
 
 def _scales(system: Any) -> Array:
-    """Return what counts as far for each velocity component, (nv,): 1 rad, or the size of the machine, m.
+    """Return the characteristic scale of each velocity component, (nv,): 1 rad, or the size of the machine, m.
 
     Sizes are powers of 1000, so that pivots depend little on the numbers of a scene.
     """

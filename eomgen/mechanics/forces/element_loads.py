@@ -1,8 +1,8 @@
-"""What acts on the halves of the elements of geometrically exact beams: distributed loads, weight and inertia forces.
+"""Wrenches on the halves of elements of geometrically exact beams: distributed loads, weight and inertia forces.
 
-Elements transmit one load from node to node, and all that acts along them sits at the nodes. The load of a section at a
-node is that of the element's end and what acts between the two, on half of the element: of second order in its length,
-and at a clamp exactly the reaction.
+Elements transmit one wrench from node to node, and loads along elements are lumped at the nodes. The section wrench at
+a node is the wrench at the element's end plus the loads on half of the element. It is of second order in the element's
+length, and equals the reaction at a clamp exactly.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from eomgen.scene.bodies.cosserat import BeamSection, Cosserat
 from eomgen.scene.forces.distributed_loads import DistributedLoad
 from eomgen.symbolic.scalar import Scalar, apply, multiply, transpose
 
-#: From a link's number to its field of accelerations less gravity; negative numbers are what carries the tree.
+#: Map from a link's index to its field of accelerations minus gravity; negative indices denote the carrier of the tree.
 Fields = Callable[[int], Field]
 
 
@@ -53,7 +53,7 @@ def _add(halves: list[Scalar], end: int, load: Sequence[Scalar]) -> None:
 
 
 def _inertia_force(quantities: Quantities, section: BeamSection, mount: Mount, fields: Fields) -> Wrench:
-    """Return what accelerating a metre of a section as a node does takes, less its weight, in the axes of the node."""
+    """Return the inertia wrench minus the weight of a section per metre, in the node's axes; N and N/m."""
     algebra, field, axes = quantities.algebra, fields(mount.link), mount.orientation
     back = transpose(axes)
     tensor = tuple(quantities.formula(entry) for entry in (*section.rotary_inertia, *section.products))

@@ -194,7 +194,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
 def _wet_share(
     algebra: Algebra, depth: Scalar, along_squared: Scalar, across_squared: Scalar
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """Return the wet share of a slice, and by what the energy of buoyancy grows with its half lengths.
+    """Return the wet share of a slice, and the derivatives of the buoyancy energy by its half lengths.
 
     The energy is e(u, a, b), the mean of max(u + x + y, 0) over x uniform in (-a, a) and y uniform in (-b, b); see the
     head of this file. Each is written without differences of nearly equal numbers, for any ratio of a to b.
@@ -211,7 +211,7 @@ def _wet_share(
     """
     least = _THIN**2 * (along_squared + across_squared)
     a, b = (algebra.call(Op.SQRT, item + least) for item in (along_squared, across_squared))
-    # parts of the width, -1 to 1, from which on some and all of the length is wet; of the length, what is wet there
+    # limits of the width, -1 to 1, beyond which the length is partly and fully wet, and the wet part of the length
     low, high = (_clamped(algebra, (end - depth) / b, -algebra.one) for end in (-a, a))
     first, last = ((depth + b * part) / a for part in (low, high))
     partly = 0.5 * (high - low)

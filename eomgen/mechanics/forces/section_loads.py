@@ -55,7 +55,7 @@ class SectionLoads:
         return self._found[name]
 
     def halves(self, name: str) -> list[list[Scalar]]:
-        """Return for each element of a beam what acts on its halves, (12,), as of ``loads_on_halves``."""
+        """Return the wrenches on the halves of each element of a beam, (12,); see ``loads_on_halves``."""
         if name not in self._halves:
             with self._quantities.algebra.tape.block(f"loads on the elements of beam {name}"):
                 self._halves[name] = loads_on_halves(self._quantities, self._beams[name], self._fields())

@@ -22,7 +22,7 @@ def forward_blocks(derivation: Derivation) -> list[Block]:
 
 
 def forward_dynamics(derivation: Derivation) -> list[Scalar]:
-    """Return vdot, (nv,), by the algorithm with the fewest operations among those that keep the digits.
+    """Return vdot, (nv,), by the algorithm with the fewest operations that loses no digits.
 
     Deep trees try articulated bodies only; elastic trees and joints that follow others have M only.
     """

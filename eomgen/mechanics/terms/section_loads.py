@@ -12,7 +12,7 @@ def section_loads(derivation: Derivation) -> list[Block]:
     """Return x of the elements' middles at rest, m, their strains, and the loads of their sections.
 
     A load is exerted by the part beyond on a section: moment, N m, then force, N, in the axes of the section. Elements
-    transmit it from node to node; what acts on their halves besides is a block of its own.
+    transmit it from node to node; loads on their halves are a separate block.
     """
     beams = derivation.section_loads.beams
     rows = [row for beam in beams for row in derivation.section_loads.rows(beam.name)]

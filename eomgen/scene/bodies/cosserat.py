@@ -25,8 +25,8 @@ CONSTRAINED: Mapping[str, tuple[str, ...]] = {
     "kirchhoff": ("shear_y", "shear_z"),
     "inextensible": ("stretch", "shear_y", "shear_z"),
 }
-#: Numbers of an element: strain, mean load, what it exerts on its two nodes, load of its first and of its last section,
-#: 6 each, rotations and moments first.
+#: Numbers of an element: strain, mean load, wrenches on its two nodes, loads of its first and of its last section, 6
+#: each, rotations and moments first.
 SECTION_ROW = 36
 #: By kind of output: where its three numbers begin, at the first and at the last section.
 SECTION_PARTS: Mapping[str, tuple[int, int]] = {

@@ -1,4 +1,4 @@
-"""Units of a curve's two columns, argument and value: what a table, points and waves of one curve must agree on."""
+"""Units of a curve's two columns, argument and value, shared by its table, points and waves."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class ColumnUnits:
     converted: set[Column] = field(default_factory=set)
 
     def of(self, column: Column) -> str:
-        """Return the unit in SI of a column; empty while it is not known."""
+        """Return the SI unit of a column; empty if the unit is not known yet."""
         label = self.argument if column == "argument" else self.value
         try:
             return _in_si(read_unit(label)) if label.strip() else ""
@@ -36,7 +36,7 @@ class ColumnUnits:
             return ""
 
     def learn(self, column: Column, text: str) -> str:
-        """Return the unit of a column, which the first quantity of it decides where no label does."""
+        """Return the unit of a column; without a label, the column's first quantity determines the unit."""
         self.converted.add(column)
         if not self.of(column):
             try:
@@ -47,7 +47,7 @@ class ColumnUnits:
         return self.of(column)
 
     def fault_of_unit(self, column: Column, text: str) -> tuple[str, str] | None:
-        """Return the reason for which the unit of a table's column does not fit, and what to try; None if it fits."""
+        """Return reason and remedy if the unit of a table's column is incompatible; None if the unit fits."""
         from eomgen.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
 
         try:
@@ -60,7 +60,7 @@ class ColumnUnits:
         return unit_fault(text, factors, self.of(column))
 
     def fault_of_label(self, column: Column, label: object) -> tuple[str, str] | None:
-        """Return the reason for which a column's label is wrong, and what to try; None if it is right."""
+        """Return reason and remedy if a column's label is wrong; None if the label is right."""
         if not isinstance(label, str) or not label.strip():
             return None
         unit, word = self.of(column), "unit" if column == "value" else "argument_unit"
@@ -74,8 +74,7 @@ class ColumnUnits:
 
 
 def columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | None:
-    """Return the units of the columns of an entry as far as its kind and its label say them; None for what is no
-    curve."""
+    """Return the units of an entry's columns known from its kind and its label; None if the entry is no curve."""
     label = _text(data.get("unit"))
     if model is Input:
         return ColumnUnits("s", label)

@@ -35,11 +35,11 @@ def doubtful_beams(
     elements: Iterable[ForceElement],
     values: Values,
 ) -> list[str]:
-    """Return a note on each thing about beams that hardly anyone means.
+    """Return notes on doubtful descriptions of beams.
 
     Parameters
     ----------
-    bodies, points, elements : of the scene; those of geometrically exact beams at their nodes
+    bodies, points, elements : of the scene; geometrically exact beams are represented by their nodes
     """
     elements = list(elements)
     exact = {element.beam.name: element.beam for element in elements if isinstance(element, CosseratBeam)}

@@ -61,7 +61,7 @@ def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[A
 
 
 def _moved(joint: Joint) -> tuple[Array, Array] | None:
-    """Return by what a joint turns and moves its child at its initial position; None where that is not looked at."""
+    """Return rotation and translation of a joint at its initial position; None for types that are not checked."""
     q, axis = joint.initial_position, np.array(joint.axis)
     if not any(q):
         return np.eye(3), np.zeros(3)

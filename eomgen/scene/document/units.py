@@ -88,7 +88,7 @@ class _Converter:
         return result
 
     def in_columns(self, meaning: Meaning, columns: ColumnUnits, key: str, value: Any) -> Any:
-        """Convert what belongs to a curve's columns: a number, pairs of numbers, or the unit of a table's column."""
+        """Convert a value of a curve's columns: a number, pairs of numbers, or the unit of a table's column."""
         if isinstance(meaning.column, tuple):
             if not isinstance(value, list | tuple) or len(value) > MOST_ROWS:
                 return value

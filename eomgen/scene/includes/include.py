@@ -183,8 +183,7 @@ def _part(source: Source, text: str, path: Path, entry: Include) -> Part:
 
 
 def _check_top_level(data: dict[str, Any], report: Report) -> None:
-    """Report problems in the keys of an included file that the including scene does not use; leave out what is not
-    legal."""
+    """Report problems in the keys of an included file that the including scene ignores; drop illegal keys."""
     if data.get("format") != 1:
         what = (
             f"this eomgen reads format 1, not {described(data['format'])}"

@@ -51,6 +51,6 @@ def _formula(process: RandomProcess) -> Formula:
 
 
 def _sum(terms: Sequence[Formula]) -> Formula:
-    """Return the sum of terms; that of many in parts, whose depth does not grow with their number."""
+    """Return the sum of terms, nested such that the depth hardly grows with the number of terms."""
     parts = [functools.reduce(operator.add, terms[k : k + _DEPTH]) for k in range(0, len(terms), _DEPTH)]
     return parts[0] if len(parts) == 1 else _sum(parts)

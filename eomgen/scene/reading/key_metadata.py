@@ -33,18 +33,18 @@ class Table(BaseModel):
 
 @dataclass(frozen=True)
 class Meaning:
-    """What is known of a key.
+    """Metadata of a key.
 
     Attributes
     ----------
-    unit : SI unit of its numbers; by component; or by the ``type`` of the entry, of what is around it, or of its
+    unit : SI unit of its numbers; by component; or by the ``type`` of the entry, of the enclosing entry, or of its
         ``joint``.
     names : which names its formulas may use; None where it takes no formulas.
     refers : the section whose entries it names.
     sets : whether it is a table whose keys are numbers of the state, as formulas call them.
     path : whether it is the path of a file, from the folder of the file that it is written in.
-    column : the column of a curve that its numbers, or its unit, belong to; of pairs, that of each entry.
-    kind : words for the type of value, in place of what follows from the annotation.
+    column : the column of a curve that its numbers, or its unit, belong to; for pairs, one column per entry.
+    kind : words for the type of value, in place of words from the annotation.
     shown_default : words for the default, in place of its value.
     """
 

@@ -9,7 +9,7 @@ from eomgen.scene.joint_types import JOINTS
 
 _OF_KINDS = {"time": "s", "position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 _PER_TIME = {"q": "", "v": "/s", "a": "/s^2"}
-#: Operations that leave the unit of what is known among their arguments.
+#: Operations whose results have the unit of their arguments.
 _KEEPING = frozenset({"add", "sub", "neg", "abs", "min", "max"})
 
 

@@ -249,7 +249,7 @@ def _number(row: tuple[int, list[str]], place: int, words: _Words, name: str, de
 
 
 def _in_place(cell: str) -> str:
-    """Return what to try for a cell that is no number."""
+    """Return a remedy for a cell that is no number."""
     if _THOUSANDS.fullmatch(cell):
         hint = "numbers without separators of thousands"
         return f'{hint}; decimal = "," if the comma is a decimal mark' if _DECIMAL_COMMA.fullmatch(cell) else hint

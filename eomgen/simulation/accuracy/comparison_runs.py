@@ -80,12 +80,12 @@ def comparison_run(
     every: int | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
-    """Run over a span with another step or tolerance; rows lie where both this run and the span have some.
+    """Run over a span with another step or tolerance; record rows at the common times of this run and the span.
 
     Parameters
     ----------
-    multiple : of the step: 2, 4 or 1/2; where that is longer than the span, of the span, which is one step then
-    every : steps between the rows, in place of what both have
+    multiple : ratio of the steps, as 2, 4 or 1/2; relative to the span if the run's step is longer than the span
+    every : steps between the rows; by default the common rows
     """
     model = run.model
     changed = {} if tolerance is None else {"tolerance": tolerance}

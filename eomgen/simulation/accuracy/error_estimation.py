@@ -240,9 +240,10 @@ def _smaller(runs: Comparisons) -> str:
 
 
 def _by_much_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
-    """Return what a run at a quarter of the step tells, or the first one beyond that is another run.
+    """Estimate errors by a run at a quarter of the step, or at the largest smaller fraction that takes different steps.
 
-    A run of one step has no longer ones, and steps that were halved all over are those of the run at half the step.
+    For a run of a single step, which has no longer steps, and for a run whose steps were all halved, which equals the
+    run at half the step.
     """
     for power in _QUARTERS:
         multiple = math.pow(0.5, power)
@@ -260,8 +261,10 @@ def _by_much_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
 
 
 def _by_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
-    """Return what the first run tells that takes shorter parts of steps all over, and where the error matters the next
-    one as well, which shows the order."""
+    """Estimate errors by the first run whose parts of steps are all shorter, if steps end at events or samples.
+
+    If the error matters, the next shorter run shows the order.
+    """
     multiple = 0.5
     while not runs.tell(multiple, 1.0):
         multiple *= 0.5

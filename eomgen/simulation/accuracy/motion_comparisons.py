@@ -29,7 +29,7 @@ _AT_EVENT = 1e-9
 
 
 class NoEstimateError(Exception):
-    """There is no estimate, and why; ``remedy``: what to try, and then the run's message says so."""
+    """Reason for a missing error estimate; the run's message includes ``remedy``, if it is not empty."""
 
     def __init__(self, reason: str, remedy: str = "") -> None:
         super().__init__(reason)

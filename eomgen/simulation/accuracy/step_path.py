@@ -46,7 +46,7 @@ class StepStates:
 
 
 class StepPath:
-    """The interpolant of the steps of a run, and what its equations are along it.
+    """Interpolant of the steps of a run, with laws and rates of the equations along it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Rows at the ends of the steps of a run, also of one that records fewer, or whose method chooses its steps."""
+"""Rows at the ends of all steps of a run, for runs with sparse records and for adaptive methods, too."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from eomgen.simulation.accuracy.comparison_runs import Span, comparison_run
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
-#: Steps at most that are taken again, and pieces of the run that they are taken in.
+#: Maximum number of repeated steps, and number of pieces of a longer run.
 _MOST, _PIECES = 20_000, 8
 
 
 class StepRows(NamedTuple):
-    """Rows (n, width), parameters there, (np,) or (n, np), and numbers of the rows at which pieces of the run end."""
+    """Rows (n, width), parameters, (np,) or (n, np), and indices of the last rows of pieces, except the last piece."""
 
     rows: Array
     parameters: Array
@@ -35,10 +35,10 @@ def step_rows(
     *,
     finer: float = 1.0,
 ) -> StepRows | None:
-    """Return rows at the ends of steps; None if they cannot be taken again.
+    """Return rows at the ends of steps; None if the run cannot be repeated.
 
-    Steps of the method's own end between rows of the time grid; then rows are as close as these steps are on average,
-    or ``finer``, along the method's own dense output. Of long runs some pieces are taken.
+    Adaptive methods end their steps between rows of the time grid. Their rows come from the dense output, at the
+    average spacing of the steps divided by ``finer``. Long runs are sampled in pieces.
 
     Parameters
     ----------

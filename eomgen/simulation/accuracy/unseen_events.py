@@ -111,7 +111,7 @@ class _Roots:
             self._share = min(self._share, len(whole) / max(len(self._steps), 1))
 
     def missed(self, seen: Array) -> Array:
-        """Return how many events are missed, (events,); 0 of those that are seen, (events,)."""
+        """Return the number of missed events, (events,), given the numbers ``seen`` of detected ones, (events,)."""
         if not len(self._steps):
             return np.zeros(len(seen))
         count, steps, share = _FIRST, self._steps, self._share

@@ -33,36 +33,43 @@ from eomgen.simulation.stepping.run import Run
 from eomgen.system.description import Description
 from eomgen.toolchain.library import Library
 
-#: Steps at most that formulas are sampled in, samples of all steps, and of one.
+#: Maximum number of sampled steps, maximum number of samples in total, and least and greatest number per step.
 _STEPS, _SAMPLES, _LEAST, _MOST = 4096, 32768, 8, 64
-#: How many times fewer samples there are of laws that only the equations know.
+#: Factor by which the number of samples is reduced if laws can be evaluated only through the equations of motion.
 _COSTLY = 4
-#: Deviation from the line between the ends of a step, as a part of a formula's range over the run, that is looked into.
+#: Least deviation of a formula from its chord over a step, relative to its range over the run, of examined steps.
 _BENT = 0.1
-#: Steps at most whose defects are evaluated, intervals of each, and features that are met within one.
+#: Maximum number of steps with evaluated defects, intervals per step, and features located per step.
 _HOT, _INTERVALS, _MET = 128, 24, 8
-#: Halvings of the distance to a feature, at which a narrow one is looked for.
+#: Number of mesh halvings towards a feature, to resolve narrow features.
 _CLOSER = 24
-#: Part of the velocities, or of the ranges of internal states, that defects sum up to, and that one step lacks within
-#: itself, from which on a law is told of. A barrier of a fourth of the velocity has half the kinetic energy.
+#: Thresholds of a finding, relative to velocities or ranges of internal states: for the accumulated defect, and for the
+#: largest defect within a step. A barrier that changes the velocity by a fourth takes about half the kinetic energy.
 _UNSEEN, _WITHIN = 0.05, 0.25
-#: Ranges below this part of the largest value are rounding.
+#: Ranges below this fraction of the largest value are rounding errors.
 _ROUNDING = 1e-6
-#: Steps whose partials tell how a stiff motion forgets defects, states of each, and the part of states that they span.
+#: For the damping of defects by stiff motion: number of steps with Jacobians, states per step, difference step.
 _PARTIALS, _STATES, _DIFFERENCE = 32, 8, 1e-6
-#: Steps to the width of what is not seen.
+#: Recommended number of steps over the width of the unresolved part of a law.
 _RESOLVED = 8.0
-#: How many times closer to one another rows are for a second look at a method that chooses its steps, if a law seems to
-#: be unseen: where these are shorter than on average.
+#: Refinement of the rows for a second examination of adaptive methods after a first finding: some of their steps are
+#: shorter than the average.
 _FINER = (8.0,)
 _NONE: NDArray[np.intp] = np.empty(0, dtype=np.intp)
-#: Letters of a formula in a message.
+#: Maximum length of a formula in a message, in characters.
 _LETTERS = 70
 
 
 class _Defects(NamedTuple):
-    """Defects of steps: their numbers (m,), what lacks at their ends (m, nv + nz), the largest that lacks within (m, nv
-    + nz), and when it arises (m,), s."""
+    """Defects of m steps.
+
+    Attributes
+    ----------
+    steps : (m,) indices of the steps
+    net : (m, nv + nz) defects at the ends of the steps
+    within : (m, nv + nz) largest absolute defects inside the steps
+    times : (m,) s, time of the largest increment of the defect in each step
+    """
 
     steps: NDArray[np.intp]
     net: Array
@@ -166,7 +173,7 @@ def _known_times(path: StepPath, laws: Sequence[Formula]) -> Array:
 
 
 class _Examination:
-    """Steps in which laws are bent, and their defects."""
+    """Search for steps with nonlinear laws, and evaluation of the defects of these steps."""
 
     def __init__(
         self,
@@ -192,7 +199,7 @@ class _Examination:
         self._sizes = np.concatenate([size["v"], np.where(sampled, np.inf, size["z"])])
         self._left_out = np.concatenate([np.zeros(self._model.nv, dtype=bool), sampled])
 
-    # -- where laws are bent ---------------------------------------------------------------------------------------
+    # -- steps with nonlinear laws ---------------------------------------------------------------------------------
 
     @cached_property
     def _met(self) -> NDArray[np.bool_]:
@@ -234,7 +241,7 @@ class _Examination:
 
     @cached_property
     def looked_at(self) -> list[int]:
-        """Numbers of the sampled steps in which features are met, and then of those with bent laws, by bend."""
+        """Indices of sampled steps to examine: steps that meet features, then steps by decreasing nonlinearity."""
         steps = self._steps
         if not len(steps):
             return []
@@ -251,7 +258,7 @@ class _Examination:
         return [int(place) for place in looked[np.lexsort((-bent[looked], ~met[looked]))]]
 
     def finding(self) -> Finding | None:
-        """Return the law that is not seen, with what to try; None if there is none."""
+        """Return a finding on an unresolved law, with its remedy; None if the steps resolve all laws."""
         if not self.looked_at:
             return None
         chosen = np.sort(np.array(self.looked_at[:_HOT], dtype=np.intp))
@@ -261,7 +268,7 @@ class _Examination:
         return self._judged(steps, meshes, share)
 
     def _laws(self, blocks: StepStates, ends: StepStates) -> Iterator[tuple[Array, Array]]:
-        """Yield the values of laws at both; rates stand for formulas of what only the equations know."""
+        """Yield each law's values at samples and at step ends; rates replace laws without known values."""
         for law in self._known:
             yield self._path.values(law, blocks), self._path.values(law, ends)
         if self._opaque:
@@ -278,7 +285,7 @@ class _Examination:
         return np.column_stack([at_ends[steps], inside.reshape(len(steps), -1), at_ends[steps + 1]])
 
     def _meshes(self, steps: NDArray[np.intp], grid: Array, arguments: Sequence[Array]) -> list[Array]:
-        """Return the ends of intervals of steps, from 0 to 1, that are narrow beside features: an array for each."""
+        """Return a mesh in [0, 1] for each step, refined towards features."""
         even = np.linspace(0.0, 1.0, _INTERVALS + 1)
         found = [[even, self._inside(int(step))] for step in steps]
         closer = np.ldexp(1.0 / len(grid), -np.arange(_CLOSER))
@@ -290,7 +297,7 @@ class _Examination:
         return [_in_order(np.concatenate(parts)) for parts in found]
 
     def _inside(self, step: int) -> Array:
-        """Return where known times lie within a step, from 0 to 1."""
+        """Return the positions of known times within a step, in [0, 1]."""
         begin, end = self._t[step], self._t[step + 1]
         first, last = np.searchsorted(self._ends, begin, side="right"), np.searchsorted(self._ends, end)
         inside: Array = (self._ends[first : min(last, first + _STEPS)] - begin) / (end - begin)
@@ -299,11 +306,11 @@ class _Examination:
     def _passed(
         self, feature: Feature, table: Array, grid: Array, steps: NDArray[np.intp]
     ) -> tuple[Array, NDArray[np.intp]]:
-        """Return where within steps an argument passes its feature, from 0 to 1, and the places of these steps.
+        """Return the crossings of a feature by its argument within steps, in [0, 1], and the indices of these steps.
 
         Parameters
         ----------
-        table : (steps, samples + 2), the argument within each step at the parts ``grid`` of it
+        table : (steps, samples + 2), the argument at the positions ``grid`` of each step
         """
         sides = feature.sides(table)
         numbers, samples = np.nonzero(sides[:, 1:] != sides[:, :-1])
@@ -329,7 +336,7 @@ class _Examination:
             last, high = np.where(before, last, place), np.where(before, high, value)
         return place, number
 
-    # -- what they lack --------------------------------------------------------------------------------------------
+    # -- defects ---------------------------------------------------------------------------------------------------
 
     def _judged(self, steps: NDArray[np.intp], meshes: Sequence[Array], share: float) -> Finding | None:
         defects = self._defects(steps, meshes)
@@ -360,7 +367,7 @@ class _Examination:
             lacks = impulse - (shown[first:last] - rows[step])
             lacks[:, self._left_out] = 0.0
             net.append(lacks[-1])
-            # where the step ended in between, the interpolant through its ends is not the way that it took
+            # a step split at a known time does not follow the interpolant through its ends
             within.append(np.zeros(lacks.shape[1]) if self._split[step] else np.abs(lacks).max(axis=0))
             place = np.argmax(np.abs(np.diff(lacks, axis=0, prepend=0.0))[:, :].max(axis=1))
             when.append(self._t[step] + h[k] * mesh[place + 1])
@@ -368,21 +375,21 @@ class _Examination:
         return _Defects(steps, np.array(net), np.array(within), np.array(when))
 
     def _shares(self, lacking: Array) -> Array:
-        """Return what lacks, (..., nv + nz), as a part of the motion; 1 of what does not move."""
+        """Return defects (..., nv + nz) relative to the size of the motion; 1 for components that do not move."""
         with np.errstate(all="ignore"):
             measured = np.abs(lacking) / self._sizes
         resting = ~np.isfinite(self._sizes) & ~self._left_out
         return np.where(resting & (np.abs(lacking) > 0.0), 1.0, measured)
 
     def _excess(self, defects: _Defects, share: float) -> float:
-        """Return by how much defects are beyond what is told of."""
+        """Return the largest ratio of the defects to the thresholds; a finding needs a ratio above 1."""
         summed = share * float(self._shares(np.cumsum(defects.net, axis=0)).max())
         return max(summed / _UNSEEN, float(self._shares(defects.within).max()) / _WITHIN)
 
     def _forgotten(self, defects: _Defects) -> _Defects:
-        """Return defects as sums of which a stiff motion forgets what is before, as an L-stable step does.
+        """Return defects whose accumulated sum is damped by stiff motion, as by an L-stable step.
 
-        Partials are medians over states within a step, so that what is narrow does not count as stiffness.
+        Jacobians are medians over the states within a step, so that narrow laws do not count as stiffness.
         """
         nv, nz = self._model.nv, self._model.nz
         chosen = np.unique(np.linspace(0, len(defects.steps) - 1, _PARTIALS).astype(int))
@@ -402,7 +409,7 @@ class _Examination:
         return defects._replace(net=np.diff(total, axis=0, prepend=0.0), within=np.array(within))
 
     def _partials(self, steps: NDArray[np.intp]) -> Array:
-        """Return partials of the rates of (increments of q, v, z), (steps, size, size)."""
+        """Return the Jacobians of the rates with respect to (increments of q, v, z), (steps, size, size)."""
         nv, nz = self._model.nv, self._model.nz
         places = (np.arange(_STATES) + 0.5) / _STATES
         blocks = self._sampled(steps, places)
@@ -428,7 +435,7 @@ class _Examination:
             return product.update(self._model.factors, q, shift), v, z
         return (q, v + shift, z) if part == 1 else (q, v, z + shift)
 
-    # -- how it is told --------------------------------------------------------------------------------------------
+    # -- message ---------------------------------------------------------------------------------------------------
 
     def _told(self, defects: _Defects, meshes: Sequence[Array], share: float) -> Finding:
         summed = share * np.cumsum(defects.net, axis=0)
@@ -457,7 +464,7 @@ class _Examination:
         return f"a step of {step:.2g} s"
 
     def _culprit(self, step: int, mesh: Array, name: str) -> tuple[str, float]:
-        """Return the law that is bent most within a step, in words, and the width of what is not seen of it, s."""
+        """Return a description of the law with the largest nonlinearity within a step, and its unresolved width, s."""
         begin, h = self._t[step], float(self._t[step + 1] - self._t[step])
         middles = 0.5 * (mesh[1:] + mesh[:-1])
         blocks = self._path.at(begin + h * middles, np.full(len(middles), step))

@@ -83,7 +83,7 @@ def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: floa
 
 
 def _same(first: list[Array], second: list[Array]) -> bool:
-    """Return whether values are equal but for rounding; those that are not finite are not."""
+    """Return whether values are equal up to rounding; non-finite values are unequal."""
     return all(
         bool(np.all(np.abs(one - two) <= _ROUNDING * np.abs(one).max(initial=0.0)))
         for one, two in zip(first, second, strict=True)

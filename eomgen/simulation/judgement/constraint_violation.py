@@ -26,7 +26,7 @@ class Violation(NamedTuple):
     Attributes
     ----------
     share : part of the size of the machine, or rad
-    what : sentence with row, size and time
+    what : message with row, size and time
     time : s; NaN between rows
     """
 

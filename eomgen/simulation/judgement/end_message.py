@@ -25,7 +25,7 @@ from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
 from eomgen.simulation.stepping.stepper import Stepper
 
-#: What to try if a motion runs away that neither is known to grow by its equations nor starts fast.
+#: Remedy for a diverging motion without a growing linear mode and without a fast start.
 OTHER_FORCES = (
     "other signs or sizes of gains, damping and stiffnesses, an initial position with smaller forces, or a smaller step"
 )

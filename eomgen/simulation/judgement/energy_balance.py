@@ -114,8 +114,8 @@ def energy_balance(
 
 
 def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> float:
-    """Return the share of the energies at work that no power at few rows and no energy before explains; 0 unless that
-    is very many times what there was."""
+    """Return the gain of energy relative to the moving energy; 0 if the initial kinetic energy, the range of the
+    potential and the largest recorded power may explain the gain."""
     known = energy["kinetic"][0] + np.ptp(energy["potential"])
     known += (t[-1] - t[0]) * np.max(np.maximum(energy["power"] + energy["base_power"], 0.0))
     gain = float(np.max(energy["total"] - energy["total"][0]))

@@ -1,4 +1,4 @@
-"""Checks of what errors of the steps do not show: large deflections, growth, fast forces, missed events, outputs."""
+"""Checks beyond error estimates of the steps: large deflections, growth, fast forces, missed events, outputs."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ def corrected(
     """
     count = len(reached)
     below, above, low, high = (np.empty(count) for _ in range(4))
-    for k, one in sorted(enumerate(reached), key=lambda pair: abs(pair[1].index)):  # those that need the mean's first
+    for k, one in sorted(enumerate(reached), key=lambda pair: abs(pair[1].index)):  # near points first
         upper, near = one.index >= 0.0, abs(one.index) < _NEAREST
         draws = about_mean if near else Draws(lambda z: (response.values(z),), one.point, seed + k)
         of_form = float((form.above if upper else form.below)[k])

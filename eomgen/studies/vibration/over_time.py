@@ -73,8 +73,7 @@ def judged_passage(level: float, of_rate: float, passed: int, samples: int) -> t
 
 
 def not_normal(y: Array, mean: float, deviation: float) -> str:
-    """Return how samples y (n,) differ from a normal distribution two standard deviations out; empty if they may be of
-    it."""
+    """Return a note if samples y (n,) are not normal two standard deviations from the mean; else an empty text."""
     beyond, chance = int(np.count_nonzero(np.abs(y - mean) > 2.0 * deviation)), 2.0 * float(special.ndtr(-2.0))
     more = float(special.bdtrc(beyond - 1, len(y), chance)) if beyond else 1.0
     if min(more, float(special.bdtr(beyond, len(y), chance))) > _CHANCE:

@@ -194,7 +194,7 @@ def _jumps(space: Space, beams: _Beams, engine: Engine, system: System, scene: S
 
 
 def _halves(space: Space, beams: _Beams, system: System, scene: Scene) -> Claim:
-    """Distributed loads, weight and inertia of the elements are what the residual has more of at twice of them."""
+    """Doubled distributed loads, weight and inertia of elements increase the residual by the loads on halves."""
     twice = on_tape(pipeline.derive(_with_twice_the_loads(scene), ["residual"]))
     own = on_tape(system)
 
