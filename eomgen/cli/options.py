@@ -41,8 +41,21 @@ def _seconds(_: click.Context, param: click.Parameter, text: str | None) -> floa
     if text is None:
         return None
     option = f"--{str(param.name).replace('_', '-')}"
-    if is_quantity(text):
-        return in_label(option, text, "s")
+    return in_label(option, text, "s") if is_quantity(text) else _number(option, text)
+
+
+def _bound(_: click.Context, param: click.Parameter, text: str | None) -> dict[str, float] | None:
+    """Return the settings of a stepper with a largest step, given as a number of s or with its unit."""
+    option = param.opts[0]
+    if text is None:
+        return None
+    seconds = in_label(option, text, "s") if is_quantity(text) else _number(option, text)
+    if not seconds > 0.0:
+        raise UsageError(Problem(option, f"{shown(text)} is no step", '0.003, or "3 ms"'))
+    return {"largest_step": seconds}
+
+
+def _number(option: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
@@ -164,6 +177,14 @@ def run_options(command: Command) -> Command:
             type=float,
             default=None,
             help="Of local errors: generalized-alpha chooses its steps by it, as rk45 and taylor do.",
+        ),
+        click.option(
+            "--largest-step",
+            "settings",
+            default=None,
+            callback=_bound,
+            metavar="S",
+            help="Of methods that choose their steps; 64 (taylor: 256) steps of the grid by default.",
         ),
         stepper_options,
         end_option,

@@ -65,7 +65,11 @@ def _method_of(file: str, given: dict[str, Any]) -> str:
     """Return the method of a checkpoint's run. Raises UsageError for options that the run has settled."""
     from eomgen.simulation.checkpoint import Checkpoint  # noqa: PLC0415
 
-    fixed = [f"--{name.replace('_', '-')}" for name, value in given.items() if value is not None]
+    fixed = [
+        f"--{'largest-step' if name == 'settings' else name.replace('_', '-')}"
+        for name, value in given.items()
+        if value is not None
+    ]
     if fixed:
         what = "the run that goes on has its method, step and rows settled"
         raise UsageError(Problem(", ".join(fixed), what, "--resume without them; --t-end may be later"))

@@ -29,7 +29,7 @@ KNOWN_ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("dt", "h"), "step"),
     **dict.fromkeys(("solver", "integrator"), "method"),
     **dict.fromkeys(("rtol", "atol", "tol", "eps"), "tolerance"),
-    "max_iterations": "settings",
+    **dict.fromkeys(("max_iterations", "largest_step", "max_step"), "settings"),
     **dict.fromkeys(("q", "v", "z", "q0", "v0", "x0", "y0"), "initial"),
 }
 

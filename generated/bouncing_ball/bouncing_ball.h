@@ -176,6 +176,7 @@ typedef struct bouncing_ball_settings {
     /* of the local error, relative to the motion's angles, lengths and velocities; 0: steps of the grid */
     eomgen_real tolerance;
     long order; /* of the series, 2 to 40 */
+    eomgen_real largest_step; /* of the method's own, s, at most 256 steps of the grid; 0: these */
 } bouncing_ball_settings;
 
 /* Where the functions of the events are, and what their actions have set. */

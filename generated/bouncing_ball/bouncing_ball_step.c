@@ -92,6 +92,7 @@ void bouncing_ball_default_settings(bouncing_ball_settings *settings)
     settings->step = K(0.01);
     settings->tolerance = K(1e-12);
     settings->order = 21;
+    settings->largest_step = K(0.0);
 }
 
 void bouncing_ball_default_state(bouncing_ball_state *state)
@@ -168,7 +169,9 @@ static int bouncing_ball_settings_are_good(const bouncing_ball_settings *s)
 static real bouncing_ball_reach(const bouncing_ball_settings *settings, const bouncing_ball_workspace *work)
 {
     const int last = (int)settings->order;
-    const real step = settings->step, longest = K(256.0);
+    const real step = settings->step, bound = settings->largest_step;
+    const real longest = bound > K(0.0) && bound < K(256.0) * step ? bound / step
+        : K(256.0);
     const real aim = K(0.1) * settings->tolerance,
         finest = K(0.1) * K(0.5) * bouncing_ball_EPSILON;
     const real length = bouncing_ball_largest(work->q_row, 2),

@@ -4,9 +4,11 @@ error. References: SciPy's DOP853 in small steps on equations typed here."""
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.arrays import Array
+from eomgen.cli import main
 from eomgen.formula.features import features, may_be_fast, summands
 from eomgen.formula.nodes import Formula
 from eomgen.scene.formula.parser import read_formula
@@ -129,7 +132,8 @@ def test_a_law_that_steps_pass_over_is_named(law: str, method: str) -> None:
     if "unseen_law" in said:
         (found,) = (finding for finding in run.findings if finding.name == "unseen_law")
         assert "acts between the steps at t = " in found.text and "is not seen by them: " in found.text
-        assert found.hint.startswith("a step of ") and found.value > 0.05
+        remedy = "a step of " if method in ("generalized_alpha", "rk4") else "largest_step = "
+        assert found.hint.startswith(remedy) and found.value > 0.05
     if finer is not None and method == "generalized_alpha":
         resolved = sliders().simulate(0.8, finer, method=method, parameters=given)
         assert off(resolved, given) < 0.02
@@ -268,3 +272,56 @@ def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet(s
         }
         assert told or error < 0.1, (given, method, step, every, error, run.message)
         assert error > 0.01 or "unseen_law" not in names, (given, method, step, every, error, run.message)
+
+
+@pytest.mark.parametrize(
+    ("law", "step"),
+    [
+        pytest.param({"barrier": 100.0, "width": 0.02}, 0.1, id="barrier"),
+        pytest.param({"aside": 100.0, "period": 0.05}, 0.1, id="cogging", marks=pytest.mark.slow),
+        pytest.param({"pulse": 50.0, "time": 0.512, "width": 0.01}, 0.1, id="kick", marks=pytest.mark.slow),
+    ],
+)
+def test_a_run_is_right_with_the_largest_step_that_its_message_names(law: dict[str, float], step: float) -> None:
+    options: dict[str, Any] = {"parameters": law, "method": "generalized_alpha_adaptive"}
+    run = sliders().simulate(2.0, step, **options)
+    (found,) = (finding for finding in run.findings if finding.name == "unseen_law")
+    named = re.match(r"largest_step = (\S+) in the settings", found.hint)
+    assert named and off(run, law) > 0.1
+    bound = float(named[1])
+    again = sliders().simulate(2.0, step, settings={"largest_step": bound}, **options)
+    assert not {finding.name for finding in again.findings} & DOUBTS
+    assert again.stats["largest_step"] <= bound * (1.0 + 1e-9)
+    assert off(again, law) < 0.02 and again.error.relative > off(again, law) / 3.0
+
+
+@pytest.mark.parametrize("method", ["rk45", "taylor", "generalized_alpha_adaptive", "tdg1_adaptive"])
+@pytest.mark.parametrize("bound", [0.03, 0.3])
+def test_own_steps_are_as_long_as_the_bound_at_most(method: str, bound: float) -> None:
+    """Free motion of 100 s: without a bound steps of all methods reach over several rows of 1 s."""
+    run = _free().simulate(100.0, 1.0, method=method, settings={"largest_step": bound}, error_estimate=False)
+    steps = run.stats.get("own_steps", run.stats.get("expansions", 0))
+    assert 100.0 / bound <= steps * (1.0 + 1e-9) and steps < 3.0 * 100.0 / bound
+    freely = _free().simulate(100.0, 1.0, method=method, error_estimate=False)
+    assert freely.stats.get("own_steps", freely.stats.get("expansions", 0)) < 60
+
+
+@cache
+def _free() -> eomgen.Model:
+    slider = {"type": "prismatic", "parent": "base", "child": "a", "axis": [1, 0, 0], "initial": {"velocity": 1.0}}
+    scene = {"format": 1, "name": "free", "bodies": {"a": {"mass": 1.0}}, "joints": {"x": slider}, "gravity": [0, 0, 0]}
+    return eomgen.build(scene, profile="quick")
+
+
+def test_a_first_step_that_ends_on_top_of_a_barrier_is_noticed() -> None:
+    """Steps of 0.1 s and 0.4 s lead to the top at either tolerance; half of them do not."""
+    law, _, _ = LAWS["barrier"]
+    run = sliders().simulate(2.0, 0.1, parameters=law, method="tdg1_adaptive")
+    assert off(run, law) > 1.0
+    assert "discretisation_error" in {finding.name for finding in run.findings}
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "nan", "-2 ms"])
+def test_a_largest_step_that_is_none_is_refused(text: str, capsys: pytest.CaptureFixture) -> None:
+    assert main(["simulate", "scene.toml", "--out", "there", f"--largest-step={text}"]) == 2
+    assert f"--largest-step: '{text}' is no step; try: 0.003, or \"3 ms\"" in capsys.readouterr().err

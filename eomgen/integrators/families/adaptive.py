@@ -53,6 +53,11 @@ def tolerance_setting(tolerance: float) -> Setting:
     return Setting("tolerance", tolerance, comment, single=1e-5)
 
 
+def longest_setting(longest: float) -> Setting:
+    """Return the row of a bound on the method's own steps; ``longest``: in steps of the grid, if there is none."""
+    return Setting("largest_step", 0.0, f"of the method's own, s, at most {longest:.0f} steps of the grid; 0: these")
+
+
 def step_state(sizes: Sizes) -> tuple[Field, ...]:
     """Return what the choice of the next step follows from."""
     fields = [

@@ -18,8 +18,10 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.adaptive import (
     LARGEST_TOLERANCE,
+    LONGEST,
     STEP_GROUPS,
     check_tolerance,
+    longest_setting,
     step_data,
     step_state,
     step_statistics,
@@ -99,7 +101,7 @@ class AdaptiveDiscontinuousGalerkin(DiscontinuousGalerkin):
         return (*super().state(sizes), *step_state(sizes))
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        return (SHRINK_AT_GROWTH, tolerance_setting(self.tolerance))
+        return (SHRINK_AT_GROWTH, tolerance_setting(self.tolerance), longest_setting(LONGEST))
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
         within = (Bound("tolerance", ">", 0.0), Bound("tolerance", "<=", LARGEST_TOLERANCE))

@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.adaptive import (
     LARGEST_TOLERANCE,
+    LONGEST,
     STEP_GROUPS,
     check_tolerance,
+    longest_setting,
     step_data,
     step_state,
     step_statistics,
@@ -98,7 +100,7 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         own = (item for item in super().settings(sizes) if item.name != "max_halvings")
-        return (*own, tolerance_setting(self.tolerance))
+        return (*own, tolerance_setting(self.tolerance), longest_setting(LONGEST))
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
         own = (bound for bound in super().bounds(sizes) if bound.left != "max_halvings")

@@ -12,8 +12,10 @@ from fractions import Fraction as F
 from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.adaptive import (
+    LONGEST,
     STEP_GROUPS,
     check_tolerance,
+    longest_setting,
     step_data,
     step_state,
     step_statistics,
@@ -126,7 +128,7 @@ class DormandPrince(Family):
         return step_state(sizes)
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        return (tolerance_setting(self.tolerance),)
+        return (tolerance_setting(self.tolerance), longest_setting(LONGEST))
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         return step_statistics()

@@ -12,6 +12,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import Problem, UsageError
+from eomgen.integrators.families.adaptive import longest_setting
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     NOT_FINITE,
@@ -139,6 +140,7 @@ class Taylor(Family):
         return (
             Setting("tolerance", self.tolerance, tolerance),
             Setting("order", self.order, f"of the series, 2 to {MAX_ORDER}", (2, MAX_ORDER)),
+            longest_setting(LONGEST),
         )
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:

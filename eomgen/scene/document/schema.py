@@ -139,8 +139,8 @@ class Simulation(Table):
         "of `taylor`", kind="whole number, 2 to 40", shown_default="what suits the tolerance"
     )
     settings: dict[str, Finite] = key(
-        "of the method's iteration, as of `simulate`: `rtol`, `atol`, `max_iterations`, `max_halvings`, `reuse`; other"
-        " methods keep theirs",
+        "of the method's iteration, as of `simulate`: `rtol`, `atol`, `max_iterations`, `max_halvings`, `reuse`; of"
+        " methods that choose their steps `largest_step`, s; other methods keep theirs",
         {},
         kind="numbers by name",
         shown_default="`{}`",

@@ -22,6 +22,8 @@ from eomgen.toolchain.library import Library
 
 #: Rows that are compared at most, the last one aside.
 MOST_ROWS = 1000
+#: Part of a bound on own steps that bounds these in shorter steps of the grid, at least.
+_LEAST_BOUND = 0.125
 #: Times of rows agree within this part of a step.
 SAME_TIME = 1e-4
 
@@ -91,6 +93,8 @@ def comparison_run(
     changed = {} if tolerance is None else {"tolerance": tolerance}
     begin, start, end = span.rows[0], float(span.rows[0, 0]), float(span.rows[-1, 0])
     settings = {**run.settings, "step": min(run.settings["step"], end - start) * multiple, **changed}
+    if "largest_step" in settings:
+        settings["largest_step"] *= min(max(multiple, _LEAST_BOUND), 1.0)
     p = span.parameters if span.parameters.ndim == 1 else span.parameters[0]
     q, v, z = begin[1 : 1 + model.nq], begin[1 + model.nq : 1 + model.nq + model.nv], begin[len(begin) - model.nz :]
     try:

@@ -149,14 +149,15 @@ def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
     """Return what a run at a smaller tolerance tells, at a larger one where no smaller one is taken.
 
     Errors follow tolerances only roughly: where a corner is met, or steps are few, a tenth of the tolerance makes from
-    a hundredth of the error to twice as much. So the better run is asked, though it costs more. Events are looked for
-    on the grid, which is refined for them as well: those that one step passes over are the error then. So are rows of
-    inputs, between which these are curves of low order.
+    a hundredth of the error to twice as much. So the better run is asked, though it costs more. The grid is refined as
+    well: the first steps follow from it, which would be the same ones at either tolerance if no force acts yet, and
+    lead to the same place within a barrier. Events are looked for on it, and rows of inputs lie there, between which
+    these are curves of low order.
     """
     own = runs.run.settings["tolerance"]
     order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
     bound = bool(len(runs.parts.ends)) or runs.run.driven is not None
-    multiple = 0.5 if runs.events or runs.run.driven is not None else 1.0
+    multiple = 0.5
     tries = [(-order * times, multiple) for times in _SMALLER[: None if bound else 1]]
     tries = [one for one in tries if one == tries[0] or own * math.pow(2.0, one[0]) >= _LEAST_TOLERANCE]
     if shortened := _that_bounds(runs, bound=bound):
@@ -177,7 +178,7 @@ def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
     if found is not None and not found.stopped:
         where = "its steps end where forces jump, states are sampled or rows of inputs end, and " if bound else ""
         those = "those" if bound else "the steps"
-        remedy = f"a step smaller than {runs.run.settings['step']:.3g} s, from which steps of the method are at most 64"
+        remedy = f"largest_step = {0.25 * _largest_step(runs):.2g} in the settings"
         raise NoEstimateError(f"{where}{those} of runs at other tolerances are the same ones", "" if bound else remedy)
     reason = f": {found.stopped}" if found is not None and found.stopped else ""
     raise NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
@@ -189,9 +190,16 @@ def _that_bounds(runs: Comparisons, *, bound: bool) -> float:
     steps."""
     part = runs.step if runs.run.driven else (runs.parts.end - runs.parts.start) / (len(runs.parts.ends) + 1)
     if not bound:
-        part = float(runs.own.statistics.get("largest_step", runs.step))
+        part = _largest_step(runs)
+        if part > 0.5 * runs.run.settings.get("largest_step", math.inf) > 0.0:
+            return 0.25
     multiple = min(0.25, part / (_OWN_STEPS * runs.step))
     return multiple if runs.span.steps / multiple <= _MOST_STEPS else 0.0
+
+
+def _largest_step(runs: Comparisons) -> float:
+    """Return the largest step of the method's own, s; if it is not counted, the step of the grid."""
+    return float(runs.own.statistics.get("largest_step", runs.step))
 
 
 def _part(multiple: float) -> str:

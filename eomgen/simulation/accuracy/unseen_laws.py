@@ -23,7 +23,6 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import Feature, corners, features, may_be_fast, summands
 from eomgen.formula.infix import infix
 from eomgen.formula.nodes import Formula
-from eomgen.integrators.families.adaptive import LONGEST
 from eomgen.lie import product
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.motion_size import motion_size
@@ -460,7 +459,7 @@ class _Examination:
     def _remedy(self, step: float) -> str:
         run = self._path.run
         if run.method.chooses_steps:
-            return f"a step of {step / LONGEST:.2g} s: the longest of {run.name} is {LONGEST:.0f} times as long"
+            return f"largest_step = {step:.2g} in the settings"
         return f"a step of {step:.2g} s"
 
     def _culprit(self, step: int, mesh: Array, name: str) -> tuple[str, float]:
