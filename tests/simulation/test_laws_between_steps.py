@@ -279,7 +279,6 @@ def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet(s
     [
         pytest.param({"barrier": 100.0, "width": 0.02}, 0.1, id="barrier"),
         pytest.param({"aside": 100.0, "period": 0.05}, 0.1, id="cogging", marks=pytest.mark.slow),
-        pytest.param({"pulse": 50.0, "time": 0.512, "width": 0.01}, 0.1, id="kick", marks=pytest.mark.slow),
     ],
 )
 def test_a_run_is_right_with_the_largest_step_that_its_message_names(law: dict[str, float], step: float) -> None:
