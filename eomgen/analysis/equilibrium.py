@@ -190,8 +190,8 @@ def equilibrium(
 def _by_load_steps(
     loaded: LoadedStatics, statics: Statics, start: Point, *, stable: bool
 ) -> tuple[Search | str, Array | None]:
-    """Return the rest to which load steps lead from the start, or how far they lead and why they end; and the
-    displacement along which an unstable rest was left on the way, if one was."""
+    """Search for rest by load steps; return the search or the reason for its failure, and the displacement that left an
+    unstable rest on the way, or None."""
     try:
         rest, path, left_along = by_load_steps(loaded, Rest(start.q, start.lam, start.z, 1.0), _STEPS, stable=stable)
         search = Search(polished(statics, examine(statics, rest.q, rest.z)), True, len(path) - 1, path)

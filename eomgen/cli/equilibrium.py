@@ -145,7 +145,7 @@ def _print_beams(beams: Mapping[str, Mapping[str, Any]]) -> None:
 
 
 def _numbers(values: float | Sequence[float]) -> str:
-    """Return numbers beside each other; rounding errors beside larger ones are 0."""
+    """Return numbers as a list in a text, with rounding errors of the largest number as 0."""
     entries = [values] if isinstance(values, float | int) else list(values)
     size = max((abs(value) for value in entries), default=0.0)
     return ", ".join(f"{0.0 if abs(value) < 1e-12 * size else value:.6g}" for value in entries)

@@ -43,7 +43,7 @@ class ModelWithBeams(Protocol):
 
 
 def beams_at(model: ModelWithBeams, t: float, p: Array) -> Beams | None:
-    """Return the beams at parameters (np,); None where the model has none, or no term ``poses``."""
+    """Return the beams at parameters (np,); None if the model has no beams, or no term ``poses``."""
     description = model.description
     if not description.element_stiffness:
         return None
@@ -63,7 +63,7 @@ def beams_at(model: ModelWithBeams, t: float, p: Array) -> Beams | None:
 def placed_nodes(
     model: ModelWithBeams, before: tuple[Array, Array], after: tuple[Array, Array], p: Array, given: Sequence[str]
 ) -> tuple[Array, Array]:
-    """Return q and v with the nodes of beams put where the first ones have them, and moving with these.
+    """Return q and v with the nodes of beams placed, and moving, rigidly with their first nodes.
 
     Parameters
     ----------

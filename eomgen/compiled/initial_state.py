@@ -152,17 +152,17 @@ def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]
 def _with_nodes(
     model: CompiledModel, before: InitialState, state: InitialState, parameters: Array | None, given: Mapping[str, Any]
 ) -> InitialState:
-    """Return a state in which the nodes of beams are behind the first one, with the shapes of the scene's start.
+    """Return a state with the nodes of each beam following its first node, in the shapes of the scene's start.
 
     Nodes have coordinates of their own. Joints that a caller moves, and parameters of the places of joints, move the
     first node of a beam alone.
 
     Parameters
     ----------
-    before, state : the scene's start, and the one with the joints that are ``given``
+    before, state : the scene's start, and the start with the joints that are ``given``
     """
     p = model.parameter_array() if parameters is None else parameters
-    absolute = model.initial_at is not None  # then bodies are already where the joints have them at the parameters
+    absolute = model.initial_at is not None  # then poses of bodies agree with joints at the parameters already
     other = p.tolist() != list(model.parameters.values()) and not absolute
     moved = not (np.array_equal(before.q, state.q) and np.array_equal(before.v, state.v))
     if not (other or moved):

@@ -21,7 +21,7 @@ from eomgen.simulation.simulate import simulate
 _MOST, _FOR_EACH = 4, 8
 #: First samples of a design among which these are chosen.
 _CANDIDATES = 4096
-#: Name of the finding on estimated errors, which ``SampleErrors`` tells.
+#: Name of the finding on estimated errors, reported by ``SampleErrors``.
 _OF_ERROR = "discretisation_error"
 #: Attributes of a solution that an estimate has under the same name.
 _STATES = ("q", "v", "z", "multipliers")
@@ -69,7 +69,7 @@ def _with_estimates(work: Samples) -> dict[int, Solution]:
 
 
 def _of_column(estimates: Sequence[ErrorEstimate], attribute: str, place: int) -> float:
-    """Return the largest error of a column over runs; NaN if none of them tells it."""
+    """Return the largest error of a column over runs; NaN if no run has an estimate."""
     kind, _, name = attribute.partition(".")
     found = []
     for estimate in estimates:

@@ -1,7 +1,7 @@
 """Random processes that the steps of a run do not resolve: the share of their variance above the steps' frequency.
 
-A sine above half the frequency of the steps looks like a slower one at the steps, to runs at other steps as well, so no
-comparison of runs tells it. The share is had from the spectra of the process's own modes.
+A sine above half the frequency of the steps is aliased to a slower sine, also in runs at other steps, so comparison
+runs cannot show the error. The share is computed from the spectra of the process's own modes.
 """
 
 from __future__ import annotations

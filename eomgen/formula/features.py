@@ -21,7 +21,7 @@ _HELD = ("parameter", "number", "place", "local")
 #: Operations by which a formula changes about as fast as its arguments; products and whole powers up to this one, too.
 _PLAIN = ("add", "sub", "mul", "neg")
 _SMOOTH_POWER = 4.0
-#: Functions with a step or a corner where their argument is 0; with two arguments, where these are equal.
+#: Functions with a step or a corner at argument 0, or at equal values of two arguments.
 _AT_ZERO = ("sign", "abs", "tanh", "atan", "cosh")
 _SHARP = ("sign", "abs")
 _WHERE_EQUAL = ("lt", "le", "min", "max")
@@ -41,7 +41,7 @@ class Feature:
 
     @property
     def least(self) -> int:
-        """Places that an argument passes at least where something may be passed over."""
+        """Least number of places passed in one step for a possible miss."""
         return 2 if self.curve else 1
 
     def sides(self, argument: Array) -> Array:
@@ -54,7 +54,7 @@ class Feature:
         return found
 
     def between(self, low: float, high: float, most: int) -> Array:
-        """Return the places from low to high, at most so many."""
+        """Return the places from low to high, at most ``most``."""
         if not self.period:
             inside: Array = self.places[(self.places >= low) & (self.places <= high)]
             return inside[:most]
@@ -71,7 +71,7 @@ def changes(formula: Formula) -> bool:
 
 
 def may_be_fast(formula: Formula) -> bool:
-    """Return whether a formula may change much faster than its symbols: all but polynomials of low degree may."""
+    """Return whether a formula may change much faster than its symbols; False for polynomials of low degree."""
     if isinstance(formula, Application):
         return may_be_fast(formula.argument) or (changes(formula) and not isinstance(formula.curve, Waves))
     if isinstance(formula, WaveQuantity):  # as sums of harmonics: comparison runs show errors that occur in all steps

@@ -79,7 +79,7 @@ def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
 
 
 def _check_method(found: Hamiltonian) -> None:
-    """Raise DescriptionError if a file asks for a method that there is not."""
+    """Raise DescriptionError if a file names an unknown method."""
     if not (method := found.simulation.method):
         return
     from eomgen.hamiltonian.methods import check_name  # noqa: PLC0415  # few files choose a method

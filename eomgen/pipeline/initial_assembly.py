@@ -198,7 +198,7 @@ def constrained(system: System, parameters: Array | None = None, description: De
 
 
 def _beams(system: System, description: Description | None, p: Array, poses: Callable[[Array], Array]) -> Beams | None:
-    """Return the geometrically exact beams of a System at parameters (np,); None where it has none."""
+    """Return the geometrically exact beams of a System at parameters (np,); None if the system has no beams."""
     if description is None or not description.element_stiffness:
         return None
     values = description.values({item.name: value for item, value in zip(system.parameters, p.tolist(), strict=True)})

@@ -459,7 +459,7 @@ def _method_name(described: Description, method: str | None) -> str:
 
 
 def _check_method(scene: Scene) -> None:
-    """Raise DescriptionError if a scene asks for a method that there is not."""
+    """Raise DescriptionError if a scene names an unknown method."""
     from eomgen.system.description import Simulation  # noqa: PLC0415
 
     if scene.simulation.method == Simulation.method:

@@ -18,15 +18,15 @@ from eomgen.reliability.response import Expansion, Response
 _STRIDE, _LONGEST, _EASY = 0.25, 1.0, 3
 #: Newton's iterations at a threshold; distance of z at which they end.
 _ITERATIONS, _CLOSE = 25, 1e-10
-#: What a point may be off, along the limit state and across it, in standard deviations.
+#: Tolerances of a point, along the limit state and across it, in standard deviations.
 _ASIDE, _OFF = 3e-8, 1e-9
-#: The same of points beside which the gradient jumps, so that no iteration comes nearer, and the part of the first step
-#: below which such points are taken.
+#: The same tolerances for points next to a jump of the gradient, which stalls the iteration, and the stride, relative
+#: to the first one, below which such points are accepted.
 _ROUGHLY_ASIDE, _ROUGHLY_OFF, _ROUGH = 2e-2, 1e-3, 0.3
-#: What a value of a run is off by its rounding.
+#: Relative rounding error of a value of a run.
 _ROUNDED = 1e-14
-#: Distance beside a point, in standard deviations, and part of the gradient's change over it that its Hessian does not
-#: tell if it jumps there; why a curve ends then.
+#: Test for a jump of the gradient: distance from the point, in standard deviations, and part of the gradient's change
+#: that the Hessian does not explain; reason for the end of a curve.
 _BESIDE, _JUMPS = 1e-3, 0.5
 JUMPING = "where the gradient of the response jumps, as it does if slopes of the forces jump"
 #: Iterations after which the Hessian is taken anew.
@@ -148,7 +148,7 @@ def most_probable_points(response: Response, thresholds: Sequence[float]) -> lis
 def points_on_curve(
     response: Response, thresholds: Sequence[float], kinked: Callable[[], bool] = bool
 ) -> tuple[dict[int, MostProbablePoint], dict[int, Unreached]]:
-    """Return the most probable points of thresholds by their places, and why others have none.
+    """Return the most probable points by indices of thresholds, and the reasons for missing points.
 
     From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
     deviation or more; each point solves z + m g = 0, y = threshold by Newton's method, from where the two points before
@@ -291,12 +291,12 @@ def _newton(
     *,
     rough: bool = False,
 ) -> MostProbablePoint | None:
-    """Return the most probable point next to another; None if Newton's method does not come to it.
+    """Return the most probable point of a threshold, continued from another; None if Newton's method fails.
 
-    ``rough``: an iterate that is off by little counts as the point, as beside jumps of the gradient.
+    ``rough``: whether to accept the larger tolerances of points next to jumps of the gradient.
 
     A gradient costs a run and its adjoint, a Hessian as many tangents as there are variables: so it is corrected on the
-    way by what the gradient changes along each step, and taken anew where that takes long.
+    way by the change of the gradient along each step, and evaluated anew after many iterations.
     """
     n = len(last.point)
     at, slope = last.point, last.expansion.gradient

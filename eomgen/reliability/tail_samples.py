@@ -51,7 +51,7 @@ def importance_sampling(
 
 @dataclass
 class Draws:
-    """Samples of normal variables about a centre that are run as they are asked for; more of them begin with the same.
+    """Samples of normal variables about a centre, run on demand; a larger sample contains all smaller ones.
 
     Parameters
     ----------

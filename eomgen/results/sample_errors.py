@@ -1,4 +1,4 @@
-"""SampleErrors: discretisation errors of the samples of a study, as estimates of a few of its runs tell them."""
+"""SampleErrors: discretisation errors of the samples of a study, estimated on a few of its runs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class SampleErrors:
     of_samples : mapping
         Number of the sample -> its estimate.
     columns : mapping
-        Name of the column -> its largest error over these runs, in the column's unit; NaN if none of them tells it.
+        Name of the column -> its largest error over these runs, in the column's unit; NaN if no run has an estimate.
     step : float
         Of the runs, s.
     seconds : float

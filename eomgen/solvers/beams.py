@@ -119,7 +119,7 @@ class StrainedStart:
     ----------
     energy : J, by the change of strains from the guess
     force : N, largest section force that the change makes
-    beam, element : where; elements count from 1
+    beam, element : location of the force; elements count from 1
     """
 
     energy: float

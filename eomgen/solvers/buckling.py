@@ -23,7 +23,7 @@ Complex = NDArray[np.complex128]
 _FIRST, _PART, _TRIALS = 1e-2, 0.02, 3
 #: Loads among which the one is looked for that is told from elsewhere.
 _NEIGHBOURS = 4
-#: Up to so many velocity components eigenvalues come from whole matrices.
+#: Largest number of velocity components for dense eigenvalues.
 WHOLE = 60
 #: Part of its size below which an eigenvalue has no imaginary part.
 _REAL = 1e-6

@@ -56,7 +56,7 @@ class Assembly:
     rate_violations : the same for the rates of the rows, at the corrected position
     deviations : a sentence for each row that the state does not meet either, by so little that it is no contradiction
     extent : m, of the largest that a row joins
-    strained : how much beams are strained by a loop that does not close without; None where it does
+    strained : strain of beams in a loop that closes only with strained beams; None if no beam is strained
     """
 
     q: Array
@@ -81,7 +81,7 @@ class Assembly:
 
 
 def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembly:
-    """Return the consistent state nearest to a guess; beams are strained only where their loop closes not otherwise.
+    """Return the consistent state nearest to a guess; beams are strained only if their loop cannot close otherwise.
 
     Raises
     ------

@@ -58,7 +58,7 @@ class Constrained:
         what it joins, m: what turning may move it by.
     move(q, step) -> (nq,)
         Moves a configuration by a step (nv,); None: by the exponential of each factor.
-    beams : geometrically exact beams, which corrections do not strain without need; None where there are none
+    beams : geometrically exact beams, which corrections strain only if necessary; None if the system has none
     """
 
     factors: Sequence[Factor]

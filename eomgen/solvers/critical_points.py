@@ -170,7 +170,7 @@ def _bifurcations(
 
 
 def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Callable[[Examined], float]]:
-    """Return functions of points, each with a change of its sign where one stiffness has one."""
+    """Return functions of points: one for each stiffness that changes sign between two points, with the same root."""
     if below.symmetric and above.symmetric:
         numbers = range(min(below.negative, above.negative), max(below.negative, above.negative))
         neutral = min(below.neutral, above.neutral)
@@ -181,7 +181,7 @@ def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Call
 
 
 def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[Examined], float]:
-    """Return the stiffness with so many below it, as a function of points; of ``neutral`` ones the sign is rounding."""
+    """Return the stiffness of rank ``number`` as a function of points, ignoring ``neutral`` zero stiffnesses."""
 
     def value(found: Examined) -> float:
         negative = found.stiffness.negative if neutral else found.stiffness.below(0.0)

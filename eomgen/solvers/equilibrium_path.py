@@ -159,7 +159,7 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
 
 
 def point_within(statics: LoadedStatics, first: PathPoint, second: PathPoint, way: float) -> PathPoint | str:
-    """Return the point after a way along the step between two neighbouring points of a path; or why there is none."""
+    """Return the point at an arc length between two neighbouring points of a path, or a reason for its absence."""
     start, along = first.rest, first.direction
     at_factor = start.s + second.stride * along.s
     ends = along.s != 0.0 and abs(second.rest.s - at_factor) <= _THERE * statics.reach

@@ -22,9 +22,9 @@ from eomgen.solvers.stable_branch import stable_branch
 
 #: Steps at most.
 MAX_STEPS = 2000
-#: Size of the first step behind a rest that was left, as a part of the limits.
+#: First step after a jump from an unstable rest, as a fraction of the limits.
 _CLOSE = 0.2
-#: Length of a path, its displacements in rad or lengths of the scene as root mean squares, that leads nowhere.
+#: Length of a diverging path; displacements as root mean squares, in rad or lengths of the scene.
 _FAR = 100.0
 
 
@@ -42,15 +42,15 @@ def by_load_steps(statics: LoadedStatics, start: Rest, limits: StepLimits, *, st
 
     Parameters
     ----------
-    statics : of which the load factor counts nothing
+    statics : at full loads; its load factor is ignored
     start : on the constraints
     limits : of the steps
-    stable : whether rest that becomes unstable on the way is left for a stable one beside it, as far as there is one
+    stable : whether the path leaves a rest that becomes unstable for a stable rest nearby, if one is found
 
     Raises
     ------
     PathEndError
-        The path cannot be followed to its end; its point's load factor says how far it came.
+        The path cannot be followed to its end; the error has the last point, with its load factor.
     """
     held = _held(statics, start)
     point = first_point(held, replace(start, s=0.0), 1.0)
@@ -73,7 +73,7 @@ def by_load_steps(statics: LoadedStatics, start: Rest, limits: StepLimits, *, st
 
 
 def _held(statics: LoadedStatics, start: Rest) -> LoadedStatics:
-    """Return statics in which what is unbalanced at the start is held, by 1 - s of it."""
+    """Return statics with the residual of the start, times 1 - s, as an additional load."""
     first = statics.balance(start)
     blocks = turning_blocks(statics.factors)
     fixed = dead_forces(blocks, start.q, first.residual, back=False)

@@ -56,7 +56,7 @@ class RigidBeams:
         """Return for each follower the pose of its beam's first node, (n, 7), in the axes of its own coordinates."""
         poses, followers = self.beams.many_poses(q), self.beams.followers
         if not self.beams.absolute and followers:
-            # the world's poses by those against the base, of any node
+            # pose of the base by any node: its pose in the coordinates' axes against its pose in the world
             _, node, factors = followers[0]
             to_base = numeric.compose(SE3, _pose(q, factors), numeric.inverse(SE3, poses[:, node]))
             return [numeric.compose(SE3, to_base, poses[:, first]) for first, _, _ in followers]

@@ -41,13 +41,14 @@ class Branch:
 
 
 def stable_branch(statics: LoadedStatics, rest: Rest, onwards: Direction) -> Branch | None:
-    """Return the stable rest to which an unstable one leads, under the same loads.
+    """Return a stable rest that is reached from an unstable rest under the same loads.
 
-    None if the rest is stable, leads to none, or if forces have no potential or internal states take part.
+    None if the given rest is stable, if no stable rest is found, or if forces have no potential or internal states take
+    part.
 
     Parameters
     ----------
-    onwards : direction of the path that led here; a mode along it is followed on, others to their positive sides
+    onwards : direction of the path at the rest; sets the side of a mode along the path, other modes start positively
     """
     if len(rest.z):
         return None

@@ -2,8 +2,8 @@
 
 The number of negative stiffnesses is read off the pivots of a symmetric-indefinite factorization of the bordered matrix
 [[K, B^T], [B, 0]], which has as many negative ones as K on the null space of B, and one for each row of B (Gould, Math.
-Program. 32 (1985) 90; pivots: Bunch and Kaufman, Math. Comp. 31 (1977) 163). Where forces have no potential K is not
-symmetric; the sign of its determinant tells there.
+Program. 32 (1985) 90; pivots: Bunch and Kaufman, Math. Comp. 31 (1977) 163). If forces have no potential, K is not
+symmetric; then the sign of its determinant is used.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _SWEEPS, _ITERATIONS, _SETTLED = 4, 60, 1e-12
 _BESIDE = 4
 #: Part of its right-hand side that a solution by sparse pivots without exchanges may leave.
 _EXACT = 1e-8
-#: Part of the terms of which a stiffness is the sum that is rounding, and how many next to zero are compared with it.
+#: Rounding error of a stiffness relative to the sum of its absolute terms, and number of stiffnesses checked for zero.
 ROUNDING, _NEUTRAL = 1e3 * float(np.finfo(float).eps), 2
 #: Relative QR pivot below which a constraint row is dependent on others.
 _DEPENDENT = 1e-10

@@ -25,7 +25,7 @@ class MeasuredRoad(Road):
     Parameters
     ----------
     frequencies, density : (n,), (n,)
-        Spatial frequencies in cycle/m, increasing, and G_d in m^3; straight lines between them, nothing beyond.
+        Spatial frequencies in cycle/m, increasing, and G_d in m^3; linear between them, zero outside.
     source : str
         Name of the measured road, for titles.
     """
@@ -41,7 +41,7 @@ class MeasuredRoad(Road):
             what = "a spectrum needs two or more frequencies above 0 that increase, and as many densities of 0 or more"
             raise UsageError(Problem("MeasuredRoad", what, "MeasuredRoad.of_profile(distance, elevation)"))
         object.__setattr__(self, "band", (float(n[0]), float(n[-1])))
-        object.__setattr__(self, "exponent", float("nan"))  # it has none, and is refused where one is needed
+        object.__setattr__(self, "exponent", float("nan"))  # undefined; refused if needed
 
     @classmethod
     def of_profile(

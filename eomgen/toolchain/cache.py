@@ -300,7 +300,7 @@ def refusal(folder: Path) -> str:
 
 
 def writable_by_others(folder: Path) -> str:
-    """Return by whom else a folder can be written, as the end of a sentence; empty where by nobody.
+    """Return the other users with write access to a folder, as the end of a sentence; empty if none.
 
     A group of the user's own does not count: it has no other members on most systems.
     """

@@ -56,7 +56,7 @@ def doubtful_beams(
 
 
 def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> Iterator[str]:
-    """Yield a note on sections that are larger than their beam is long, or vanish beside its length."""
+    """Yield a note on sections larger than the length of their beam, or negligible against the length."""
     for name, length in lengths.items():
         entry, key = document.beams[name], key_of("beams", name)
         tables = [(f"{key}.section", entry.section)]
@@ -73,7 +73,7 @@ def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> 
 
 
 def _of(key: str, section: Section, values: Values) -> Iterator[tuple[str, float]]:
-    """Yield the largest size of a section, m, with its key; the root of its area if that is all there is."""
+    """Yield the largest size of a section, m, with its key; the root of its area if no shape is given."""
     there = values.at(0.5)
     fields = ("area",) if section.shape is None else SHAPES[section.shape].sizes
     given = [(f"{key}.{field}", getattr(section, field)) for field in fields]

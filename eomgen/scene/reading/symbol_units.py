@@ -1,4 +1,4 @@
-"""Units of symbols in formulas, where they are known: time, coordinates with their rates, and motions of points."""
+"""Known units of symbols in formulas: time, coordinates with their rates, and motions of points."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def unit_of(formula: Formula, joints: Mapping[str, str]) -> str:
 
 
 def unit_of_symbol(symbol: Symbol, joints: Mapping[str, str]) -> str:
-    """Return the unit of a symbol; empty where it is not known. ``joints`` are types by name."""
+    """Return the unit of a symbol; empty if unknown. ``joints`` are types by name."""
     if symbol.kind in _OF_KINDS:
         return _OF_KINDS[symbol.kind]
     kind = JOINTS.get(joints.get(symbol.name, ""))

@@ -17,7 +17,7 @@ _TIMES = frozenset({"t", "time", "zeit", "temps", "tiempo"})
 
 
 def unit_of_title(title: str) -> str:
-    """Return the unit that a title names; empty where there is none that is known."""
+    """Return the unit named in a title; empty if the title names no known unit."""
     if marked := _IN_BRACKETS.fullmatch(title) or _OVER.fullmatch(title):
         unit = marked[1].strip()
     elif last := _LAST_WORD.fullmatch(title):

@@ -57,7 +57,7 @@ _OTHER_ORDER, _NEGLIGIBLE = 0.75, 1e-10
 _EXPLODED = 10.0
 #: How many times later or earlier an event near the end may come than others do in two runs.
 _LATER = 2.0
-#: How many times larger a motion is than at sparse rows, for these to be no measure of it.
+#: Ratio of a motion to its size at sparse rows above which these rows do not measure the motion.
 _LARGER = 2.0
 #: How many times smaller the tolerance of a comparison run is; of methods of low order 2 to their order.
 _TOLERANCES = 10.0
@@ -185,9 +185,9 @@ def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
 
 
 def _that_bounds(runs: Comparisons, *, bound: bool) -> float:
-    """Return a multiple of the step whose longest own step is shorter than the parts between jumps and samples, or the
-    rows of inputs, or than the steps that the run took where nothing bounds these; 0 if that would be too many
-    steps."""
+    """Return a multiple of the step whose longest adaptive step is shorter than the intervals between jumps, samples or
+    rows of inputs, or, without such bounds, than the steps of the run; 0 if the number of steps would be too large.
+    """
     part = runs.step if runs.run.driven else (runs.parts.end - runs.parts.start) / (len(runs.parts.ends) + 1)
     if not bound:
         part = _largest_step(runs)

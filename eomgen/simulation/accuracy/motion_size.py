@@ -26,7 +26,7 @@ _TREMBLING = 1e-12
 _KEPT = 0.02
 #: Units in which forces are at work.
 _FORCES = ("N", "N m")
-#: Arrays (n, size) by what they are of: ``q``, ``increment``, ``v``, ``z``, ``multipliers``, and ``output.`` with a
+#: Arrays (n, size) by quantity: ``q``, ``increment``, ``v``, ``z``, ``multipliers``, and ``output.`` with a
 #: name.
 Kinds = dict[str, Array]
 
@@ -39,9 +39,9 @@ class MotionSize:
     ----------
     sizes : kind -> (size,)
     names, units : of the components of the increment, and of z behind them
-    own : of these, whether the size is that of the component itself, and not a part of the largest of its unit
-    turns : of these, whether the size is one turn, though the angle goes further
-    travel : of these, how far they go
+    own : of these, whether the size is the component's own, not a part of the largest size of the same unit
+    turns : of these, whether the size is limited to one turn
+    travel : of these, the range of motion
     still : whether nothing moves, but for a tremble by the last digits of coordinates
     """
 

@@ -16,13 +16,13 @@ from eomgen.simulation.accuracy.step_rows import step_rows
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
-#: Steps at most that are looked at, and places in each: first, and where roots may be closer.
+#: Maximum number of examined steps, first number of samples per step, and largest number for close roots.
 _STEPS, _FIRST, _MOST = 4096, 8, 1024
-#: Places of all steps at most.
+#: Maximum number of samples in all steps.
 _SAMPLES = 65_536
 #: Values below this part of the function's largest are rounding or touch the root.
 _TOUCHED = 1e-6
-#: Missed events from which on they are told of, besides this part of all of them where steps are a sample.
+#: Number of missed events that gives a finding; plus a fraction of all events if not all steps are examined.
 _LEAST, _PART = 1.5, 0.05
 
 

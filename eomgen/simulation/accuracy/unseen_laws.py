@@ -1,10 +1,10 @@
-"""Laws that act between the steps of a run: forces and rates that the steps pass over, or meet in the same phase.
+"""Detection of laws that act between the steps of a run: narrow forces and rates, or forces aliased by the steps.
 
-A run sees forces at its steps alone, and runs at other steps may pass over the same barrier, or meet a periodic force
-in the same phase. So the equations are evaluated along the interpolant of the steps: the impulse that they have there
-less the change of velocity that the step made is the defect of the step. Formulas tell the steps that are looked at:
-where one of them leaves the line through its values at the ends of a step, and where an argument passes a comparison,
-a point of a table or a centre. Deuflhard and Bornemann, Scientific Computing with ODEs (2002), 3.2, on defects.
+A run evaluates forces at its steps alone. Comparison runs may miss the same barrier, or sample a periodic force in the
+same phase. The equations are therefore integrated along the interpolant of the steps: the defect of a step is the
+impulse along the interpolant minus the change of velocity by the step. A step is examined if a formula deviates from
+its chord over the step, or if an argument crosses a comparison, a point of a table or a centre within the step.
+Deuflhard and Bornemann, Scientific Computing with ODEs (2002), 3.2, on defects.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def unseen_law(
     changes: Array,
     inputs: Array | None = None,
 ) -> Finding | None:
-    """Return a finding on a law that acts between the steps of a run and is not seen by them; None if there is none.
+    """Return a finding on a law that the steps of a run do not resolve; None if the steps resolve all laws.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def unseen_law(
     rows : (n, width) of the record
     parameters : (np,), or (n, np), at the rows
     statistics : counts of the stepper
-    ends : (n,) s, at which steps end besides, because forces jump or bend there
+    ends : (n,) s, additional ends of steps at jumps or kinks of forces
     changes : (n,) s, of events that change the motion
     inputs : (n, nu), at the rows, if they are known
     """

@@ -132,8 +132,8 @@ def _unresolved_coordinate(run: FinishedRun) -> Iterator[Finding]:
 
 
 def unresolved_coordinates(run: FinishedRun) -> list[Unresolved]:
-    """Return coordinates of joints and internal states that move little beside others, and less than three times
-    their estimated error.
+    """Return coordinates of joints and internal states whose motion is small compared with others, and smaller than
+    three times their estimated error.
 
     Motion below a billionth of the largest coordinate of the unit is rounding.
     """

@@ -23,9 +23,9 @@ APART = "the rows are too far apart to tell the work in between"
 _ROWS = 5
 #: Error of an integral over rows, in times what every second row makes of it.
 _MARGIN = 4.0
-#: What is out of balance in fewer than one of so many intervals between rows happens between them and not by each step.
+#: An imbalance in fewer than one of this many intervals is due to single events between rows, not to every step.
 _FEW = 20
-#: How many times more than all that was there, and that power at the rows can bring, no run gains in a few rows.
+#: Implausible ratio of gained energy to the initial energy plus the work of the largest recorded power.
 _EXPLODED = 1e3
 #: Part of the time in which the work has to be known.
 _KNOWN = 0.5

@@ -1,4 +1,4 @@
-"""Checks of the end of a run: where it stopped, and motions that do not follow the equations."""
+"""Checks of the end of a run: early stops, and motions that do not follow the equations."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def decay_of_motion(model: CompiledModel, state: InitialState, t: float, u: Arra
 def _decay(
     model: CompiledModel, state: InitialState, v: Array, t: float, u: Array | None, p: Array
 ) -> NDArray[np.floating[Any]] | None:
-    """Return -d vdot/dv, (nv, nv), at velocities v: by partials, or by central differences where the model has none."""
+    """Return -d vdot/dv, (nv, nv), at velocities v: by partials, or by central differences if the model has none."""
     if "partials" in model.functions:
         _, C, M = model.partials(state.q, v, np.zeros_like(v), t, u, z=state.z, parameters=p)
         known = np.all(np.isfinite(C)) and np.all(np.isfinite(M)) and np.linalg.matrix_rank(M) == len(M)

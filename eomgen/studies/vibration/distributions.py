@@ -34,7 +34,7 @@ _DIRECTIONS = 2
 #: Accuracy of probabilities that samples correct, relative; samples about a most probable point and about the mean at
 #: most. A form that is good needs 200.
 ACCURACY, _MOST, _MOST_ABOUT_MEAN = 0.1, 4000, 8000
-#: Distance of a most probable point from the mean below which samples about the mean tell its probability.
+#: Largest distance of a most probable point from the mean for an estimate by samples about the mean.
 _NEAREST = 1.5
 #: Probability of samples about the mean below which they contradict a probability.
 _CHANCE = 1e-4
@@ -74,7 +74,7 @@ def doubts_of(response: Response, reached: Sequence[MostProbablePoint], seed: in
     """Return notes on most probable points that are not the nearest ones, or not the only ones."""
     notes = []
     for one in reached:
-        if not one.nearest and not one.aside:  # Hessians beside jumps of the gradient lack these
+        if not one.nearest and not one.aside:  # Hessians miss jumps of the gradient
             notes.append(f"the most probable point of {one.threshold:.6g} is no nearest one: trust samples there")
     for one in {id(one): one for one in (reached[0], reached[-1])}.values():
         others = rivals(response, one, _DIRECTIONS, seed)
@@ -137,8 +137,8 @@ def corrected(
 
 
 def counted_instead(wanted: Array, found: Distribution, about_mean: Draws) -> tuple[Distribution, list[str]]:
-    """Return a corrected distribution with counts of the samples about the mean at thresholds where these contradict
-    it, and notes on that."""
+    """Replace probabilities of a corrected distribution by counts of samples about the mean if the counts contradict
+    the probabilities; return the distribution and notes."""
     z, y, *_ = about_mean.first(_FEW)
     count, notes = len(z), []
     below, above, low, high = (part.copy() for part in (found.below, found.above, found.low, found.high))
@@ -173,7 +173,7 @@ def relative_errors(one: Distribution, true: Distribution) -> Array:
 
 
 def disagreements(thresholds: Sequence[float], form: Distribution, true: Distribution) -> dict[int, str]:
-    """Return by place the thresholds whose quadratic form is far from its correction by samples."""
+    """Return, by index, the thresholds whose quadratic form is far from its correction by samples."""
     sides = ["above" if above <= 0.5 else "below" for above in true.above]
     found = _apart(thresholds, sides, form, true)
     ending = "samples: the response is no quadratic form there, which is left out; take `corrected`"

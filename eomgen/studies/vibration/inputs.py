@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 FEWEST = 20
 #: Standard deviations of an output, by its mean, of which the rounding of runs leaves few digits.
 _FAINT = 1e-9
-#: Which part of the modes are the last ones, and the share of the output's variance in these from which on it is noted;
-#: share of a process beyond which nothing is left out.
+#: Divisor for the number of last modes; share of the output's variance in the last modes that gives a note; share of a
+#: process above which its modes count as complete.
 _LAST, _TRUNCATED, _ALL = 10, 0.01, 1.0 - 1e-9
 #: Part of a step, and of the run, by which an end may miss the end of a step.
 _WHOLE = 1e-9

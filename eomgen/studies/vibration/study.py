@@ -67,14 +67,14 @@ from eomgen.studies.vibration.truncation import lost_variance
 if TYPE_CHECKING:
     from eomgen.model import Model
 
-#: Samples about the mean that the form there is held against, and part of their standard deviation by which it may be
-#: off before more of them correct its moments.
+#: Check of the quadratic form at the mean: number of samples, largest deviation relative to their standard deviation,
+#: and number of samples that correct the moments of a rejected form.
 _TRIED, _MISSED, _CORRECTING = 32, 0.1, 400
-#: Samples about the mean that first passages are held against.
+#: Samples about the mean that check first passages.
 _OF_LEVELS = 1000
-#: Samples that pass a level below which they do not tell its probability.
+#: Least number of passing samples for an estimate of a probability of passage.
 _FEW_PASSED = 10
-#: Part of the output's standard deviation from which on the errors of steps are noted.
+#: Errors of steps above this fraction of the output's standard deviation give a note.
 _OF_STEPS = 0.03
 #: Distributions that are samples' own.
 _SAMPLED = ("corrected", "importance_sampling", "monte_carlo")
@@ -289,7 +289,7 @@ class _Study:
         variance = form.standard_deviation**2 + float(squares.mean())
         error = float(squares.std()) / np.sqrt(len(y))
         plain = (y - y.mean()) ** 2
-        if not variance > 0.0 or float(plain.std()) / np.sqrt(len(y)) < error:  # the form tells nothing of the variance
+        if not variance > 0.0 or float(plain.std()) / np.sqrt(len(y)) < error:  # the form is of no use
             variance, error = float(np.var(y)), float(plain.std()) / np.sqrt(len(y))
         deviation = float(np.sqrt(variance))
         self.moments["corrected"] = form.mean + float(np.mean(y - ours)), deviation, float("nan"), float("nan")
@@ -345,7 +345,7 @@ class _Study:
             self.notes += [note] if note else []
 
     def _first_passages(self) -> tuple[Array, ...]:
-        """Return points, the output and its largest value of the samples that tell first passages."""
+        """Return points, outputs and largest outputs of the samples for first passages."""
         if self._samples is not None and len(self._samples[0]) >= _OF_LEVELS:
             return (np.zeros(0), *self._samples)
         return self.about_mean.first(_OF_LEVELS)
@@ -353,7 +353,7 @@ class _Study:
     def about_points(self, wanted: Array, tail_samples: int, samples: int, others: bool) -> Array:
         """Find the most probable points of thresholds and the distributions about them; return their indices.
 
-        ``others``: whether more is asked for, which a search that finds nothing leaves.
+        ``others``: whether other results remain if the search fails.
         """
         none = np.full(len(wanted), np.nan)
         try:
@@ -408,7 +408,7 @@ class _Study:
         return bool(self.response.kinks())
 
     def _doubts_of_rough(self, reached: Sequence[MostProbablePoint]) -> list[str]:
-        """Return a note on points beside which the gradient jumps."""
+        """Return a note on points next to jumps of the gradient."""
         rough = [one for one in reached if one.aside]
         if not rough:
             return []
