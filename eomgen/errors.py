@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-#: Problems of one kind from which on a message has the first of them, and how many more there are.
+#: Number of problems of one kind above which a message lists the first ones and counts the rest.
 _ALIKE = 5
 #: The first part of a key, and names and numbers in a sentence.
 _SECTION = re.compile(r"\(([^.\[)]+)[.\[)]")

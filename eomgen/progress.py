@@ -18,7 +18,7 @@ Progress = Callable[[int, int], None]
 
 #: Seconds between two updates of a notebook, which sends each to the browser.
 _SELDOM = 0.2
-#: Seconds after which a terminal shows that work goes on.
+#: Delay of the progress display in a terminal, s.
 _PATIENCE = 1.0
 
 

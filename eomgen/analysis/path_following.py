@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _PART = 0.1
 #: Sizes, in rad or lengths of the scene, of the first step along a branch, as they are tried.
 _ASIDE = (0.05, 0.1, 0.02, 0.2, 0.005)
-#: Parts of the way in which progress is reported.
+#: Number of progress reports along a path.
 _SHARES = 1000
 #: Components of a mode that are named at most, and the part of the largest from which they are.
 _NAMED, _TAKES_PART = 6, 0.3

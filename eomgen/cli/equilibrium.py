@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from eomgen.model import Model
 
 _SHOWN = 40
-#: Multipliers that are listed.
+#: Maximum number of listed multipliers.
 _ROWS = 12
 
 

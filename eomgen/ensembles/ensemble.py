@@ -24,7 +24,7 @@ from eomgen.text import json_text, nearest, shown
 
 #: Quantiles of the table over time and of the fan chart.
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-#: Part of a result below which its deviation is rounding.
+#: Deviations below this fraction of a result count as rounding.
 _ROUNDING = 1e-9
 
 

@@ -17,9 +17,9 @@ from eomgen.results.sample_errors import SampleErrors
 from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
 
-#: Samples with an estimate, at most, and samples of the ensemble for each of them: so the cost is bounded.
+#: Maximum number of samples with an error estimate, and ensemble samples per estimate, which bound the cost.
 _MOST, _FOR_EACH = 4, 8
-#: First samples of a design among which these are chosen.
+#: Number of first samples of a design to choose from.
 _CANDIDATES = 4096
 #: Name of the finding on estimated errors, reported by ``SampleErrors``.
 _OF_ERROR = "discretisation_error"

@@ -14,7 +14,7 @@ from eomgen.errors import Problem, UsageError
 
 #: Samples for each number that varies, at least, for a regression.
 _LEAST = 8
-#: Resamplings of a design for the bounds of its indices.
+#: Number of bootstrap resamplings for confidence intervals of indices.
 _RESAMPLED = 200
 
 

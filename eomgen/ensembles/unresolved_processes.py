@@ -15,7 +15,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.results.solution import Solution
 from eomgen.system.random_processes import RandomProcess
 
-#: Share of the variance from which on a process counts as not resolved.
+#: Share of the variance above which a process counts as not resolved.
 _REPORTED = 0.01
 #: Steps of the suggested size to the shortest period of so much of the variance.
 _TO_A_PERIOD, _KEPT = 10.0, 0.99

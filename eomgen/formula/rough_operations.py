@@ -8,7 +8,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.infix import infix
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 
-#: Functions with arguments at which they have a value and no derivative.
+#: Functions that have a value but no derivative at some arguments.
 _ROUGH = frozenset({"sqrt", "log", "asin", "acos", "atan2"})
 #: Symbols that are constant along a motion, so that no derivative by them is taken.
 _GIVEN = frozenset({"parameter", "number", "place"})

@@ -29,7 +29,7 @@ _FEW = 100
 #: Copies of a record that a run makes, and bytes that these may take.
 _COPIES, _MOST_BYTES = 4, 4e9
 _COUNTED = ("steps", "gradients", "iterations", "products")
-#: Changes of H, in parts of its parts, from which on a run is doubted, and from which on it has failed.
+#: Changes of H, relative to its absolute parts, above which a run is doubtful, and above which it has failed.
 _DOUBTED, _EXPLODED = 0.3, 10.0
 #: Steps of a run at most: beyond them times of rows are no doubles of their own.
 _MOST_STEPS = 1e15

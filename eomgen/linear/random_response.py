@@ -99,7 +99,7 @@ def root_mean_squares(
     coarse = np.linspace(ends[0], ends[1], 2000)
     scale = np.atleast_1d(np.trapezoid(integrand(coarse), coarse, axis=1))
     scale[scale <= 0.0] = 1.0
-    from scipy.integrate import quad_vec  # noqa: PLC0415  # a third of what the first linear model needs to import
+    from scipy.integrate import quad_vec  # noqa: PLC0415  # a third of the import time of the first linear model
 
     integrate: Any = quad_vec  # the stubs do not know of integrands of arrays
     integral, _, info = integrate(

@@ -30,7 +30,7 @@ from eomgen.system.description import BASE, WORLD
 #: Stored pictures per second of motion; those of short runs are at least FEWEST, and a page holds at most LARGEST bytes
 #: of them.
 RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000
-#: Bytes of a page at most that a notebook takes into itself.
+#: Maximum size of a page embedded in a notebook, bytes.
 _INLINE = 4_000_000
 _SCRIPTS = {
     "style": "animation.css",

@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate, Largest
 
-#: Part of the motion that the hint aims at.
+#: Error target of the hint, relative to the motion.
 _AIM = 0.01
 
 

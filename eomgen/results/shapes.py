@@ -26,7 +26,7 @@ from eomgen.system.description import BASE, WORLD
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Largest displacement in a picture, as a part of its size, and the one from which on shapes are drawn as they are.
+#: Largest displacement in a figure, relative to its size, and displacement above which shapes are not enlarged.
 _SHOWN, _VISIBLE = 0.1, 0.03
 #: Colours of the initial shape, of the other one, and of forces.
 _THIN, _THICK, _LOAD = "#999999", "#0B62C4", "#C8102E"

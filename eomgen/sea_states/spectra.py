@@ -26,7 +26,7 @@ REPEATED_AFTER = 32.0
 MOST_WAVES = 1_000_000
 #: Exponent of a spreading from which on directions are less than a tenth of a degree apart.
 MOST_EXPONENT = 1e6
-#: Under which name directions of waves have their variables.
+#: Name of the variables of wave directions.
 _DIRECTIONS = "directions of waves"
 #: Gauss-Legendre's nodes in each of the pieces into which parts of a band are cut.
 _NODES, _PIECES = 4, 4

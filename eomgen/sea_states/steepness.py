@@ -8,7 +8,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 
-#: Height over wave length from which on a wave breaks, in deep water: over a bottom tanh k h of it.
+#: Breaking steepness, height over wave length, in deep water; at finite depth times tanh k h.
 _STEEPEST = 0.142
 #: Ratio of the amplitudes of the bound second-order wave and its wave, above which a note on first order is due.
 _NOTED = 0.15

@@ -15,9 +15,9 @@ from eomgen.lie.product import Factor
 
 #: Part of the sentence on beams that a loop strains.
 STRAINED = "the loop closes only with strained beams"
-#: Step of differences, rad, and as a part of the longest beam.
+#: Finite-difference step, rad, or relative to the length of the longest beam.
 _STEP = 1e-6
-#: Configurations whose poses are evaluated together.
+#: Number of configurations per evaluation of poses.
 _TOGETHER = 512
 
 

@@ -26,8 +26,8 @@ class RandomProcess:
 
     Attributes
     ----------
-    name : of the input that it is
-    kind : of its covariance, as scenes name it
+    name : of its input
+    kind : of its covariance, by its name in scenes
     mean : of g
     variables : names of the tunable parameters that the z_i are
     weights : w_i
@@ -36,12 +36,12 @@ class RandomProcess:
     total : the sum of all eigenvalues, also of those left out: variance of g times length of the window
     seed : of the values that its own variables have by default
     speed, lag : x(t) = speed t - lag, m/s and m; over time, where speed is 0, x(t) = t - lag, s
-    follows : the process that it repeats; empty where it repeats none
+    follows : the repeated process; empty if none
     correlation : correlation coefficients with other processes, some of whose variables it has
     coherent_with : processes that it is coherent with over frequencies; it has the variables of one of them
-    translation : T, a formula of the symbol of kind ``gaussian``, which is g; None where X is g
-    covariance : R at lags of x, of g with all modes and weights of 1; None if the modes are not those of a covariance
-        that depends on the lag alone: of coherent processes, of repaired covariances
+    translation : T, a formula of the symbol of kind ``gaussian``, which is g; None if X is g
+    covariance : R at lags of x, of g with all modes and weights of 1; None if the covariance of the modes depends
+        on more than the lag: for coherent processes and repaired covariances
     """
 
     name: str

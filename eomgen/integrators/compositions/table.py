@@ -14,7 +14,7 @@ from eomgen.text import nearest, shown
 
 #: Digits with which coefficients are worked out before they are rounded.
 _DIGITS = 40
-#: Orders up to which a recursion is made, and leapfrogs that one may take.
+#: Largest order of a recursion, and its largest number of leapfrogs.
 HIGHEST_ORDER, MOST_LEAPFROGS = 12, 100_000
 _RECURSION = "Creutz and Gocksch 1989; Suzuki 1990; Yoshida 1990"
 #: Recursions by name: leapfrogs on either side of the backward one.

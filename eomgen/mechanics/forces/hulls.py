@@ -42,9 +42,9 @@ from eomgen.symbolic.tape import Tape
 _SLOW = 1e-3
 #: Square of the half width of a uniform distribution with the variance of a circular section, by its area: 3/(4 pi).
 _UNIFORM = 3.0 / (4.0 * math.pi)
-#: Length or width of a slice, seen along G, in parts of the other at least: a division needs one.
+#: Least ratio of length to width of a slice seen along G, and vice versa, to avoid a division by zero.
 _THIN = 1e-5
-#: Added to the acceleration by which up is known, m/s^2, so that there is an up without gravity.
+#: Acceleration added for the upward direction, m/s^2, which is then defined without gravity, too.
 _SLIGHT = 1e-9
 
 

@@ -15,9 +15,9 @@ from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 from eomgen.text import listed
 
-#: Density of a solid, kg/m^3, below which a number is one of other units.
+#: Least plausible density of a solid, kg/m^3; smaller numbers suggest other units.
 _LIGHTEST = 25.0
-#: The same of Young's modulus, Pa.
+#: Least plausible Young's modulus of a solid, Pa.
 _SOFTEST = 2000.0
 _OF_SHAPES = ("area", "second_moments", "torsion_constant")
 _SIZES = tuple(dict.fromkeys(size for shape in SHAPES.values() for size in shape.sizes))

@@ -20,7 +20,7 @@ from eomgen.scene.reading.values import Values
 _AT_ORIGIN = 1e-9
 #: Angle from x from which on the second point is behind the first one.
 _BEHIND = 0.5 * math.pi
-#: A bend from one chord to the next that is nearer to a full turn back than this, rad, has no side that it goes by.
+#: Least distance of a bend between chords from a reversal by half a turn, rad; nearer bends have no defined side.
 _FOLDED = math.radians(5.0)
 #: Angle from x by which a piece between frames may go, rad, and that from which on a note says so.
 _OFF_AXIS, _OBLIQUE = math.radians(40.0), math.radians(3.0)

@@ -18,9 +18,9 @@ from eomgen.scene.reading.values import Values
 from eomgen.system.description import Point
 from eomgen.text import key_of
 
-#: Length by the largest size of the sections from which on one of them is doubted: a slenderness of 1e5 if it is round.
+#: Doubtful ratio of length to the largest size of a section: a slenderness of 1e5 for a round section.
 _SLENDEREST = 2.5e4
-#: Distance from the axis, as a part of a beam's length, from which on a place is doubted.
+#: Doubtful distance of a place from the axis, relative to the beam's length.
 _BESIDE = 0.25
 #: Rounding of lengths, as a part of them, and the part of a beam's loads that forces by it may be.
 _ROUNDING, _NOISE = 1e-16, 1e-3

@@ -23,7 +23,7 @@ _FACTOR = 100.0
 _OF_GYRATION, _ARMS = 10.0, 3
 #: Density of steel, kg/m^3.
 _DENSEST = 8_000.0
-#: Arms from which on a scene is no mass alone.
+#: Least number of arms for a check of masses against densities.
 _OF_A_BODY = 2
 #: Arms below this, m, say nothing of the size of a scene.
 _SHORTEST = 1e-3

@@ -13,7 +13,7 @@ from eomgen.scene.random import schema as written
 from eomgen.system.random_processes import RandomProcess
 from eomgen.system.signals import Input, Parameter
 
-#: Terms of a sum, one within the other: formulas are trees, which are walked recursively.
+#: Largest nesting depth of a sum, because formulas are walked recursively.
 _DEPTH = 257
 
 

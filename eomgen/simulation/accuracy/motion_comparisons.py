@@ -22,7 +22,7 @@ from eomgen.simulation.stepping.step_parts import step_parts
 from eomgen.toolchain.library import Library
 
 INTERRUPTED = "the runs that it is made from were interrupted"
-#: Differences that are rounding, in last places.
+#: Differences below this count as rounding, in units of the last place.
 _ROUNDING = 1e3
 #: Part of a step within which a row is at an event.
 _AT_EVENT = 1e-9

@@ -144,7 +144,7 @@ class _Roots:
         for event in range(len(self._known)):
             one = values[:, :, event]
             signs = np.where(np.abs(one) > touched[event], np.sign(np.nan_to_num(one)), 0.0)
-            # a value that is no sign has the one before
+            # a zero value takes the sign before it
             last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(grid)), 0), axis=1)
             signs = np.take_along_axis(signs, last, axis=1)
             rises = np.diff(signs, axis=1)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 TURN = 2.0 * np.pi
 #: Rows at which equations are evaluated, and the other shift, rad.
 _ROWS, _OTHER = 8, 1.0
-#: Changes below this part of the largest value are rounding.
+#: Changes below this fraction of the largest value count as rounding.
 _ROUNDING = 1e-7
 
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 COUNTED = 0.9 * 2.0 * np.pi
 #: What to try where joints have turned too far for their sines.
 SMALLER_ANGLES = "smaller initial angles and velocities, or a shorter run"
-#: What to try for tyres without directions of slip.
+#: Remedy for tyres without directions of slip.
 UPRIGHT = "the axis of the wheel's spin, in the axes of its body, and another initial state"
 _ORDER = (
     ("mass", "M (the inertia matrix)"),

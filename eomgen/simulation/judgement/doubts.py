@@ -29,15 +29,15 @@ LARGE_ERROR, DOUBTFUL_ERROR = 0.1, 0.1 / 1.5
 #: The same of velocities, as a part of the largest, of a beam's of its own: at one step they are some three times less
 #: accurate.
 WRONG_VELOCITY = 0.3
-#: The part that advice aims at, and up to which errors follow powers of the step.
+#: Error target of hints, and largest error that follows powers of the step, relative to the motion.
 AIM, FOLLOWED = 0.01, 0.5
-#: A motion of fewer estimated errors than this is hidden by them.
+#: Least ratio of a motion to its estimated error.
 HIDDEN = 3.0
-#: Estimated errors below so many quanta of a rounded value are made by its rounding.
+#: Estimated errors below this many quanta of a rounded value are due to rounding.
 FEW_QUANTA = 6.0
 #: The method whose multipliers have the least rounding.
 ROUNDING_LEAST = "generalized_alpha"
-#: Part of the multipliers that rounding may make.
+#: Largest relative rounding error of multipliers.
 ROUNDED = 0.01
 
 

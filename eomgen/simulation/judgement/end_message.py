@@ -29,7 +29,7 @@ from eomgen.simulation.stepping.stepper import Stepper
 OTHER_FORCES = (
     "other signs or sizes of gains, damping and stiffnesses, an initial position with smaller forces, or a smaller step"
 )
-#: Part of the largest angle for sines from which on initial values are the cause of larger ones.
+#: Initial angles above this fraction of the largest angle for sines are the cause of larger angles.
 _FAR = 0.1
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from eomgen.compiled.initial_state import InitialState
     from eomgen.compiled.model import CompiledModel
 
-#: Part of velocities, or of 1 rad/s and 1 m/s, that differences of accelerations span.
+#: Difference step of velocities, relative to their size, or to 1 rad/s and 1 m/s.
 _DIFFERENCE = 1e-7
 
 

@@ -33,7 +33,7 @@ from eomgen.simulation.stepping.states import Prescribed, States, evaluated, pre
 from eomgen.simulation.stepping.step_parts import StepParts, step_parts
 from eomgen.simulation.stepping.stepper import Stepper
 
-#: Estimated errors, as parts of the motion, from which on an energy that is out of balance may be the motion's fault.
+#: Estimated errors, relative to the motion, above which discretisation may cause an imbalance of energy.
 _SMALL = 0.01
 
 

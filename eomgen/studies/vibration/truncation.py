@@ -117,7 +117,7 @@ def _variance(parts: Sequence[_Contribution]) -> tuple[float, float]:
         for other in parts:
             count = len(one.weights)
             products = signal.correlate(one.weights, other.weights, method="fft")
-            # places are equally spaced, so those of two rows are as far apart as those of as many rows elsewhere
+            # places are equally spaced, so distances depend on the difference of row numbers alone
             apart = np.concatenate([one.places[0] - other.places[:0:-1], one.places - other.places[0]])
             terms = products * covariance(apart)
             assert len(terms) == 2 * count - 1
