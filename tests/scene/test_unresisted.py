@@ -139,3 +139,35 @@ def test_small_masses_resist() -> None:
     assert unresisted(from_data(data))[0].startswith(
         "no inertia resists the prismatic joint first together with second: "
     )
+
+
+def with_lengths(data: dict[str, Any], factor: float) -> dict[str, Any]:
+    """Return a random tree in another unit of length."""
+    bodies = {
+        name: {
+            key: value if key == "mass" else (factor ** (2 if key == "inertia" else 1) * np.array(value)).tolist()
+            for key, value in body.items()
+        }
+        for name, body in data["bodies"].items()
+    }
+    joints = {}
+    for name, joint in data["joints"].items():
+        scaled = {**joint, "position": (factor * np.array(joint["position"])).tolist()}
+        if "pitch" in joint:
+            scaled["pitch"] = factor * joint["pitch"]
+        if "rotor_inertia" in joint:
+            scaled["rotor_inertia"] = joint["rotor_inertia"] * (factor**2 if joint["type"] == "revolute" else 1.0)
+        joints[name] = scaled
+    return {**data, "bodies": bodies, "joints": joints}
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e-3, 1e6])
+def test_the_unit_of_length_makes_no_note(factor: float) -> None:
+    for seed in range(40):
+        outcomes = []
+        for data in (random_tree(seed), with_lengths(random_tree(seed), factor)):
+            try:
+                outcomes.append(len(unresisted(from_data(data))))
+            except DescriptionError:
+                outcomes.append(-1)  # a joint that carries nothing is refused
+        assert outcomes[0] == outcomes[1], seed

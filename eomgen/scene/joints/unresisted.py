@@ -56,31 +56,34 @@ def _motions(
 ) -> list[str]:
     rng = np.random.default_rng(0)
     held = led_or_following(joints, values)
-    own = {body: _spatial(inertias.get(body), section) for body, section in sections.items()}
+    places = [np.array([values.value(entry) for entry in joint.position]) for joint in joints]
+    size = _size([*places, *(inertia.center for inertia in inertias.values())])
+    own = {body: _spatial(inertias.get(body), section, size) for body, section in sections.items()}
     articulated = {body: inertia.copy() for body, inertia in own.items()}
     together = {body: inertia.copy() for body, inertia in own.items()}  # with all joints beyond held
     answers: dict[str, list[tuple[Joint, Array, Array]]] = {}  # by body: joints on it
     notes = []
-    for joint in reversed(joints):
+    for joint, place in zip(reversed(joints), reversed(places), strict=True):
         rotation, shift, S = _moved(joint, values, rng)
-        position = np.array([values.value(entry) for entry in joint.position]) + np.array(joint.orientation) @ shift
+        S = S / np.array([1.0, 1.0, 1.0, size, size, size])[:, np.newaxis]
+        position = place / size + np.array(joint.orientation) @ shift
         inertia, body = articulated[joint.child], joint.child
         X = twist_transform(np.array(joint.orientation) @ rotation, position)
         if not (np.all(np.isfinite(X)) and np.all(np.isfinite(inertia))):
             return []  # said elsewhere
         answer = np.zeros((S.shape[1], 6))
         if S.shape[1] and joint.name not in held:
-            rotors = np.diag([values.value(formula) for formula in joint.each(joint.rotor_inertia)])
+            rotors = np.diag([values.value(formula) / size**2 for formula in joint.each(joint.rotor_inertia)])
             whole = np.diag(S.T @ together[body] @ S + rotors)
             scale = np.sqrt(np.where(whole > 0.0, whole, 1.0))
-            size, directions = np.linalg.eigh((S.T @ inertia @ S + rotors) / np.outer(scale, scale))
-            for motion in (directions[:, size <= _NOTHING] / scale[:, np.newaxis]).T:
+            resisted, directions = np.linalg.eigh((S.T @ inertia @ S + rotors) / np.outer(scale, scale))
+            for motion in (directions[:, resisted <= _NOTHING] / scale[:, np.newaxis]).T:
                 moved = S @ motion
                 if moved @ own[body] @ moved <= _NOTHING * np.linalg.norm(own[body]) * (moved @ moved):
                     notes.append(_note(joint, moved, _beyond(body, answers), inertias))
                     break
-            kept = directions[:, size > _NOTHING] / scale[:, np.newaxis]
-            answer = -(kept / size[size > _NOTHING]) @ kept.T @ S.T @ inertia
+            kept = directions[:, resisted > _NOTHING] / scale[:, np.newaxis]
+            answer = -(kept / resisted[resisted > _NOTHING]) @ kept.T @ S.T @ inertia
             inertia = inertia + inertia @ S @ answer
         if joint.parent in articulated:
             articulated[joint.parent] += X.T @ inertia @ X
@@ -124,13 +127,21 @@ def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], ine
     )
 
 
-def _spatial(inertia: Inertia | None, section: str) -> Array:
-    """Return a (6, 6) inertia about the frame's origin, angular part first; of what is not known one that resists
-    everything."""
+def _size(vectors: Sequence[Array]) -> float:
+    """Return the largest length of vectors, m; 1 if all are zero or one is not finite."""
+    largest = max((float(np.linalg.norm(vector)) for vector in vectors), default=0.0)
+    return largest if 0.0 < largest < np.inf else 1.0
+
+
+def _spatial(inertia: Inertia | None, section: str, size: float) -> Array:
+    """Return the (6, 6) inertia about the frame's origin in units of a length, angular part first.
+
+    A body of unknown inertia, and a beam, resists every motion.
+    """
     if inertia is None or section == "beams":
         return np.eye(6)
-    arm = cross_matrix(inertia.mass * inertia.center)
-    return np.block([[inertia.about_origin(), arm], [arm.T, inertia.mass * np.eye(3)]])
+    arm = cross_matrix(inertia.mass * inertia.center) / size
+    return np.block([[inertia.about_origin() / size**2, arm], [arm.T, inertia.mass * np.eye(3)]])
 
 
 def _moved(joint: Joint, values: Values, rng: np.random.Generator) -> tuple[Array, Array, Array]:
