@@ -70,9 +70,9 @@ def check_writable(path: Path) -> None:
 
 
 def temporary_file(path: Path) -> IO[bytes]:
-    """Open a new file beside a path, under a name that no other file has.
+    """Open a new file in the folder of a path, under a unique name.
 
-    The system gives it the permissions of new files: to ask for the process's mask would set it for a moment, for
+    The system sets the permissions of new files. Reading the process's mask would change the mask for a moment, for
     files of other threads as well.
 
     Raises

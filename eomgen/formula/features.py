@@ -91,7 +91,7 @@ def may_be_fast(formula: Formula) -> bool:
 
 
 def summands(formula: Formula) -> Iterator[Formula]:
-    """Yield the summands of a formula without their signs; a small one may be fast beside a large one that is not."""
+    """Yield the summands of a formula without their signs; a small summand may be fast though a large one is slow."""
     if isinstance(formula, Operation) and formula.name in ("add", "sub", "neg"):
         for argument in formula.arguments:
             yield from summands(argument)

@@ -38,7 +38,7 @@ _QUANTITIES = {
     "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy", "W": "power",
 }  # fmt: skip  # a table
 _COORDINATES = {"m": "position", "1": "quaternion"}
-#: Components of the pose of a beam's node; no other names have numbers behind a dot.
+#: Components of the pose of a beam's node; only their names have numbers after a dot.
 _NODE = re.compile(r"q\.(\w+)\.(\d+)\[[0-6]\]")
 #: Kinds of curves by the letters of their columns; curves of these names come first.
 _LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "states", "u": "inputs"}

@@ -110,7 +110,7 @@ def _rigid_arms(
     elements: Iterable[ForceElement],
     values: Values,
 ) -> Iterator[str]:
-    """Yield a note on each place far beside the axis of a beam, to which a rigid arm reaches."""
+    """Yield a note on each place doubtfully far from the axis of its beam, to which a rigid arm connects it."""
     places: list[tuple[str, str, Vector]] = [
         (
             key_of("points" if point.name in document.points else "frames", point.name, "position"),

@@ -179,7 +179,7 @@ class Curves:
         return (x, y), [f"{shown_file}:{line} ({key})" for line in found.lines]
 
     def note_titles(self, key: str, table: written.TableFile, titles: tuple[str, str], units: tuple[str, str]) -> None:
-        """Note columns whose titles name units that nothing converts from, or that do not fit."""
+        """Note columns whose titles name units without a conversion, or incompatible units."""
         for column, title, unit in zip(("argument", "value"), titles, units, strict=True):
             as_it_is = not getattr(table, f"{column}_unit").strip() and getattr(table, f"{column}_scale") == 1.0
             in_title = unit_of_title(title) if as_it_is else ""

@@ -28,7 +28,7 @@ def unit_of_title(title: str) -> str:
 
 
 def is_in_si(unit: str) -> bool:
-    """Tell whether numbers of a scene are in a unit."""
+    """Return whether numbers of a scene are in a unit."""
     return all(names()[name].is_coherent for name, _ in read_unit(unit))
 
 

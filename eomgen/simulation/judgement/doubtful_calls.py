@@ -14,7 +14,7 @@ _EXCHANGED = 100.0
 
 
 def exchanged_times(grid: TimeGrid) -> list[str]:
-    """Return one sentence for a step that is longer than the run, as it is where both are exchanged."""
+    """Return one sentence if the step is longer than the run, as for exchanged arguments."""
     span = grid.end - grid.start
     if not 0.0 < span * (1.0 + WHOLE) < grid.step:
         return []

@@ -52,7 +52,7 @@ def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
 
 
 def judged_passage(level: float, of_rate: float, passed: int, samples: int) -> tuple[float, str]:
-    """Return the probability of a first passage to take, and a note where samples contradict the rate of crossings.
+    """Return the probability of a first passage to take, and a note if samples contradict the rate of crossings.
 
     Parameters
     ----------
