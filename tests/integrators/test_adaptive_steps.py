@@ -377,3 +377,19 @@ def test_rounding_at_rest_asks_for_no_steps(method: str) -> None:
     found = made.simulate(5.0, 0.1, method=method, tolerance=1e-8, start="equilibrium", **QUIET)
     assert found.success and found.stats["own_steps"] < 1000
     assert np.ptp(found.q, axis=0).max() < 1e-12
+
+
+@pytest.mark.parametrize("method", ["rk45", "generalized_alpha_adaptive", "tdg1_adaptive"])
+def test_internal_states_are_controlled_beside_a_body_that_coasts(method: str) -> None:
+    """A logistic state against its closed form: the time of a uniform motion is no time of the state."""
+    data = {
+        "format": 1, "name": "coasting", "gravity": [0, 0, 0], "bodies": {"body": {"mass": 1.0}},
+        "joints": {"x": {"type": "prismatic", "parent": "base", "child": "body", "axis": [1, 0, 0]}},
+        "states": {"p": {"rate": "p * (1 - p)", "initial": 0.01}},
+    }  # fmt: skip  # a scene
+    model = eomgen.build(data, method=method)
+    for velocity in (0.0, 1.0, 1e3):
+        solution = model.simulate(
+            20.0, 5.0, tolerance=1e-5, initial={"x": {"velocity": velocity}}, error_estimate=False
+        )
+        np.testing.assert_allclose(solution.z[:, 0], 1.0 / (1.0 + 99.0 * np.exp(-solution.t)), atol=1e-4)
