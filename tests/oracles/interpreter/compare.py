@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import collections
+import contextlib
 import json
 import math
 import os
@@ -247,6 +248,22 @@ def _keep(
     )
 
 
+def outcome_of(seed: int, kind: str) -> tuple[str, list[tuple[str, float]]]:
+    """Return ``agrees``, ``disagrees`` or ``refused by both`` for a scene, and its disagreements."""
+    data = scene(seed, kind)
+    with tempfile.TemporaryDirectory() as cache:
+        os.environ["EOMGEN_CACHE"] = cache
+        try:
+            found = disagreements(data, seed, kind)
+        except eomgen.EomgenError as refusal:
+            if isinstance(refusal, eomgen.ModelError) and "constraints" in data and contradictory(data):
+                return "refused by both", []
+            found = [(f"refused: {refusal}", math.inf)]
+        except Exception as fault:  # a harness reports every fault of one scene and goes on
+            found = [(f"{type(fault).__name__}: {fault}", math.inf)]
+    return ("disagrees" if found else "agrees"), found
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=30)
@@ -256,25 +273,16 @@ def main() -> int:
     options = parser.parse_args()
     counts: collections.Counter[str] = collections.Counter()
     began = time.perf_counter()
-    for seed in range(options.first, options.first + options.scenes):
-        kind = options.kinds[seed % len(options.kinds)]
-        data = scene(seed, kind)
-        with tempfile.TemporaryDirectory() as cache:
-            os.environ["EOMGEN_CACHE"] = cache
-            try:
-                found = disagreements(data, seed, kind)
-            except eomgen.EomgenError as refusal:
-                both = isinstance(refusal, eomgen.ModelError) and "constraints" in data and contradictory(data)
-                found = [] if both else [(f"refused: {refusal}", math.inf)]
-                counts[kind, "refused by both"] += both
-            except Exception as fault:  # a harness reports every fault of one scene and goes on
-                found = [(f"{type(fault).__name__}: {fault}", math.inf)]
-        counts[kind, "disagrees" if found else "agrees"] += 1
-        if found:
-            print(f"{kind} {seed}: " + "; ".join(f"{name} {value:.3g}" for name, value in found)[:600], flush=True)
-            if options.keep:
-                options.keep.mkdir(parents=True, exist_ok=True)
-                (options.keep / f"{kind}_{seed}.json").write_text(json.dumps(data, indent=1))
+    with contextlib.suppress(KeyboardInterrupt):  # counts of the scenes so far
+        for seed in range(options.first, options.first + options.scenes):
+            kind = options.kinds[seed % len(options.kinds)]
+            outcome, found = outcome_of(seed, kind)
+            counts[kind, outcome] += 1
+            if found:
+                print(f"{kind} {seed}: " + "; ".join(f"{name} {value:.3g}" for name, value in found)[:600], flush=True)
+                if options.keep:
+                    options.keep.mkdir(parents=True, exist_ok=True)
+                    (options.keep / f"{kind}_{seed}.json").write_text(json.dumps(scene(seed, kind), indent=1))
     print(dict(counts), f"{time.perf_counter() - began:.0f} s")
     return int(any(outcome == "disagrees" for _, outcome in counts))
 
