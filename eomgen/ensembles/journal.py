@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -76,8 +75,8 @@ class Journal:
             return
         try:
             arrays, data = read_arrays(path, _KIND, "another folder")
-        except FileError:  # cut short, as by a full disk
-            self.notes.append(f"{_REDUCED} was cut short: all samples are run again")
+        except FileError:  # as by a full disk
+            self.notes.append(f"{_REDUCED} was cut short or damaged: all samples are run again")
             return
         self.reduction, self.done = Reduction.of_arrays(arrays), int(data["done"])
         self.failed = [Failed(item["number"], item["reason"], item["values"]) for item in data["failed"]]
@@ -94,18 +93,25 @@ class Journal:
         self.done = block.first + len(block.values)
 
     def broken(self, block: int) -> list[tuple[int, int]]:
-        """Return the first number and the count of samples of each part that is missing or cut short."""
+        """Return the first number and the count of samples of each part that is missing, cut short or damaged."""
         if self._folder is None:
             return []
-        firsts = range(0, self.done, block)
-        bad = [first for first in firsts if not zipfile.is_zipfile(self._path(first))]
-        return [(first, min(block, self.done - first)) for first in bad]
+        counts = [(first, min(block, self.done - first)) for first in range(0, self.done, block)]
+        return [(first, count) for first, count in counts if not self._is_whole(first, count)]
+
+    def _is_whole(self, first: int, count: int) -> bool:
+        """Tell whether the part of some samples can be read; this compares its checksums."""
+        try:
+            arrays, data = read_arrays(self._path(first), _KIND, "another folder")
+            return data["first"] == first and len(arrays["values"]) == len(arrays["extremes"]) == count
+        except (FileError, KeyError):
+            return False
 
     def replace(self, block: Block) -> None:
         """Write a part again whose samples are reduced already."""
         last = block.first + len(block.values) - 1
         self._write_part(block)
-        self.notes.append(f"samples {block.first} to {last} were run again: their part of the folder was cut short")
+        self.notes.append(f"samples {block.first} to {last} were run again: their part of the folder was cut short or damaged")
 
     def _path(self, first: int) -> Path:
         return (self._folder or Path()) / _BLOCKS / f"{first:09d}.npz"

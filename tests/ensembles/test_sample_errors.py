@@ -148,8 +148,25 @@ def test_parts_that_are_cut_short_are_run_again(slider: eomgen.Model, tmp_path: 
         file.write_bytes(file.read_bytes()[:-100])
         again = slider.simulate_many(2.0, 0.02, resume=True, **options)
     assert bits(again) == bits(whole)
-    told = "all samples are run again" if cut == "reduced" else "were run again: their part of the folder was cut short"
+    told = "were run again: their part of the folder was cut short or damaged"
+    told = f"{file.name} was cut short or damaged: all samples are run again" if cut == "reduced" else told
     assert told in again.message and told not in whole.message
+
+
+@pytest.mark.parametrize("place", [60, 0.4, 0.6, -200])
+def test_damaged_parts_are_run_again(slider: eomgen.Model, tmp_path: Path, place: float) -> None:
+    """Inverted bytes in headers and data: each part that is kept has the samples of a run without damage."""
+    options = {"vary": {"k": "uniform(50, 150)"}, "samples": 40, "folder": tmp_path / "out"}
+    with small_blocks():
+        whole = slider.simulate_many(2.0, 0.02, **options)
+        part = sorted((tmp_path / "out" / "samples").glob("*.npz"))[1]
+        written = part.read_bytes()
+        data = bytearray(written)
+        data[int(place * len(data)) if 0 < place < 1 else int(place)] ^= 0xFF
+        part.write_bytes(bytes(data))
+        again = slider.simulate_many(2.0, 0.02, resume=True, **options)
+    assert bits(again) == bits(whole)
+    assert ("cut short or damaged" in again.message) == (part.read_bytes() != bytes(data))
 
 
 def test_sobol_indices_have_bounds_and_the_error_of_their_samples(slider: eomgen.Model) -> None:
