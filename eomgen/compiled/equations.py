@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.calls import ByName
 from eomgen.compiled.arguments import numbers
+from eomgen.compiled.lost_digits import check_digits
 from eomgen.compiled.terms import Evaluated, Inputs, Parameters, States, check_derivatives
 
 #: How far accelerations may be off constraints, of the size of what cancels there.
@@ -146,7 +147,35 @@ def forward_dynamics(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), held to the constraints where there are any."""
+    """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), held to the constraints where there are any.
+
+    Warns of parameters with which digits are lost.
+
+    Raises
+    ------
+    NumericalError
+        Accelerations that are not finite at such parameters.
+    """
+    if parameters is None or model.evaluator.multipliers:
+        return accelerations(model, q, v, t, u, z=z, parameters=parameters, base=base)
+    p = model.evaluator.parameters(parameters)
+    found = accelerations(model, q, v, t, u, z=z, parameters=p, base=base)
+    check_digits(model, q, p, found)
+    return found
+
+
+def accelerations(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return the acceleration vdot, (..., nv), as ``forward_dynamics`` does, without a look at lost digits."""
     if model.evaluator.multipliers:
         return constrained_dynamics(model, q, v, t, u, z=z, parameters=parameters, base=base)[0]
     return model.evaluator.call("forward_dynamics", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)[0]

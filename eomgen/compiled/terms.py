@@ -59,6 +59,7 @@ class Terms:
         self._initial_z = read_only(layout["initial_z"])
         self._base_zeros = [int(component) for component in layout["base_zeros"]]
         self._defaults = read_only([item["value"] for item in layout["parameters"]])
+        self.digits_lost: dict[bytes, float] = {}  # relative errors of accelerations, by the bytes of parameters
         self._requirements = Requirements(description, self.parameter_names)
         self._fixed_values = description.fixed
         self.motions_to_check = _CHECKED if "constraint_bias" in self.functions else 0

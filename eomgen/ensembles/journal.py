@@ -111,7 +111,9 @@ class Journal:
         """Write a part again whose samples are reduced already."""
         last = block.first + len(block.values) - 1
         self._write_part(block)
-        self.notes.append(f"samples {block.first} to {last} were run again: their part of the folder was cut short or damaged")
+        self.notes.append(
+            f"samples {block.first} to {last} were run again: their part of the folder was cut short or damaged"
+        )
 
     def _path(self, first: int) -> Path:
         return (self._folder or Path()) / _BLOCKS / f"{first:09d}.npz"

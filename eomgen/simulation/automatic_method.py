@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.equations import accelerations
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import BUILT_IN
@@ -98,7 +99,7 @@ def largest_eigenvalue(model: CompiledModel, state: InitialState, t: float, p: A
             _, sizes, directions = np.linalg.svd(rows)
             free = directions[int(np.sum(sizes > _RANK * sizes[0])) :].T
         else:
-            a = model.forward_dynamics(q, v, t, z=z, parameters=p)
+            a = accelerations(model, q, v, t, z=z, parameters=p)
             K, C, M = model.partials(q, v, a, t, z=z, parameters=p)
             free = np.eye(model.nv)
         K, C, M = (free.T @ matrix @ free for matrix in (K, C, M))

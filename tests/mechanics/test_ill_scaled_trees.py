@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ LADDER = [
 ]
 
 #: Methods that take accelerations from M, or iterate on the residual of inverse dynamics, which loses no digits.
-OTHER_METHODS = [("taylor", True), ("hermite", True), ("rk45", True), ("generalized_alpha", False), ("tdg2", False)]
+OTHER_METHODS = [("taylor", True), ("hermite", True), ("rk45", True), ("tdg2", False)]
 
 
 def states(size: int, count: int, seed: int = 1) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -87,7 +88,11 @@ def test_tunable_masses_count_with_their_defaults() -> None:
 
 @pytest.mark.parametrize(
     ("method", "reported"),
-    [("rk4", True), *(pytest.param(name, found, marks=pytest.mark.slow) for name, found in OTHER_METHODS)],
+    [
+        ("rk4", True),
+        ("generalized_alpha", True),
+        *(pytest.param(name, found, marks=pytest.mark.slow) for name, found in OTHER_METHODS),
+    ],
 )
 def test_values_of_a_run_that_cost_digits_are_reported(method: str, reported: bool, tmp_path: Path) -> None:
     text = PlanarTree.chain([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]).text()
@@ -100,8 +105,64 @@ def test_values_of_a_run_that_cost_digits_are_reported(method: str, reported: bo
     found = [finding for finding in run.findings if finding.name == "lost_digits"]
     assert len(found) == reported
     for finding in found:
+        if method == "generalized_alpha":
+            assert finding.text.startswith("at the start alone, where forward dynamics gives them, accelerations keep")
+            assert finding.hint == "the parameters of this run as defaults of the scene"
+            continue
         assert 1e-4 < finding.value < 1e-2 and "accelerations keep some 2 digits, since light" in finding.text
         assert finding.hint == "generalized_alpha, or the parameters of this run as defaults of the scene"
+
+
+def tunable_chain(folder: Path) -> eomgen.Model:
+    """Return a chain of three point masses of 1 kg on rods of 1 m; masses and lengths are tunable."""
+    text = PlanarTree.chain([1.0] * 3, [1.0] * 3).text()
+    for k in range(3):
+        text = text.replace("mass = 1.0", f'mass = "m{k}"', 1)
+        text = text.replace("center_of_mass = [1.0,", f'center_of_mass = ["l{k}",', 1)
+        text = text.replace("position = [1.0,", f'position = ["l{k}",', k < 2)
+        text += f"\n[parameters.m{k}]\nvalue = 1\ntunable = true\n[parameters.l{k}]\nvalue = 1\ntunable = true"
+    path = folder / "chain.toml"
+    path.write_text(text)
+    return eomgen.build(path, profile="quick", method="rk4")
+
+
+def test_parameters_that_cost_digits_are_warned_of_once_with_the_size(tmp_path: Path) -> None:
+    model = tunable_chain(tmp_path)
+    q, v = np.array([0.3, -0.7, 0.5]), np.array([0.2, 0.4, -0.6])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for lengths in ((1, 1, 1), (0.1, 1, 10), (3, 2, 1)):
+            model.forward_dynamics(q, v, parameters={f"l{k}": float(one) for k, one in enumerate(lengths)})
+    parameters = {"l0": 1e-3, "l2": 1e3}
+    with pytest.warns(RuntimeWarning, match="accelerations keep some 3 digits, since light or short links") as told:
+        for _ in range(3):
+            model.forward_dynamics(q, v, parameters=parameters)
+    assert len(told) == 1 and told[0].filename == __file__
+    assert "these parameters as defaults of the scene" in str(told[0].message)
+    tree = PlanarTree.chain([1.0] * 3, [1e-3, 1.0, 1e3])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # known from above
+        error = tree.error(model.forward_dynamics(q, v, parameters=parameters), q, v)
+    assert 1e-8 < error < 10 * model.evaluator.digits_lost.popitem()[1]
+    with pytest.warns(RuntimeWarning, match="digits"):
+        model.forward_dynamics(np.tile(q, (5, 1)), v, parameters={"l0": 1e-3, "l2": 2e3})
+
+
+def test_accelerations_without_any_digit_are_refused(tmp_path: Path) -> None:
+    """Rounding decides whether a pivot is zero, so that some of these are numbers: each is warned of, and off."""
+    model, refused = tunable_chain(tmp_path), 0
+    for q, v in states(3, 8):
+        model.evaluator.digits_lost.clear()
+        with pytest.warns(RuntimeWarning, match="keep some 0 digits"):
+            try:
+                found = model.forward_dynamics(q, v, parameters={"l0": 1e-9, "l2": 1e9})
+            except eomgen.NumericalError as error:
+                assert "accelerations are not finite at these parameters, since light or short links" in str(error)
+                assert "M loses all digits when it is eliminated" in str(error)
+                refused += 1
+            else:
+                assert np.all(np.isfinite(found))
+    assert refused
 
 
 @pytest.mark.slow

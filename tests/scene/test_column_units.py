@@ -215,6 +215,45 @@ def test_an_index_of_pandas_is_no_time(tmp_path: Path) -> None:
     assert np.array_equal(curve.x, [0, 0.1, 0.2])
 
 
+@pytest.mark.parametrize(
+    ("table", "hint"),
+    [
+        ("n,time,force\n1,0,10\n2,0.1,20\n3,0.2,30\n", 'argument = "time", value = "force"'),
+        ("index,t,f\n0,0,10\n1,0.1,20\n", 'argument = "t", value = "f"'),
+        ("index,x,f\n0,0,10\n1,0.1,20\n", 'argument = "x", value = "f"'),
+        ("k,f,t [s]\n5,10,0\n6,20,0.1\n", 'argument = "t [s]", value = "f"'),
+        ("row,time_ms\n0,0\n1,5\n", "argument = 0 to take the count"),
+    ],
+)
+def test_a_column_that_counts_rows_beside_times_is_no_time(table: str, hint: str, tmp_path: Path) -> None:
+    message = refused(tmp_path, TABLE, table)
+    assert "t.csv:1 (inputs.u.table): the first column counts the rows, and" in message
+    assert hint in message
+    loaded(tmp_path, TABLE.replace('csv"', 'csv", argument = 0, value = 1'), table)
+
+
+@pytest.mark.parametrize("titles", ["t,f", "time,f", "s,f", "n,f", "t [s],f", "time,t_ref"])
+def test_whole_seconds_are_times(titles: str, tmp_path: Path) -> None:
+    (curve,) = loaded(tmp_path, TABLE, f"{titles}\n0,1\n1,3\n2,5\n").curves
+    assert isinstance(curve, Curve)
+    assert np.array_equal(curve.x, [0, 1, 2])
+
+
+@pytest.mark.parametrize("titles", ["", "t,f,\n"])
+def test_a_delimiter_at_the_end_of_each_row_adds_no_column(titles: str, tmp_path: Path) -> None:
+    scene = loaded(tmp_path, TABLE, f"{titles}0,1,\n0.1,3, \n0.3,5,\n")
+    assert not scene.notes
+    (curve,) = scene.curves
+    assert isinstance(curve, Curve)
+    assert np.array_equal(curve.y, [1, 3, 5])
+
+
+@pytest.mark.parametrize("column", ["argument", "value"])
+def test_a_column_times_zero_is_refused(column: str, tmp_path: Path) -> None:
+    message = refused(tmp_path, TABLE.replace('csv"', f'csv", {column}_scale = 0'), "t,f\n0,1\n1,3\n")
+    assert f"(inputs.u.table.{column}_scale): a factor of zero leaves nothing of the column" in message
+
+
 def test_a_column_that_nobody_chose_among_three_is_noted(tmp_path: Path) -> None:
     table = "t,b,a\n0,0,1\n1,0.1,2\n"
     note = "inputs.u.table.value: the table has 3 columns, and column 1, 'b', is taken; value = 1 says that it is meant"

@@ -7,7 +7,8 @@ import json
 import re
 import warnings
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -17,9 +18,10 @@ import eomgen
 from eomgen.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
+from eomgen.reliability import JUMPING, MostProbablePoint, Unreached
 from eomgen.scene.load import load_toml
 from eomgen.studies import RandomVibration, random_vibration
-from eomgen.studies.vibration.distributions import against_samples, without
+from eomgen.studies.vibration.distributions import against_samples, unreached, without
 from eomgen.studies.vibration.findings import Distribution, Process
 from eomgen.studies.vibration.inputs import processes_of, truncated_processes
 from eomgen.studies.vibration.over_time import first_passage, judged_passage, not_normal
@@ -331,6 +333,16 @@ def test_outputs_without_spread_are_named() -> None:
     assert "of its mean: rounding of runs leaves few of its digits" in far.message
 
 
+def test_a_gradient_that_changes_fast_is_said_to_jump_only_with_a_kink() -> None:
+    last = SimpleNamespace(threshold=0.5, point=np.array([3.0, 4.0]))
+    missed = {0: Unreached(cast("MostProbablePoint", last), 1.5, JUMPING)}
+    (note,) = unreached(missed, np.array([1.5]), list)
+    assert "5 standard deviations out, where the gradient of the response changes more than its Hessian tells" in note
+    assert "beside a saddle from which motions part (no jump of slopes was found in formulas): 1.5 have none" in note
+    (note,) = unreached(missed, np.array([1.5]), lambda: ["max(q.slide, 0)"])
+    assert "where the gradient of the response jumps" in note and ": by max(q.slide, 0): 1.5 have none" in note
+
+
 @pytest.mark.slow
 def test_a_bistable_scene_says_that_its_forms_are_none() -> None:
     text = scene(0.1, 0.99).replace("0.5 * (1 + 0.3 * g)**2", "0.4 * g").replace("0.48835331272856514", "1.0")
@@ -344,6 +356,7 @@ def test_a_bistable_scene_says_that_its_forms_are_none() -> None:
     assert found.distributions["form"].below[0] > 0.0
     assert re.search(r"misses \d+ samples by 1\.", found.message)
     assert "the curve of most probable points ends at -0.87" in found.message
+    assert "of the response jumps" not in found.message
     assert found.distributions["monte_carlo"].below[1] > 0.05
 
 

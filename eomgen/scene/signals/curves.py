@@ -153,6 +153,10 @@ class Curves:
         """Return the two columns of a table, scaled, and the place of each row; None where they cannot be read."""
         if table is None:
             return None
+        for column in ("argument_scale", "value_scale"):
+            if getattr(table, column) == 0.0:
+                self.report.add(f"{key}.{column}", "a factor of zero leaves nothing of the column", "1, or no factor")
+                return None
         path, chosen = self.folder / table.file, {"argument", "value"} & table.model_fields_set
         try:
             found = read_columns(

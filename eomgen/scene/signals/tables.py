@@ -22,6 +22,9 @@ _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 #: Numbers with separators of thousands; of one comma the number may also be decimal.
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:(?:,\d{3})+(?:\.\d+)?|(?:\.\d{3})+(?:,\d+)?|(?:[ '\u00a0]\d{3})+(?:[.,]\d+)?)")
+#: Titles of columns of times, with or without a unit behind them, and of columns that count rows.
+_TIME = re.compile(r"(?:t|time|zeit|timestamp)(?:[ _]*[\[(/].*|_(?:s|ms|us|min|h))?", re.IGNORECASE)
+_COUNTING = frozenset({"index", "idx", "n", "no", "no.", "nr", "row", "sample", "#", "unnamed: 0"})
 _BYTE_ORDERS = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -92,6 +95,8 @@ def read_columns(
     if not rows:
         raise TableError(name, "the table is empty", "a row of titles, and rows of numbers")
     head, count = rows[0], len(rows[0][1])
+    count -= all(len(cells) == count and not cells[-1].strip() for _, cells in rows)  # a delimiter ends each row
+    head = (head[0], head[1][:count])
     titles = [] if _is_number(head[1][0], decimal) else [title.strip() for title in head[1]]
     words = _Words(titles, quotes=quotes)
     places = [_place(column, titles, head, name, words) for column in (first, second)]
@@ -103,12 +108,32 @@ def read_columns(
         raise TableError(f"{name}:{body[MOST_ROWS][0]}", what, "every tenth row, or the part that is needed")
     _check_lengths(body, count, name)
     x, y = (np.array([_number(row, place, words, name, decimal) for row in body]) for place in places)
-    if not chosen and count > 2 and titles and not titles[places[0]] and np.array_equal(x, np.arange(len(x)) + x[0]):
-        what = "the first column has no title and counts the rows, as an index that pandas writes"
-        names = f'argument = "{titles[1]}", value = "{titles[2]}"' if quotes else "argument = 1, value = 2"
-        raise TableError(f"{name}:{head[0]}", what, f"{names}; or the file written with index=False")
+    _check_index(chosen, titles, x, f"{name}:{head[0]}", quotes=quotes)
     of_both = (titles[places[0]], titles[places[1]]) if titles and quotes else ("", "")
     return Columns(x, y, np.array([line for line, _ in body]), of_both, count)
+
+
+def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, quotes: bool) -> None:
+    """Refuse a first column that counts the rows, if nobody chose it and its title or another title says so."""
+    if chosen or len(titles) < 2 or not np.array_equal(x, np.arange(len(x)) + x[0]):
+        return
+    times = [place for place, title in enumerate(titles[1:], 1) if _TIME.fullmatch(title)]
+    first = titles[0].lower()
+    if not first and len(titles) > 2:
+        what = "the first column has no title and counts the rows, as an index that pandas writes"
+    elif len(titles) > 2 and first in _COUNTING:
+        what = "the first column counts the rows, and its title says so"
+    elif times and not _TIME.fullmatch(titles[0]):
+        what = "the first column counts the rows, and another one has the title of a time"
+    else:
+        return
+    time = times[0] if times else 1
+    value = next((place for place in range(1, len(titles)) if place != time), None)
+    if value is None:
+        raise TableError(where, what, "a column of times and one of values, or argument = 0 to take the count")
+    given = (f'"{titles[time]}"', f'"{titles[value]}"') if quotes else (str(time), str(value))
+    hint = f"argument = {given[0]}, value = {given[1]}"
+    raise TableError(where, what, f"{hint}; or the file written with index=False" if not first else hint)
 
 
 def _check_lengths(body: Sequence[tuple[int, list[str]]], count: int, name: str) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
+from eomgen.compiled.equations import accelerations
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.features import may_be_fast
 from eomgen.formula.nodes import Formula, Symbol
@@ -149,7 +150,7 @@ class StepPath:
         q, v, z = states or blocks.states
         given = {"u": blocks.u if model.nu else None, "z": z, "parameters": blocks.p}
         with np.errstate(all="ignore"):
-            a = model.forward_dynamics(q, v, blocks.t, **given)
+            a = accelerations(model, q, v, blocks.t, **given)
             return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **given)]) if model.nz else a
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: floa
             # at the accelerations of the motion forces are zero: no measure for rounding
             found.append(model.inverse_dynamics(q, v, -a, t, u, z=z, parameters=parameters))
         elif "forward_dynamics" in model.functions and not model.multipliers:
-            found.append(model.forward_dynamics(q, v, t, u, z=z, parameters=parameters))
+            found.append(accelerations(model, q, v, t, u, z=z, parameters=parameters))
         if "internal_rate" in model.functions:
             found.append(model.internal_rates(q, v, z, t, u, parameters=parameters))
         for name in ("constraint", "constraint_jacobian"):

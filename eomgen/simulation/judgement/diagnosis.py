@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.equations import accelerations
 from eomgen.errors import UsageError
 from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
@@ -141,7 +142,7 @@ def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, 
         "base_motion": lambda: model.base_motion(q, v, t, parameters=p),
         "force": lambda: model.force(q, v, t, u, z=z, parameters=p),
         "internal_rate": lambda: model.internal_rates(q, v, z, t, u, parameters=p),
-        "forward_dynamics": lambda: model.forward_dynamics(q, v, t, u, z=z, parameters=p),
+        "forward_dynamics": lambda: accelerations(model, q, v, t, u, z=z, parameters=p),
     }
     for term, label in _ORDER:
         if term in model.functions:

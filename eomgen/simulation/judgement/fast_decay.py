@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.compiled.equations import accelerations
 
 if TYPE_CHECKING:
     from eomgen.compiled.initial_state import InitialState
@@ -57,7 +58,7 @@ def _decay(
     ways = np.diag(_DIFFERENCE * np.maximum(1.0, np.abs(v)))
     with np.errstate(all="ignore"):
         ahead, behind = (
-            model.forward_dynamics(state.q, v + sign * ways, t, u, z=state.z, parameters=p) for sign in (1.0, -1.0)
+            accelerations(model, state.q, v + sign * ways, t, u, z=state.z, parameters=p) for sign in (1.0, -1.0)
         )
         columns: Array = (behind - ahead) / (2.0 * np.diag(ways)[:, np.newaxis])
     return columns.T

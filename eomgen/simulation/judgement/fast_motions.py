@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 from eomgen.lie import product
 from eomgen.simulation.stepping.events import parameters_over, parameters_with
@@ -218,7 +219,7 @@ class _Modes:
         if model.multipliers:
             a, multipliers = model.constrained_dynamics(q, v, t, u, z=z, parameters=p)
             return a, multipliers
-        return model.forward_dynamics(q, v, t, u, z=z, parameters=p), np.empty(0)
+        return accelerations(model, q, v, t, u, z=z, parameters=p), np.empty(0)
 
     def _inputs(self, t: float) -> Array | None:
         return self.run.signals.rows(np.array([t]))[0] if self.run.takes_rows else None

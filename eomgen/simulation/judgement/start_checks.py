@@ -18,10 +18,7 @@ from eomgen.simulation.judgement.deep_tyres import deep_tyres
 from eomgen.simulation.judgement.fast_decay import Fastest, decay_of_motion, decay_of_states
 from eomgen.simulation.judgement.finished_run import Beginning, FinishedRun
 from eomgen.simulation.judgement.impact_starts import impacts_at_start
-from eomgen.system.cancellation import cancellation
-
-#: Rounding of a number, and the relative error of accelerations from which it is reported.
-ROUNDING, LOST = float(np.finfo(float).eps), 1e-8
+from eomgen.system.cancellation import LOST, cancellation, digits_kept, relative_error
 
 
 def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:
@@ -70,24 +67,29 @@ def _begun(run: FinishedRun) -> Beginning:
 
 
 def _lost_digits(run: FinishedRun) -> Iterator[Finding]:
-    """Find accelerations that lose digits in the elimination of M; articulated bodies lose about half as many."""
+    """Find accelerations that lose digits when M is eliminated.
+
+    Methods that iterate on the residual have the digits of inverse dynamics, but for the start by forward dynamics.
+    """
     model, q = run.run.model, _begun(run).state.q
     facts = model.library.layout["facts"]
-    terms = run.run.method.terms(False, facts["internal_states"], not facts["ill_scaled"])
-    if "mass" not in model.functions or ("residual" in terms and "mass" not in terms):
-        return  # a method that iterates on the residual has the digits of inverse dynamics
+    articulated = facts["ill_scaled"]
+    terms = run.run.method.terms(False, facts["internal_states"], not articulated)
+    iterated = "mass" not in terms and bool({"residual", "equations"} & set(terms))
+    if "mass" not in model.functions or (iterated and "forward_dynamics" not in terms):
+        return
     M = np.asarray(model.mass_matrix(q, parameters=run.run.parameters), dtype=float)
     ratio = float(cancellation(M[np.newaxis], [factor.v for factor in model.factors])[0])
-    lost = ROUNDING * (np.sqrt(ratio) if facts["ill_scaled"] else ratio)
+    lost = relative_error(ratio, articulated=articulated)
     if lost > LOST:
-        text = (
-            f"accelerations keep some {max(0, int(-np.log10(lost)))} digits, since light or short links carry heavy or"
-            f" long ones: inertias differ by a factor of {ratio:.1g} with joints locked and free"
-        )
-        hint = "generalized_alpha, or links that differ less"
-        if not facts["ill_scaled"] and model.parameters:
-            hint = "generalized_alpha, or the parameters of this run as defaults of the scene"
-        yield Finding(value=float(lost), time=run.run.grid.start, text=text, hint=hint)
+        text = f"{digits_kept(lost)}: inertias differ by a factor of {ratio:.1g} with joints locked and free"
+        other = "the parameters of this run as defaults of the scene"
+        better = [other] if not articulated and model.parameters else ["links that differ less"]
+        if iterated:
+            text = f"at the start alone, where forward dynamics gives them, {text}"
+        else:
+            better = ["generalized_alpha", *better]
+        yield Finding(value=lost, time=run.run.grid.start, text=text, hint=", or ".join(better))
 
 
 def _start_beyond_limits(run: FinishedRun) -> Iterator[Finding]:

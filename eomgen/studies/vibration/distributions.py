@@ -87,6 +87,21 @@ def doubts_of(response: Response, reached: Sequence[MostProbablePoint], seed: in
     return notes
 
 
+def why_gradient_changes(kinks: Sequence[str]) -> str:
+    """Return why a curve ends beside which the gradient changes more than the Hessian tells.
+
+    Parameters
+    ----------
+    kinks : operations of the scene at which slopes jump, in words
+    """
+    if kinks:
+        return f"{JUMPING}: by {', '.join(kinks)}"
+    return (
+        "where the gradient of the response changes more than its Hessian tells, as beside a saddle from which motions"
+        " part (no jump of slopes was found in formulas)"
+    )
+
+
 def unreached(missed: Mapping[int, Unreached], thresholds: Array, kinks: Callable[[], Sequence[str]]) -> list[str]:
     """Return notes on thresholds that have no most probable point, one for each end of the curve of these.
 
@@ -98,8 +113,8 @@ def unreached(missed: Mapping[int, Unreached], thresholds: Array, kinks: Callabl
     notes = []
     for places in ends.values():
         last, why = missed[places[0]].last, missed[places[0]].why
-        if why == JUMPING and (found := kinks()):
-            why = f"{why}: by {', '.join(found)}"
+        if why == JUMPING:
+            why = why_gradient_changes(kinks())
         names = ", ".join(f"{thresholds[k]:.6g}" for k in places)
         far = float(np.linalg.norm(last.point))
         notes.append(

@@ -20,6 +20,7 @@ from eomgen.reliability import (
     MostProbablePoint,
     Projected,
     QuadraticForm,
+    Unreached,
     hermite_projection,
     leading_directions,
     points_on_curve,
@@ -41,6 +42,7 @@ from eomgen.studies.vibration.distributions import (
     spread,
     tails_of,
     unreached,
+    why_gradient_changes,
     without,
 )
 from eomgen.studies.vibration.findings import Cost, Distribution
@@ -364,9 +366,9 @@ class _Study:
             return none
         if not found and not others:
             first = missed[min(missed)]
-            if first.why == JUMPING and (kinks := self.response.kinks()):
-                problem = first.problems[0]
-                raise NumericalError(f"{problem.what}: by {', '.join(kinks)}", problem.hint)
+            if first.why == JUMPING:
+                why = why_gradient_changes(self.response.kinks())
+                raise Unreached(first.last, float(wanted[min(missed)]), why)
             raise first
         self.notes += unreached(missed, wanted, self.response.kinks)
         if not found:
