@@ -17,6 +17,7 @@ from eomgen.arrays import Array
 ROUNDING, LOST = float(np.finfo(float).eps), 1e-8
 
 
+@np.errstate(all="ignore")  # numbers that are not finite give NaN
 def cancellation(M: Array, joints: Sequence[slice]) -> Array:
     """Return the largest ratio M_ii / D_i of each inertia matrix, at most 1 / eps; NaN for a non-finite matrix.
 
