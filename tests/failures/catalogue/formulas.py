@@ -241,8 +241,8 @@ FAILURES = [
         "An input that moves the base",
         3,
         "description error: scene.toml:34 (base.position[0]): the input 'motor' cannot be used here: a motion needs the"
-        " derivatives of what it follows, and those of inputs are not known (column 1); try: motion = true in the input,"
-        " whose caller then gives rate and acceleration, too; or a curve at t",
+        " derivatives of what it follows, and those of inputs are not known (column 1); try: motion = true in the"
+        " input, whose caller then gives rate and acceleration, too; or a curve at t",
         more='[base]\nposition = ["motor", 0, 0]',
     ),
 ]
