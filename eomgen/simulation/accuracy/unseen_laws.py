@@ -25,7 +25,8 @@ from eomgen.formula.infix import infix
 from eomgen.formula.nodes import Formula
 from eomgen.lie import product
 from eomgen.results.finding import Finding
-from eomgen.simulation.accuracy.motion_size import motion_size
+from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
+from eomgen.simulation.accuracy.motion_size import differences, motion_size, shares
 from eomgen.simulation.accuracy.step_path import StepPath, StepStates
 from eomgen.simulation.accuracy.step_rows import step_rows
 from eomgen.simulation.stepping.run import Run
@@ -45,6 +46,8 @@ _CLOSER = 24
 #: Thresholds of a finding, relative to velocities or ranges of internal states: for the accumulated defect, and for the
 #: largest defect within a step. A barrier that changes the velocity by a fourth takes about half the kinetic energy.
 _UNSEEN, _WITHIN = 0.05, 0.25
+#: Fraction of the path still ahead, above which a velocity that has dropped is the scale of later defects.
+_GOES_ON = 0.1
 #: Ranges below this fraction of the largest value are rounding errors.
 _ROUNDING = 1e-6
 #: For the damping of defects by stiff motion: number of steps with Jacobians, states per step, difference step.
@@ -126,9 +129,11 @@ def unseen_law(
             if taken.rows is rows:
                 found = recorded.finding()
             else:
-                found = _Examination(
-                    StepPath(run, taken.rows, taken.parameters), laws, ends, changes, taken.breaks
-                ).finding()
+                path = StepPath(run, taken.rows, taken.parameters)
+                again = _Examination(path, laws, ends, changes, taken.breaks).finding()
+                if again is None and found is not None and _another_way(run, rows, taken.rows):
+                    return found  # closer rows met the law
+                found = again
             if found is None:
                 return None
         return found
@@ -151,6 +156,24 @@ def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return False
     return any(bool(np.any(one[1:] * one[:-1] < 0.0)) for one in signs)
+
+
+def _another_way(run: Run, rows: Array, others: Array) -> bool:
+    """Return whether rows (n, width) and others (m, width) differ by more than the threshold at their common times.
+
+    Velocities are compared at the end alone: right runs may meet a jump of a velocity on either side of a row.
+    """
+    places = np.clip(np.searchsorted(others[:, 0], rows[:, 0]), 1, len(others) - 1)
+    places -= rows[:, 0] - others[places - 1, 0] < others[places, 0] - rows[:, 0]
+    common = np.abs(others[places, 0] - rows[:, 0]) <= SAME_TIME * run.settings["step"]
+    if not np.any(common):
+        return False
+    first, second = rows[common], others[places[common]]
+    size = motion_size(run.model, np.concatenate([first, second]), {})
+    found = differences(run.model, first, second, ({}, {}))
+    end = {kind: values[-1:] for kind, values in found.items()}
+    beyond = np.concatenate([shares(found, size).ravel(), shares(end, size, ("v",)).ravel()])
+    return bool(np.any(beyond > _UNSEEN))
 
 
 def _known_times(path: StepPath, laws: Sequence[Formula]) -> Array:
@@ -261,9 +284,11 @@ class _Examination:
         if not self.looked_at:
             return None
         chosen = np.sort(np.array(self.looked_at[:_HOT], dtype=np.intp))
+        share = len(self.looked_at) / len(chosen) * len(self._whole) / len(self._steps)
+        if self._path.run.method.chooses_steps:  # rows lie within its steps, so forces at rows need not act in the steps
+            chosen = _without_gaps(chosen)
         steps = self._steps[chosen]
         meshes = self._meshes(steps, self._grid, [table[chosen] for table in self._arguments])
-        share = len(self.looked_at) / len(chosen) * len(self._whole) / len(self._steps)
         return self._judged(steps, meshes, share)
 
     def _laws(self, blocks: StepStates, ends: StepStates) -> Iterator[tuple[Array, Array]]:
@@ -373,22 +398,39 @@ class _Examination:
             first = last
         return _Defects(steps, np.array(net), np.array(within), np.array(when))
 
-    def _shares(self, lacking: Array) -> Array:
+    @cached_property
+    def _sizes_after(self) -> Array:
+        """Scales of velocities from each row to the end, and of internal states, (n, nv + nz).
+
+        A joint that moves on slowly behind a barrier is measured by its velocity there.
+        """
+        speeds = np.abs(self._path.states.v)
+        covered = 0.5 * (speeds[1:] + speeds[:-1]) * np.diff(self._t)[:, np.newaxis]
+        left = np.vstack([np.cumsum(covered[::-1], axis=0)[::-1], np.zeros(self._model.nv)])
+        after = np.maximum.accumulate(speeds[::-1], axis=0)[::-1]
+        sizes = np.tile(self._sizes, (len(speeds), 1))
+        slower = np.clip(after, _GOES_ON * self._sizes[: self._model.nv], self._sizes[: self._model.nv])
+        sizes[:, : self._model.nv] = np.where(left > _GOES_ON * left[:1], slower, sizes[:, : self._model.nv])
+        return sizes
+
+    def _shares(self, lacking: Array, sizes: Array | None = None) -> Array:
         """Return defects (..., nv + nz) relative to the size of the motion; 1 for components that do not move."""
         with np.errstate(all="ignore"):
-            measured = np.abs(lacking) / self._sizes
+            measured = np.abs(lacking) / (self._sizes if sizes is None else sizes)
         resting = ~np.isfinite(self._sizes) & ~self._left_out
         return np.where(resting & (np.abs(lacking) > 0.0), 1.0, measured)
 
     def _excess(self, defects: _Defects, share: float) -> float:
         """Return the largest ratio of the defects to the thresholds; a finding needs a ratio above 1."""
-        summed = share * float(self._shares(np.cumsum(defects.net, axis=0)).max())
+        after = self._sizes_after[defects.steps + 1]
+        summed = share * float(self._shares(np.cumsum(defects.net, axis=0), after).max())
         return max(summed / _UNSEEN, float(self._shares(defects.within).max()) / _WITHIN)
 
     def _forgotten(self, defects: _Defects) -> _Defects:
         """Return defects whose accumulated sum is damped by stiff motion, as by an L-stable step.
 
-        Jacobians are medians over the states within a step, so that narrow laws do not count as stiffness.
+        Jacobians are medians over the states within a step and its two neighbours, so that laws that are narrow, or
+        fill one step, do not count as stiffness.
         """
         nv, nz = self._model.nv, self._model.nz
         chosen = np.unique(np.linspace(0, len(defects.steps) - 1, _PARTIALS).astype(int))
@@ -411,7 +453,8 @@ class _Examination:
         """Return the Jacobians of the rates with respect to (increments of q, v, z), (steps, size, size)."""
         nv, nz = self._model.nv, self._model.nz
         places = (np.arange(_STATES) + 0.5) / _STATES
-        blocks = self._sampled(steps, places)
+        around = np.clip(steps[:, np.newaxis] + np.arange(-1, 2), 0, len(self._t) - 2).ravel()
+        blocks = self._sampled(around, places)
         columns = []
         for part, width in enumerate((nv, nv, nz)):
             size = _DIFFERENCE * (1.0 + (np.abs(blocks.states[part]).max(initial=0.0) if part else 0.0))
@@ -421,7 +464,7 @@ class _Examination:
                 ahead, behind = (self._path.rates(blocks, self._moved(blocks, part, shift)) for shift in (way, -way))
                 columns.append((ahead - behind) / (2.0 * size))
         rates = np.nan_to_num(np.stack(columns, axis=-1))
-        middle = np.median(rates.reshape(len(steps), _STATES, nv + nz, 2 * nv + nz), axis=1)
+        middle = np.median(rates.reshape(len(steps), -1, nv + nz, 2 * nv + nz), axis=1)
         found = np.zeros((len(steps), 2 * nv + nz, 2 * nv + nz))
         found[:, :nv, nv : 2 * nv] = np.eye(nv)
         found[:, nv:] = middle
@@ -438,18 +481,21 @@ class _Examination:
 
     def _told(self, defects: _Defects, meshes: Sequence[Array], share: float) -> Finding:
         summed = share * np.cumsum(defects.net, axis=0)
-        parts, inside = self._shares(summed), self._shares(defects.within)
+        after = self._sizes_after[defects.steps + 1]
+        parts, inside = self._shares(summed, after), self._shares(defects.within)
         within = float(inside.max()) / _WITHIN > float(parts.max()) / _UNSEEN
         table = inside if within else parts
         row, column = (int(place) for place in np.unravel_index(int(np.argmax(table)), table.shape))
+        lacking = float(np.abs((defects.within if within else summed)[row, column]))
+        size = float(self._sizes[column] if within else after[row, column])
+        motion = "its motion" if within or size == self._sizes[column] else "its velocity from there on"
         if not within:
-            row = int(np.argmax(self._shares(defects.net)[:, column]))
-        lacking = float(defects.within[row, column] if within else np.abs(summed[:, column]).max())
+            row = int(np.argmax(self._shares(defects.net)[: row + 1, column]))
         name = (*self._model.v_names, *self._model.z_names)[column]
         unit = (*self._model.v_units, *self._model.z_units)[column]
         law, width = self._culprit(int(defects.steps[row]), meshes[row], name)
-        size, time = float(self._sizes[column]), float(defects.times[row])
-        part = f", {100.0 * lacking / size:.3g} % of its motion" if np.isfinite(size) else ", which does not move"
+        time = float(defects.times[row])
+        part = f", {100.0 * lacking / size:.3g} % of {motion}" if np.isfinite(size) else ", which does not move"
         amount = f"{name} by {lacking:.2g}{'' if unit in ('', '1') else f' {unit}'}{part}"
         change = f"within the step it changes {amount}" if within else f"it would change {amount}"
         text = f"{law} acts between the steps at t = {time:.6g} s and is not seen by them: {change}"
@@ -488,6 +534,15 @@ class _Examination:
                 varied = float(np.sum(np.abs(np.diff(np.nan_to_num(values - line))))) / (2.0 * top)
                 best = (top / span, words, h * min(1.0, area) / max(1.0, varied))
         return best[1], best[2]
+
+
+def _without_gaps(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return numbers in order with the numbers of the shortest gaps between them, as many as are evaluated."""
+    gaps = np.diff(chosen) - 1
+    shortest = np.argsort(gaps, kind="stable")
+    filled = shortest[np.cumsum(gaps[shortest]) + len(chosen) <= _HOT]
+    found = [chosen, *(np.arange(chosen[k] + 1, chosen[k + 1]) for k in filled)]
+    return np.sort(np.concatenate(found))
 
 
 def _shortened(text: str) -> str:
