@@ -158,6 +158,50 @@ def test_steps_between_sparse_rows_are_examined_and_not_the_rows() -> None:
     assert off(run, passed) > 0.1 and "is not seen by them" in run.message
 
 
+ESCAPES = {  # effort, velocity (m/s), method, end, rows (s), tolerance, true place at the end (m)
+    "finer runs go another way": ("-27 if t0 < t < t0 + 0.11 else 0", 1.0, "rk45", 2.5, 0.25, 1e-3, -3.75),
+    "barrier as long as a step": (
+        *("20*(q.x - 0.5)/0.02**2*exp(-((q.x - 0.5)/0.02)**2)*0.1", 1.35, "generalized_alpha"),
+        *(2.0, 0.1, None, None),
+    ),
+    "slow behind a barrier": ("-12.07 if 0.2094 < q.x < 0.3031 else 0", 1.52, "rosenbrock", 2.0, 0.02, None, None),
+    "slow behind a barrier, met twice": (
+        *("-12.07 if 0.2094 < q.x < 0.3031 else 0", 1.56, "rosenbrock"),
+        *(2.0, 0.02, None, None),
+    ),
+    "barrier as long as a step, trapezoidal": (
+        *("20*(q.x - 0.5)/0.02**2*exp(-((q.x - 0.5)/0.02)**2)*0.1", 1.35, "trapezoidal"),
+        *(2.0, 0.1, None, None),
+    ),
+    "adaptive of second order": ("-27 if t0 < t < t0 + 0.11 else 0", 1.0, "generalized_alpha", 2.5, 0.25, 1e-3, -3.75),
+    "adaptive over a box": ("-25 if 0.63 < q.x < 0.69 else 0", 0.8, "rk45", 2.0, 0.2, 1e-7, -0.289),
+    "a velocity that it would keep": (
+        *("1 + (-3.48 if 1.558 < v.x < 1.691 else 0)", 1.0, "generalized_alpha"),
+        *(2.0, 0.25, 1e-8, None),
+    ),
+}
+CHEAP = ("finer runs go another way", "barrier as long as a step", "slow behind a barrier")
+
+
+@pytest.mark.parametrize(
+    "escape", [pytest.param(name, marks=() if name in CHEAP else (pytest.mark.slow,)) for name in ESCAPES]
+)
+def test_a_law_does_not_escape_by_what_the_examination_compares_with(escape: str) -> None:
+    effort, velocity, method, end, step, tolerance, place = ESCAPES[escape]
+    builder = eomgen.SceneBuilder("kick", gravity=[0, 0, 0]).parameter("t0", 0.34, tunable=True).body("b", 1.0)
+    builder.joint("x", "prismatic", "base", "b", axis=[1, 0, 0], initial={"velocity": velocity})
+    model = eomgen.build(builder.effort("e", joint="x", effort=effort).build(), method=method, profile="quick")
+    given = {} if tolerance is None else {"tolerance": tolerance}
+    run = model.simulate(end, step, **given)
+    assert "unseen_law" in {finding.name for finding in run.findings}, run.message
+    resolved = model.simulate(end, 2e-4, **given)
+    if place is not None:  # straight lines and parabolas
+        assert resolved.q[-1, 0] == pytest.approx(place, abs=0.02)
+        assert abs(run.q[-1, 0] - place) > 1.0
+    if escape != "a velocity that it would keep":  # at which the equations have no solution
+        assert "unseen_law" not in {finding.name for finding in resolved.findings}, resolved.message
+
+
 @cache
 def machine_at_rest() -> eomgen.Model:
     points = [[0, 0], [0.5, 0], [0.505, 5], [0.51, 10], [0.515, 5], [0.52, 0], [3, 0]]
