@@ -285,7 +285,9 @@ class _Examination:
             return None
         chosen = np.sort(np.array(self.looked_at[:_HOT], dtype=np.intp))
         share = len(self.looked_at) / len(chosen) * len(self._whole) / len(self._steps)
-        if self._path.run.method.chooses_steps:  # rows lie within its steps, so forces at rows need not act in the steps
+        if (
+            self._path.run.method.chooses_steps
+        ):  # rows lie within its steps, so forces at rows need not act in the steps
             chosen = _without_gaps(chosen)
         steps = self._steps[chosen]
         meshes = self._meshes(steps, self._grid, [table[chosen] for table in self._arguments])
