@@ -90,7 +90,7 @@ class Model:
         else:
             matrices = dict(zip("KCM", self.equations.partials(0.0, self.q, self.v, np.zeros(nv)), strict=True))
         numbers = np.concatenate([[], *(np.ravel(matrices[name]) for name in names)])
-        return Samples(dense(dict.fromkeys(names, every), nv), numbers[np.newaxis], self.v[np.newaxis])
+        return Samples(dense(dict.fromkeys(names, every), nv), numbers[np.newaxis], self.v[np.newaxis], np.ones(nv))
 
 
 # -- heavy top, unconstrained on SO(3): Bruls and Cardona 2010 ---------------------------------------------------------
