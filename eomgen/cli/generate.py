@@ -8,6 +8,7 @@ import click
 
 from eomgen.cli.options import debug_option, folder_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import print_json, say
+from eomgen.cli.running import say_notes
 from eomgen.text import counted
 
 
@@ -36,8 +37,11 @@ def generate(
     of parameters, inputs, states and outputs.
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
+    from eomgen.scene.scene import Scene  # noqa: PLC0415
 
     described = pipeline.load(scene, **reading)
+    if isinstance(described, Scene):
+        say_notes(described)
     files = pipeline.generate(described, folder, terms, method, target=target)
     if as_json:
         print_json([str(file) for file in files])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.assigned import check_assigned, starts_of
 from eomgen.cli.options import assignments, in_units
-from eomgen.cli.printing import building
+from eomgen.cli.printing import building, say
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options, source_of
@@ -24,7 +24,8 @@ _OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every", "error_estima
 
 
 def read_scene(path: str, options: dict[str, Any]) -> Scene:
-    """Return the scene of a path and turn the texts of ``--set``, ``--input`` and ``--initial`` into numbers.
+    """Return the scene of a path, its notes printed, and turn the texts of ``--set``, ``--input`` and ``--initial`` into
+    numbers.
 
     Parameters
     ----------
@@ -36,12 +37,19 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
     starts = assignments("--initial", options["initial"])
     scene = pipeline.load_scene(path, **{name: options.pop(name) for name in _OF_SCENES})
+    say_notes(scene)
     robot = source_of(Path(path)) is all_options()["actuated"][0]
     check_assigned(scene, changes, signals, robot=robot)
     options["parameters"] = in_units("--set", changes, scene.parameters)
     options["inputs"] = in_units("--input", signals, scene.inputs)
     options["initial"] = starts_of(in_units("--initial", starts, scene.states), scene) or None
     return scene
+
+
+def say_notes(scene: Scene) -> None:
+    """Print the notes that reading a scene has made, each once, to stderr."""
+    for note in dict.fromkeys(scene.notes):
+        say(f"note: {note}")
 
 
 def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:

@@ -9,6 +9,7 @@ import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options
 from eomgen.cli.printing import building, console, print_json, say
+from eomgen.cli.running import say_notes
 from eomgen.cli.tables import print_table
 from eomgen.study_defaults import SAVINGS_ROUNDS
 
@@ -56,10 +57,12 @@ def savings(
     this takes a while.
     """
     from eomgen.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.pipeline.pipeline import load_scene  # noqa: PLC0415
     from eomgen.studies.savings.study import savings as measured  # noqa: PLC0415
 
     if folder is not None:
         make_folder(Path(folder))
+    say_notes(load_scene(scene, **reading))
     with building(f"variants of {scene}") as progress:
         found = measured(scene, method=method, rounds=rounds, only=only, progress=progress, **reading)
     if as_json:

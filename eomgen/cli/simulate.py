@@ -62,7 +62,7 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
     else:
         _print(solution, model, options["inputs"], times, loads)
     for note in dict.fromkeys(solution.metadata["notes"]):
-        if note not in solution.message:
+        if note not in solution.message and note not in described.notes:  # these are printed where the scene is read
             say(f"note: {note}")
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
     return outcome_code(solution)

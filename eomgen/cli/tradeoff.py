@@ -11,6 +11,7 @@ import click
 
 from eomgen.cli.options import assignments, debug_option, folder_option, in_units, json_option, scene_options
 from eomgen.cli.printing import print_json, say
+from eomgen.cli.running import say_notes
 from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
 from eomgen.progress import terminal_bar
@@ -79,6 +80,7 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
 
     reading = {name: options.pop(name) for name in _OF_SCENES}
     described = pipeline.load_scene(scene, **reading)
+    say_notes(described)
     parameters = in_units("--set", assignments("--set", options["parameters"]), described.parameters)
     inputs = in_units("--input", assignments("--input", options["inputs"]), described.inputs)
     with _bar(described.name) as progress:

@@ -12,6 +12,7 @@ import click
 
 from eomgen.cli.options import assignments, debug_option, in_units, json_option, scene_options
 from eomgen.cli.printing import console, print_json, say
+from eomgen.cli.running import say_notes
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.files import check_writable
@@ -65,6 +66,7 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
 
     reading = {name: options.pop(name) for name in _OF_SCENES}
     described = pipeline.load_scene(scene, **reading)
+    say_notes(described)
     if file is not None and Path(file).suffix != ".toml":
         raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file", "--out tuned.toml"))
     if (options["error"] is None) == (options["real_time"] is None):

@@ -1,0 +1,37 @@
+"""Notes that reading a scene has made: every verb that loads a scene prints each of them once, to stderr."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from eomgen.cli import main
+from tests.models.scenes import PENDULUM_TOML
+
+#: Nothing depends on it, which is a note.
+_UNUSED = "\n[parameters.unused]\nvalue = 1.0\n"
+_RUN = ("--t-end", "0.01", "--step", "1e-3")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("equilibrium",),
+        ("linearize",),
+        ("simulate", *_RUN, "--no-plots", "--out", "run"),
+        ("ensemble", *_RUN, "--vary", "q.hinge=normal(0, 0.1)", "--samples", "2", "--no-plots", "--out", "many"),
+        ("generate", "--out", "code"),
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_every_verb_prints_the_notes_of_its_scene(
+    arguments: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("scene.toml").write_text(PENDULUM_TOML + _UNUSED, encoding="utf-8")
+    verb, *options = arguments
+    code = main([verb, "scene.toml", *options])
+    told = capsys.readouterr()
+    assert code == 0, told.err
+    assert told.err.count("note: the parameter unused changes nothing: no formula mentions it") == 1
