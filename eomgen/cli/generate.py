@@ -42,6 +42,9 @@ def generate(
     described = pipeline.load(scene, **reading)
     if isinstance(described, Scene):
         say_notes(described)
+        if (described.simulation.method if method is None else method) == "auto":
+            taken = pipeline.method_of(described, method)
+            say(f"note: auto chooses a method before a run; C, which is written earlier, steps with {taken}")
     files = pipeline.generate(described, folder, terms, method, target=target)
     if as_json:
         print_json([str(file) for file in files])

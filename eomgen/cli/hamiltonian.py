@@ -126,7 +126,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
         final = {name: float(column[-1]) for name, column in solution.columns().items()}
         print_json({**summary, "folder": str(target), "final": final})
     else:
-        _print(solution)
+        _print(solution, document)
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
     if solution.success:
         return 0
@@ -145,11 +145,12 @@ def _numbers(option: str, given: Sequence[str], labels: Mapping[str, str]) -> di
     return found
 
 
-def _print(solution: HamiltonianSolution) -> None:
+def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:
     stats, metadata, total = solution.stats, solution.metadata, solution.energy["total"]
     rows = [
         ("method", f"{metadata['method']}, order {metadata['order']}, step {metadata['step']:.6g}"),
         ("end", f"t = {solution.t[-1]:.9g}, {counted(len(solution.t), 'row')}"),
+        *_changed(metadata["parameters"], document),
         ("steps", str(stats["steps"])),
         ("gradients", str(stats["gradients"])),
         ("time of computation", f"{stats['wall_time']:.3g} s"),
@@ -163,3 +164,12 @@ def _print(solution: HamiltonianSolution) -> None:
     if len(names["q"]) > 8:
         rows.append(("...", f"{len(names['q']) - 8} more in solution.csv"))
     print_table(metadata["name"], ("", ""), rows)
+
+
+def _changed(values: Mapping[str, float], document: Hamiltonian) -> list[tuple[str, str]]:
+    """Return a row for each parameter whose value in a run is another than in the file."""
+    return [
+        (f"parameter {item.name}", f"{value:.9g}{' ' + item.unit if item.unit else ''}, in the scene {item.value:.9g}")
+        for item in document.parameters
+        if (value := values[item.name]) != item.value
+    ]

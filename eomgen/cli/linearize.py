@@ -240,11 +240,12 @@ class _Request:
 
 
 def _print(lin: Linearization, name: str) -> None:
-    from eomgen.linear.plots import degrees  # noqa: PLC0415
+    from eomgen.linear.plots import degrees, oscillating_first  # noqa: PLC0415
 
     modes = lin.modes()
     rows = []
-    for k in range(min(len(modes), _SHOWN)):
+    shown = oscillating_first(modes, _SHOWN)[:_SHOWN]
+    for k in shown:
         value, zero = modes.eigenvalues[k], abs(modes.eigenvalues[k]) <= modes.uncertainty[k]
         shape = ", ".join(
             f"{coordinate} {abs(x):.3g}" + (f" at {degrees(x)}°" if degrees(x) else "")
@@ -269,7 +270,9 @@ def _print(lin: Linearization, name: str) -> None:
         about, ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves"), rows, numeric=(0, 1, 2, 3)
     )
     if len(modes) > _SHOWN:
-        say(f"{len(modes) - _SHOWN} more with --json")
+        hidden = set(range(len(modes))) - set(shown)
+        oscillating = sum(bool(modes.oscillating[k]) for k in hidden)
+        say(f"{len(hidden)} more with --json: {oscillating} that oscillate, {len(hidden) - oscillating} that do not")
 
 
 def _real(part: float, uncertainty: float) -> str:

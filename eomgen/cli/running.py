@@ -24,13 +24,16 @@ _OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every", "error_estima
 
 
 def read_scene(path: str, options: dict[str, Any]) -> Scene:
-    """Return the scene of a path, its notes printed, and turn the texts of ``--set``, ``--input`` and ``--initial`` into
-    numbers.
+    """Print the notes of a scene, turn the texts of ``--set``, ``--input`` and ``--initial`` into numbers.
 
     Parameters
     ----------
     options : dict
         Of ``scene_options`` and ``run_options``; those of the scene are taken out of it.
+
+    Returns
+    -------
+    Scene
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 

@@ -104,7 +104,30 @@ def plot_modes(modes: DrawnModes, axes: object = None) -> list[Any]:
 
 
 def _shown(modes: DrawnModes) -> list[int]:
-    return [k for k in range(len(modes)) if np.any(np.abs(modes.shapes[:, k]) > 1e-9)][:_MODES]
+    return [k for k in oscillating_first(modes, _MODES) if np.any(np.abs(modes.shapes[:, k]) > 1e-9)][:_MODES]
+
+
+def oscillating_first(modes: ShownModes, few: int) -> list[int]:
+    """Return the numbers of modes as they are listed.
+
+    They stay slowest first unless there are more than a few; then modes that decay without oscillation, of which
+    stiffness damping makes hundreds, come last.
+
+    Parameters
+    ----------
+    modes : Modes
+    few : int
+        Modes that are all listed.
+
+    Returns
+    -------
+    list of int
+    """
+    numbers = list(range(len(modes)))
+    if len(numbers) <= few:
+        return numbers
+    decaying = (modes.eigenvalues.real < -modes.uncertainty) & ~modes.oscillating
+    return sorted(numbers, key=lambda k: bool(decaying[k]))
 
 
 def _size(modes: DrawnModes, shown: int) -> tuple[float, float]:

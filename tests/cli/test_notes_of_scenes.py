@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import tomllib
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
+import eomgen
 from eomgen.cli import main
+from eomgen.linear.plots import oscillating_first
+from eomgen.studies.work_precision.running import Grid, Runner
 from tests.models.scenes import PENDULUM_TOML
 
 #: Nothing depends on it, which is a note.
@@ -35,3 +43,66 @@ def test_every_verb_prints_the_notes_of_its_scene(
     told = capsys.readouterr()
     assert code == 0, told.err
     assert told.err.count("note: the parameter unused changes nothing: no formula mentions it") == 1
+
+
+def test_generate_says_which_method_it_takes_for_auto(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
+    assert main(["generate", "scene.toml", "--method", "auto", "--out", "code"]) == 0
+    assert "C, which is written earlier, steps with generalized_alpha" in capsys.readouterr().err
+
+
+def test_the_table_of_an_ensemble_has_the_error_of_the_mean(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The standard error of a mean of n samples is their deviation over the root of n."""
+    monkeypatch.chdir(tmp_path)
+    Path("scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
+    vary = ("--vary", "q.hinge=normal(0, 0.1)", "--samples", "4", "--no-plots", "--out", "many")
+    assert main(["ensemble", "scene.toml", *_RUN, *vary]) == 0
+    told = capsys.readouterr().out
+    assert "error of mean" in told
+    final = json.loads(Path("many/summary.json").read_text(encoding="utf-8"))["final"]
+    row = next(line.split() for line in told.splitlines() if line.split()[:1] == ["q.hinge"])
+    numbers = [float(cell) for cell in row if cell.strip("+-")[:1].isdigit()]
+    assert numbers[1] == pytest.approx(final["q.hinge"]["deviation"] / 2.0, rel=1e-4)
+
+
+def test_a_hamiltonian_run_prints_the_parameters_that_it_changes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("system.toml").write_text(
+        'format = 1\nkind = "hamiltonian"\nname = "mass"\n'
+        'hamiltonian = { kinetic = "p_x**2 / (2 * m)", potential = "k * x**2 / 2" }\n'
+        '[parameters]\nm = { value = 0.5, unit = "kg" }\nk = 2.0\n'
+        '[coordinates]\nx = { initial = [0.2, 0], unit = "m", momentum_unit = "N s" }\n'
+        "[simulation]\nduration = 0.1\nstep = 0.01\n",
+        encoding="utf-8",
+    )
+    assert main(["simulate", "system.toml", "--set", "m=0.25", "--no-plots", "--out", "run"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "parameter m 0.25 kg, in the scene 0.5" in told
+    assert "parameter k" not in told
+
+
+@pytest.mark.parametrize("few", [3, 8])
+def test_decaying_modes_are_listed_after_all_others(few: int) -> None:
+    """Unless there are only a few modes, which are listed slowest first."""
+    modes = SimpleNamespace(
+        eigenvalues=np.array([0.0, -5.0, -6.0, -1.0 + 9.0j, 9.5]),
+        uncertainty=np.full(5, 1e-9),
+        oscillating=np.array([False, False, False, True, False]),
+    )
+    found = oscillating_first(cast("Any", modes), few)
+    assert found == ([0, 1, 2, 3, 4] if few == 8 else [0, 3, 4, 1, 2])
+
+
+def test_studies_take_for_auto_the_method_of_a_run() -> None:
+    """A pendulum is smooth and slow beside its step: its run takes the explicit method of order 4."""
+    scene = eomgen.load({**tomllib.loads(PENDULUM_TOML), "simulation": {"method": "auto", "duration": 1, "step": 1e-3}})
+    formulations = cast("Any", SimpleNamespace(own="joint", scenes={"joint": scene}))
+    taken = Runner(formulations, Grid(row=1e-3, rows=10)).own_method()
+    assert taken == eomgen.build(scene).simulate(0.01, error_estimate=False).metadata["method"] == "rk4"

@@ -120,7 +120,7 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
             report.add(f"{key}.road_rate", what, "a road that moves, or no road_rate")
     elif "input" in kinds and damping != Number(0.0):
         what = "the damping needs the rate of the road, which does not follow from an input"
-        report.add(key, what, 'road_rate = "...", a second input for instance, or no damping')
+        report.add(key, what, _KNOWN_RATE)
     return Tyre(
         name=name,
         center=entry.center,
@@ -164,6 +164,11 @@ def _slip(key: str, slip: SlipEntry, values: Values) -> Slip | None:
     return Slip((float(axis[0]), float(axis[1]), float(axis[2])), (stiffness[0], stiffness[-1]), friction, velocity)
 
 
+#: Roads whose rates are known.
+_KNOWN_RATE = (
+    'the road as a table in [curves.profile] with road = "profile(speed * t)", whose rate is known; or road_rate = '
+    '"...", a second input for instance; or no damping'
+)
 _BOUNDS = {
     "radius": above_zero("the radius of a tyre"),
     "stiffness": above_zero("the stiffness of a tyre"),

@@ -1,4 +1,4 @@
-"""Settings put into the text of a scene file; all else, comments included, stays."""
+"""Settings put into the text of a scene file; all else stays, except for comments beside values that are replaced."""
 
 from __future__ import annotations
 
@@ -87,8 +87,11 @@ def _with_key(lines: list[str], section: str, name: str, value: Any) -> list[str
     begin, end = _span(lines, section) or (0, 0)
     for number in range(begin, end):
         if _is_key(lines[number], name):
+            written = f"{name} = {_value(value)}"
             comment = re.search(r"\s+#[^\"']*$", lines[number])
-            return [*lines[:number], f"{name} = {_value(value)}{comment[0] if comment else ''}", *lines[number + 1 :]]
+            if comment and lines[number][: comment.start()].strip() == written:  # of another value it may be false
+                written += comment[0]
+            return [*lines[:number], written, *lines[number + 1 :]]
     last = max((n for n in range(begin, end) if lines[n].strip()), default=begin - 1)
     return [*lines[: last + 1], f"{name} = {_value(value)}", *lines[last + 1 :]]
 

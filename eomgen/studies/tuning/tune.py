@@ -291,7 +291,7 @@ class _Tuning:
         """Return the scene's own settings in words, their error and seconds."""
         simulation = self.defaults
         given = {name: getattr(simulation, name) for name in ("alpha", "beta", "gamma") if getattr(simulation, name)}
-        method = str(self.runner.model(self.own).library.layout["built_method"])
+        method = self.runner.own_method()
         configuration = Configuration(self.own, method, given, settings=dict(simulation.settings), real=simulation.real)
         words = f"{method}, step {simulation.step:g} s"
         per_row = Fraction(self.runner.grid.row / simulation.step).limit_denominator(MOST_TIMES)

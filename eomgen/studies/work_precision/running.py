@@ -17,6 +17,7 @@ from eomgen.integrators.families.family import Family
 from eomgen.integrators.methods import method_named, method_parameters
 from eomgen.model import Model
 from eomgen.pipeline import pipeline
+from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.timing import Repeated, one_core
 from eomgen.studies.work_precision.common_start import same_start
 from eomgen.studies.work_precision.configuration import Configuration
@@ -118,6 +119,13 @@ class Runner:
                 warnings.simplefilter("ignore", RuntimeWarning)
                 self._models[key] = pipeline.build(self.formulations.scenes[formulation], real=real, profile=profile)
         return self._models[key]
+
+    def own_method(self) -> str:
+        """Return the scene's method; in place of ``auto`` the one that its run takes."""
+        model = self.model(self.formulations.own)
+        p = model.parameter_array(self.parameters)
+        chosen, _ = method_of(model, None, None, p, self.grid.start, model.description.simulation.step)
+        return chosen or str(model.library.layout["built_method"])
 
     def method(self, configuration: Configuration, tolerance: float | None = None) -> Family:
         """Return the method of a configuration. Raises EomgenError."""

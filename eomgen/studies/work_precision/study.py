@@ -250,7 +250,7 @@ class _Study:
 
     def _candidates(self) -> tuple[Candidate, ...]:
         found: list[Candidate] = []
-        methods = self.methods if "method" in self.axes else (self.methods or (self._own_method,))
+        methods = self.methods if "method" in self.axes else (self.methods or (self.runner.own_method(),))
         own = self.runner.formulations.own
         for name in list(self.runner.formulations.scenes):
             less = name in self.found.simplified
@@ -277,17 +277,12 @@ class _Study:
             raise ModelError(Problem("methods", f"no method runs on this scene: {why}", "other methods"))
         return tuple(found)
 
-    @property
-    def _own_method(self) -> str:
-        """The scene's method; the standard one where its runs choose."""
-        return str(self.runner.model(self.runner.formulations.own).library.layout["built_method"])
-
     def _own(self) -> _Ladder:
         """Return the scene's own settings, of which there is one point."""
         simulation, own = self.defaults, self.runner.formulations.own
         given = {name: getattr(simulation, name) for name in ("alpha", "beta", "gamma") if getattr(simulation, name)}
         settings = dict(simulation.settings)
-        configuration = Configuration(own, self._own_method, given, settings=settings, real=simulation.real)
+        configuration = Configuration(own, self.runner.own_method(), given, settings=settings, real=simulation.real)
         in_coarsest = max(1, round(self.coarsest / simulation.step))
         method = self.runner.method(configuration)
         return _Ladder(configuration, method.order, "step", (in_coarsest,))
