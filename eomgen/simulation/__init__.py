@@ -1,6 +1,7 @@
 """Runs of a compiled model: settings, inputs, the compiled time loop, checkpoints, diagnosis."""
 
 __all__ = [
+    "automatic_method",
     "checkpoint",
     "motions",
     "option_types",

@@ -65,9 +65,9 @@ def test_the_table_of_an_ensemble_has_the_error_of_the_mean(
     told = capsys.readouterr().out
     assert "error of mean" in told
     final = json.loads(Path("many/summary.json").read_text(encoding="utf-8"))["final"]
-    row = next(line.split() for line in told.splitlines() if line.split()[:1] == ["q.hinge"])
+    row = next(line.split() for line in told.splitlines() if line.split()[:1] == ["output.angle"])
     numbers = [float(cell) for cell in row if cell.strip("+-")[:1].isdigit()]
-    assert numbers[1] == pytest.approx(final["q.hinge"]["deviation"] / 2.0, rel=1e-4)
+    assert numbers[1] == pytest.approx(final["output.angle"]["deviation"] / 2.0, rel=1e-4)
 
 
 def test_a_hamiltonian_run_prints_the_parameters_that_it_changes(

@@ -113,8 +113,8 @@ def test_load_and_deflection_are_words_of_formulas() -> None:
             'road = "lift"\ndamping = 5',
             (
                 "tyres.front): the damping needs the rate of the road, which does not follow from an input; "
-                'try: the road as a table in [curves.profile] with road = "profile(speed * t)", whose rate is known; or '
-                'road_rate = "...", a second input for instance; or no damping'
+                'try: the road as a table in [curves.profile] with road = "profile(speed * t)", whose rate is known; '
+                'or road_rate = "...", a second input for instance; or no damping'
             ),
         ),
         (
