@@ -171,9 +171,7 @@ def _print(found: Ensemble) -> None:
     quantiles = found.reduction.has_quantiles
     for column in found.columns:
         low, high = found.envelope(column)
-        deviation = found.deviation(column)[-1]
-        of_mean = deviation / math.sqrt(max(found.count(column)[-1], 1))
-        of_column = [found.mean(column)[-1], of_mean, deviation, low[-1]]
+        of_column = [found.mean(column)[-1], found.deviation(column)[-1], low[-1]]
         if quantiles:
             of_column += found.quantile(column, (0.05, 0.5, 0.95))[:, -1].tolist()
         unit = found.units.get(column, "")
@@ -182,5 +180,5 @@ def _print(found: Ensemble) -> None:
         rows.append((column, unit if unit != "1" else "", *(f"{x:.5g}" for x in (*of_column, high[-1])), told))
     title = f"{found.scene}: {counted(good, 'sample')}, {found.design}, at t = {found.t[-1]:.9g} s"
     middle = ("5 %", "median", "95 %") if quantiles else ()
-    header = ("column", "unit", "mean", "error of mean", "deviation", "smallest", *middle, "largest", "error of steps")
+    header = ("column", "unit", "mean", "deviation", "smallest", *middle, "largest", "error of steps")
     print_table(title, header, rows, numeric=tuple(range(2, len(header))))

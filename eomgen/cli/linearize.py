@@ -271,8 +271,9 @@ def _print(lin: Linearization, name: str) -> None:
     )
     if len(modes) > _SHOWN:
         hidden = set(range(len(modes))) - set(shown)
-        oscillating = sum(bool(modes.oscillating[k]) for k in hidden)
-        say(f"{len(hidden)} more with --json: {oscillating} that oscillate, {len(hidden) - oscillating} that do not")
+        hidden_oscillations = sum(bool(modes.oscillating[k]) for k in hidden)
+        decays = len(hidden) - hidden_oscillations
+        say(f"{len(hidden)} more with --json: {hidden_oscillations} that oscillate, {decays} that do not")
 
 
 def _real(part: float, uncertainty: float) -> str:
