@@ -69,7 +69,8 @@ def _begun(run: FinishedRun) -> Beginning:
 def _lost_digits(run: FinishedRun) -> Iterator[Finding]:
     """Find accelerations that lose digits when M is eliminated.
 
-    Methods that iterate on the residual have the digits of inverse dynamics, but for the start by forward dynamics.
+    Methods that iterate on the residual have the digits of inverse dynamics, but for the start by forward
+    dynamics; tdg2 and rosenbrock record the accelerations of each step by it, too.
     """
     model, q = run.run.model, _begun(run).state.q
     facts = model.library.layout["facts"]
@@ -86,7 +87,7 @@ def _lost_digits(run: FinishedRun) -> Iterator[Finding]:
         other = "the parameters of this run as defaults of the scene"
         better = [other] if not articulated and model.parameters else ["links that differ less"]
         if iterated:
-            text = f"at the start alone, where forward dynamics gives them, {text}"
+            text = f"where forward dynamics gives them, at the start or at each recorded step, {text}"
         else:
             better = ["generalized_alpha", *better]
         yield Finding(value=lost, time=run.run.grid.start, text=text, hint=", or ".join(better))
