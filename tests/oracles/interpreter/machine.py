@@ -1,4 +1,4 @@
-"""Equations of motion of a scene file by Jacobian projection, written from docs/scene.md and from nothing else.
+"""Equations of motion of a scene file by Jacobian projection, written from docs/scene.md.
 
 Every body moves by Taylor series in time; M, inverse dynamics, constraint rows and accelerations follow from virtual
 work in the world's axes. Slow, dense and without any of the package's algorithms: an oracle for generated scenes.
