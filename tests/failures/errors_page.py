@@ -17,10 +17,10 @@ _LONGEST = 160
 
 INTRODUCTION = """# Errors
 
-What eomgen answers to {count} bad inputs: one message on stderr that says where, what, why and what to try, and an
-[exit code](command_line.md#exit-codes) for each kind; no traceback, and nothing that was there before is lost. Each
-entry shows what was written, the command, and the answer. Tests hold every one of them to the letter; this page is
-made of the same data by `{command}`.
+What eomgen answers to {count} bad inputs: one message on stderr, behind the notes of the scene, with place, cause and
+remedy, and an [exit code](command_line.md#exit-codes) for each kind; no traceback, and nothing that was there before is
+lost. Each entry shows what was written, the command, and the answer. Tests hold every one of them to the letter; this
+page is made of the same data by `{command}`.
 
 Most entries change one place of this scene:
 

@@ -60,7 +60,8 @@ def test_the_catalogue_is_as_wide_as_it_says() -> None:
     codes = {entry.code for _, entry in ENTRIES}
     assert codes >= {error.exit_code for error in eomgen.EomgenError.__subclasses__()}
     for chapter, entry in ENTRIES:
-        assert entry.code in GOES_ON or re.match(r"[a-z/]+ error: ", entry.message), f"{chapter}: {entry.title}"
+        names_its_kind = re.search(r"^[a-z/]+ error: ", entry.message, re.MULTILINE)
+        assert entry.code in GOES_ON or names_its_kind, f"{chapter}: {entry.title}"
 
 
 def test_the_page_is_that_of_the_catalogue() -> None:

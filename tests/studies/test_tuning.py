@@ -127,16 +127,24 @@ def test_what_is_near_a_winner_of_the_verification_races_as_well(path: Path, mon
 
 
 def test_the_scene_is_written_with_its_comments(tuned: eomgen.Tuned, tmp_path: Path) -> None:
-    """A comment beside a value that is replaced may be false of the new one, so it is dropped."""
+    """Comments of the file and of its sections stay."""
     text = tuned.save(tmp_path / "tuned.toml").read_text()
     assert "# a pendulum" in text
-    assert "# as fine as it was thought to need" not in text
+    assert "# as fine as it was thought to need" in text
     assert tomllib.loads(text)["simulation"]["duration"] == 1.28
     simulation = eomgen.load(tmp_path / "tuned.toml").simulation
     assert simulation.method == tuned.configuration.method
     assert simulation.step == tuned.simulation["step"]
     others = {key: value for key, value in tomllib.loads(text).items() if key != "simulation"}
     assert others == {key: value for key, value in SCENE_DATA.items() if key != "simulation"}
+
+
+def test_a_comment_beside_a_replaced_value_is_dropped(tmp_path: Path) -> None:
+    """It may be false of the new value; beside a value that stays it is kept."""
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE.replace("rho_inf = 0.9", 'method = "auto"   # chosen before each run'), encoding="utf-8")
+    kept, replaced = (with_settings(path, {"method": name}, "joint", "SE3") for name in ("auto", "rk4"))
+    assert "# chosen before each run" in kept and "# chosen before each run" not in replaced
 
 
 #: A quarter car whose strut meets its stop for some 10 ms: peaks of the ride that are 1 ms wide.

@@ -152,12 +152,13 @@ def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
     a hundredth of the error to twice as much. So the better run is asked, though it costs more. The grid is refined as
     well: the first steps follow from it, which would be the same ones at either tolerance if no force acts yet, and
     lead to the same place within a barrier. Events are looked for on it, and rows of inputs lie there, between which
-    these are curves of low order.
+    these are curves of low order. Without events and such rows the grid stays if steps end at jumps or samples: halved,
+    it could halve these steps, and the two runs would differ by more than their tolerances explain.
     """
     own = runs.run.settings["tolerance"]
     order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
     bound = bool(len(runs.parts.ends)) or runs.run.driven is not None
-    multiple = 0.5
+    multiple = 1.0 if len(runs.parts.ends) and not runs.events and runs.run.driven is None else 0.5
     tries = [(-order * times, multiple) for times in _SMALLER[: None if bound else 1]]
     tries = [one for one in tries if one == tries[0] or own * math.pow(2.0, one[0]) >= _LEAST_TOLERANCE]
     if shortened := _that_bounds(runs, bound=bound):

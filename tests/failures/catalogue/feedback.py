@@ -199,6 +199,7 @@ FAILURES = [
     Failure(
         "A mode that nothing stabilises",
         4,
+        "note: the controller hold changes nothing: no formula mentions what it gives\n"
         "model error: scene.toml:38 (controllers.hold.calibration): the mode of shoulder that grows at 5.625 1/s "
         "without oscillating cannot be stabilised: no actuator moves it; try: an actuator that works on it, or a "
         "spring and a damper that hold it",

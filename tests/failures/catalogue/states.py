@@ -114,6 +114,7 @@ FAILURES = [
     Failure(
         "A sampled controller without its function",
         2,
+        "note: the controller servo changes nothing: no formula mentions what it gives\n"
         "usage error: controller servo: the scene leaves its function to the caller; try: controllers={'servo': law} in"
         " Python, where law(t, signals) gives one number, servo",
         command="simulate scene.toml --method rk4 --out run.npz",
@@ -151,6 +152,7 @@ FAILURES = [
     Failure(
         "A C file that does not compile",
         5,
+        "note: the controller servo changes nothing: no formula mentions what it gives\n"
         "toolchain error: servo.c:3: the C compiler finds 'error' undeclared (first use in this function){any}; try:"
         " C99, and int NAME(double t, const double *signals, double *values, double *memory)",
         command="simulate scene.toml --method rk4 --out run.npz",

@@ -113,6 +113,7 @@ FAILURES = [
     Failure(
         "A run that begins before the points of a curve",
         2,
+        "note: the input motor changes nothing: no formula mentions it\n"
         'usage error: t_start: the points of pulse begin at t = 0.5 s, the run begins at t = 0 s; try: outside = "hold"'
         ' or "periodic", points from t = 0 s on, or in Python t_start = 0.5',
         command="simulate scene.toml --out out --t-end 1",
@@ -123,6 +124,7 @@ FAILURES = [
     Failure(
         "A run beyond the points of a table",
         2,
+        "note: the input road changes nothing: no formula mentions it\n"
         "usage error: t_end: the points of inputs.road end at t = 2 s, the run ends at t = 3 s; try: t_end = 2, or "
         'outside = "hold" or "periodic"',
         command="simulate scene.toml --out out --t-end 3",
