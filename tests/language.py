@@ -1,0 +1,158 @@
+"""Counts of phrases that make texts hard to read, per package: ``python -m tests.language`` prints the table.
+
+Counted are docstrings, comments, messages (string literals of three words or more) and identifiers of ``eomgen``,
+comments of ``templates``, and the pages of ``docs`` without blocks of code. ``--update`` writes the counts to
+``tests/language_budget.json`` unless a sum over all packages is higher than before: texts may move between packages.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import json
+import re
+import sys
+import tokenize
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+BUDGET = Path(__file__).with_name("language_budget.json")
+
+#: Phrases that replace a noun of the field by a pronoun, or an "if" by a place.
+PHRASES: Mapping[str, re.Pattern[str]] = {
+    "what": re.compile(r"\bwhat\b(?![^.;\n]*\?)", re.IGNORECASE),
+    "those of": re.compile(
+        r"\b(?:those|that) (?:of|by|from|in|with|at|on)\b|\bthose (?:that|which|who)\b", re.IGNORECASE
+    ),
+    "where": re.compile(r"\bwhere\b", re.IGNORECASE),
+    "Return what": re.compile(r"\bReturns? (?:what|which|where|those|that|how|who)\b"),
+    "nothing": re.compile(r"\b(?:nothing|nobody|whatever|whom|whose)\b", re.IGNORECASE),
+}
+#: Identifiers that name no concept.
+NAMES = ("what", "found")
+_WORD = re.compile(r"[A-Za-z']+")
+_BLOCK = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
+_JINJA_COMMENT = re.compile(r"\{#.*?#\}|/\*.*?\*/|//[^\n]*", re.DOTALL)
+
+
+def texts_of_python(source: str) -> Iterator[str]:
+    """Yield comments, docstrings and string literals of three words or more."""
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.string
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.count(" ") >= 2:
+            yield node.value
+
+
+def identifiers(source: str) -> Iterator[str]:
+    """Yield each occurrence of a variable, an argument, an attribute or a function name."""
+    for node in ast.walk(ast.parse(source)):
+        match node:
+            case ast.Name(id=name) | ast.arg(arg=name) | ast.Attribute(attr=name) | ast.FunctionDef(name=name):
+                yield name
+
+
+def texts_of(file: Path) -> list[str]:
+    """Return the texts of a Python file, a template or a page."""
+    source = file.read_text(encoding="utf-8")
+    if file.suffix == ".py":
+        return list(texts_of_python(source))
+    return [_BLOCK.sub("", source)] if file.suffix == ".md" else _JINJA_COMMENT.findall(source)
+
+
+def files_of_packages() -> dict[str, list[Path]]:
+    """Return the counted files of each entry of the first floor of ``eomgen``, of the templates and of the pages."""
+    packages: dict[str, list[Path]] = {}
+    for file in sorted((ROOT / "eomgen").rglob("*.py")):
+        packages.setdefault(file.relative_to(ROOT / "eomgen").parts[0].removesuffix(".py"), []).append(file)
+    packages["(templates)"] = sorted((ROOT / "templates").rglob("*.jinja"))
+    packages["(pages)"] = [
+        ROOT / "README.md",
+        *sorted(file for file in (ROOT / "docs").glob("*.md") if file.stem != "errors"),
+    ]
+    return packages
+
+
+def counts_of(files: list[Path]) -> dict[str, int]:
+    """Return the number of words, of each phrase and of each name in some files."""
+    counts = dict.fromkeys(("words", *PHRASES, *(f"name {name}" for name in NAMES)), 0)
+    for file in files:
+        for text in texts_of(file):
+            counts["words"] += len(_WORD.findall(text))
+            for phrase, pattern in PHRASES.items():
+                counts[phrase] += len(pattern.findall(text))
+        if file.suffix == ".py":
+            for name in identifiers(file.read_text(encoding="utf-8")):
+                if name in NAMES:
+                    counts[f"name {name}"] += 1
+    return counts
+
+
+def counts() -> dict[str, dict[str, int]]:
+    """Return the counts of each package."""
+    return {package: counts_of(files) for package, files in files_of_packages().items()}
+
+
+def budget() -> dict[str, dict[str, int]]:
+    """Return the largest counts allowed; a package or phrase that is not listed has none."""
+    table: dict[str, dict[str, int]] = json.loads(BUDGET.read_text(encoding="utf-8"))
+    return table
+
+
+def excesses(now: Mapping[str, Mapping[str, int]], allowed: Mapping[str, Mapping[str, int]]) -> list[str]:
+    """Return a line for each count above its budget."""
+    return [
+        f'{package}: {count} of "{phrase}", {allowed.get(package, {}).get(phrase, 0)} allowed'
+        for package, row in now.items()
+        for phrase, count in row.items()
+        if phrase != "words" and count > allowed.get(package, {}).get(phrase, 0)
+    ]
+
+
+def total(table: Mapping[str, Mapping[str, int]]) -> dict[str, int]:
+    """Return the sums of counts over all packages."""
+    columns = ["words", *PHRASES, *(f"name {name}" for name in NAMES)]
+    return {column: sum(row.get(column, 0) for row in table.values()) for column in columns}
+
+
+def places(phrase: str, package: str) -> Iterator[str]:
+    """Yield the lines of a package with a phrase, by file and line; also lines of code with the phrase in a string."""
+    for file in files_of_packages()[package]:
+        for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
+            if PHRASES[phrase].search(line):
+                yield f"{file.relative_to(ROOT)}:{number}: {line.strip()}"
+
+
+def table(now: Mapping[str, Mapping[str, int]]) -> str:
+    """Return counts, and their number per 1000 words in the last line, as a table."""
+    sums = total(now)
+    columns = list(sums)
+    lines = [f"{'package':<22}" + "".join(f"{column:>13}" for column in columns)]
+    lines += [
+        f"{package:<22}" + "".join(f"{row[column]:>13}" for column in columns)
+        for package, row in (*sorted(now.items()), ("all", sums))
+    ]
+    shares = "".join(f"{1000.0 * sums[column] / sums['words']:>13.2f}" for column in columns)
+    return "\n".join([*lines, f"{'per 1000 words':<22}{shares}"])
+
+
+def main(arguments: list[str]) -> int:
+    """Print the table, or the places of a phrase in a package, or write lower counts to the budget."""
+    if len(arguments) == 2:
+        print("\n".join(places(*arguments)))
+        return 0
+    now = counts()
+    print(table(now))
+    if arguments == ["--update"]:
+        if higher := excesses({"all": total(now)}, {"all": total(budget())}):
+            print("not written:", *higher, sep="\n")
+            return 1
+        kept = {package: {k: v for k, v in row.items() if k != "words" and v} for package, row in sorted(now.items())}
+        BUDGET.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

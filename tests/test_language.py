@@ -1,0 +1,26 @@
+"""Texts of the package name things: the number of phrases without a noun never grows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.language import budget, counts, counts_of, excesses, identifiers, texts_of_python
+
+
+def test_no_package_has_more_vague_phrases_than_before() -> None:
+    higher = excesses(counts(), budget())
+    assert not higher, "\n".join([*higher, "`python -m tests.language PHRASE PACKAGE` lists the places"])
+
+
+def test_a_package_outside_the_budget_may_have_none() -> None:
+    assert excesses({"new": {"words": 9, "what": 1}}, {}) == ['new: 1 of "what", 0 allowed']
+
+
+def test_phrases_are_counted_in_docstrings_comments_and_messages(tmp_path: Path) -> None:
+    file = tmp_path / "sample.py"
+    file.write_text('"""Return what is led."""\n# those of the joint\nwhat = f"the joint, where {1} moves"\n# what?\n')
+    counted = counts_of([file])
+    expected = {"what": 1, "those of": 1, "where": 1, "Return what": 1, "nothing": 0, "name what": 1, "name found": 0}
+    assert {key: value for key, value in counted.items() if key != "words"} == expected
+    assert list(identifiers("def f(what): return what.found")) == ["f", "what", "found", "what"]
+    assert list(texts_of_python("x = 'one two three'")) == ["one two three"]
