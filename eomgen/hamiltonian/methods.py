@@ -10,7 +10,7 @@ from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.hamiltonian.collocation import HIGHEST_ORDER, gauss_collocation
 from eomgen.integrators.compositions import Composition, composition_named, names_composition
 from eomgen.integrators.compositions import compositions as every_composition
-from eomgen.integrators.families.dormand_prince import EMBEDDED, NODES, STAGES
+from eomgen.integrators.families.embedded_pair import DORMAND_PRINCE
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
 from eomgen.scene.hamiltonian.document import Hamiltonian
 from eomgen.text import listed, nearest
@@ -69,7 +69,7 @@ class Method:
         return 2 * n * (1 + self.stages * (8 + vectors)) + (vectors + 1) * (vectors + 3)
 
 
-_TABLEAU = RUNGE_KUTTA_MUNTHE_KAAS_4
+_TABLEAU, _PAIR = RUNGE_KUTTA_MUNTHE_KAAS_4, DORMAND_PRINCE
 #: Methods of Runge and Kutta by name. The limit of the fourth order on the imaginary axis is the root of 8.
 EXPLICIT = {
     "rk4": Method(
@@ -84,15 +84,15 @@ EXPLICIT = {
         tuple(float(x) for x in _TABLEAU.b),
     ),
     "rk45": Method(
-        "rk45",
-        5,
+        _PAIR.name,
+        _PAIR.order,
         "PAIR",
         (1.0,),
-        "Dormand and Prince 1980",
-        stages=len(NODES),
-        A=tuple(float(x) for row in STAGES for x in row),
-        b=tuple(float(x) for x in STAGES[-1]),
-        error=tuple(float(x - y) for x, y in zip(STAGES[-1], EMBEDDED, strict=True)),
+        _PAIR.source,
+        stages=len(_PAIR.b),
+        A=tuple(float(x) for row in _PAIR.A for x in row),
+        b=tuple(float(x) for x in _PAIR.b),
+        error=tuple(float(x - y) for x, y in zip(_PAIR.b, _PAIR.b_hat, strict=True)),
     ),
 }
 

@@ -209,8 +209,6 @@ class Family(ABC):
     holds_constraints: ClassVar[bool] = False
     #: Whether it passes positions where constraints are singular.
     passes_singularities: ClassVar[bool] = False
-    #: Largest step times rate of decay at which a step is stable, for a warning; 0: not looked at.
-    real_stability: ClassVar[float] = 0.0
     #: Whether the state alone, without the workspace, determines all later bits.
     state_is_all: ClassVar[bool] = False
     #: What a step does whose inputs or parameters are not those that the last one ended with.
@@ -283,6 +281,11 @@ class Family(ABC):
     def chooses_steps(self) -> bool:
         """Whether the method controls its step size; growth by too large steps is then not checked."""
         return False
+
+    @property
+    def real_stability(self) -> float:
+        """Largest stable step times rate of decay of an explicit step, for a warning; 0 if it is not checked."""
+        return 0.0
 
     @property
     def policies(self) -> Mapping[str, Mapping[str, float]]:

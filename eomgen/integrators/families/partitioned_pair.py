@@ -1,6 +1,6 @@
-"""The embedded explicit pair of order 5(4) with coordinate partitioning, with steps of its own.
+"""Embedded explicit Runge-Kutta pairs with coordinate partitioning, with steps of their own.
 
-Pair: Dormand and Prince, J. Comput. Appl. Math. 6 (1980) 19, in the Lie algebra; stages are brought onto the
+Pairs are rows of ``embedded_pair``, in the Lie algebra; stages are brought onto the
 constraints as in ``partitioned``: Wehage and Haug, J. Mech. Des. 104 (1982) 247.
 """
 
@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.adaptive import STEP_GROUPS, step_state, step_statistics, step_statuses
-from eomgen.integrators.families.dormand_prince import COMPARED_TOLERANCES, DormandPrince
+from eomgen.integrators.families.embedded_pair import COMPARED_TOLERANCES, PAIRS, EmbeddedRungeKutta
 from eomgen.integrators.families.family import Field, MethodName, Sizes, Status
-from eomgen.integrators.families.needs import constrained
+from eomgen.integrators.families.needs import Need, constrained
 from eomgen.integrators.families.partitioned import (
     PARTITION_STATISTICS,
     PartitionedRungeKutta,
@@ -27,18 +28,18 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PartitionedDormandPrince(DormandPrince):
-    """The pair of Dormand and Prince whose stages are brought onto the constraints along dependent components.
+class PartitionedEmbeddedRungeKutta(EmbeddedRungeKutta):
+    """An embedded pair whose stages are brought onto the constraints along dependent components.
 
     Parameters
     ----------
     tolerance : float
-        Of the local error of the solution of order 4, relative to what the motion moves within the step, by kinetic
-        energy; internal states each relative to its own change. Raises UsageError outside 1e-14..0.1.
+        Bound of the local error of the embedded solution, relative to the motion within the step, by kinetic energy;
+        internal states each relative to its own change. Raises UsageError outside 1e-14..0.1.
+    pair : EmbeddedPair
+        Coefficients.
     """
 
-    source = "Dormand and Prince 1980; Munthe-Kaas 1999; Shampine 1986; Wehage and Haug 1982"
-    needs = (constrained("rk45"),)
     family = "partitioned_pair"
     holds_constraints = True
     passes_singularities = True
@@ -46,22 +47,32 @@ class PartitionedDormandPrince(DormandPrince):
     projection = PartitionedRungeKutta.projection
     groups = (*STEP_GROUPS, *PartitionedRungeKutta.groups)
 
+    @property
+    def source(self) -> str:  # type: ignore[override]  # families without coefficients have a text here
+        return f"{super().source}; Wehage and Haug 1982"
+
+    @property
+    def needs(self) -> tuple[Need, ...]:  # type: ignore[override]
+        return (constrained(self.pair.name),)
+
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        return (MethodName("rk45_partitioned", cls, ("tolerance",), compared={"tolerance": COMPARED_TOLERANCES}),)
+        compared = {"tolerance": COMPARED_TOLERANCES}
+        return tuple(
+            MethodName(f"{pair.name}_partitioned", partial(cls, pair=pair), ("tolerance",), compared=compared)
+            for pair in PAIRS
+        )
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
         return PartitionedRungeKutta.terms(constrained, internal, mass)
 
     def calls(self, system: System) -> set[str]:
-        return super(DormandPrince, self).calls(system) - (set() if system.holonomic else {"constraint"})
+        return super(EmbeddedRungeKutta, self).calls(system) - (set() if system.holonomic else {"constraint"})
 
     def title(self, constrained: bool) -> str:
-        return (
-            "explicit Runge-Kutta pair of order 5(4) in the Lie algebra, constraints eliminated by coordinate"
-            " partitioning, with steps of its own"
-        )
+        pair, own = super().title(constrained).split(", ")
+        return f"{pair}, constraints eliminated by coordinate partitioning, {own}"
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         return (*partition_state(sizes), *step_state(sizes))

@@ -16,12 +16,12 @@ from eomgen.integrators.families.adaptive_generalized_alpha import AdaptiveGener
 from eomgen.integrators.families.composition import SymplecticComposition
 from eomgen.integrators.families.corrected_predictor import CorrectedPredictor
 from eomgen.integrators.families.discontinuous_galerkin import DiscontinuousGalerkin
-from eomgen.integrators.families.dormand_prince import DormandPrince
+from eomgen.integrators.families.embedded_pair import EmbeddedRungeKutta
 from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.hermite import Hermite
 from eomgen.integrators.families.partitioned import PartitionedRungeKutta
-from eomgen.integrators.families.partitioned_pair import PartitionedDormandPrince
+from eomgen.integrators.families.partitioned_pair import PartitionedEmbeddedRungeKutta
 from eomgen.integrators.families.rattlie import Rattlie
 from eomgen.integrators.families.rosenbrock import Rosenbrock
 from eomgen.integrators.families.runge_kutta import RungeKuttaMuntheKaas
@@ -34,9 +34,9 @@ BUILT_IN: tuple[type[Family], ...] = (
     GeneralizedAlpha,
     AdaptiveGeneralizedAlpha,
     RungeKuttaMuntheKaas,
-    DormandPrince,
+    EmbeddedRungeKutta,
     PartitionedRungeKutta,
-    PartitionedDormandPrince,
+    PartitionedEmbeddedRungeKutta,
     Hermite,
     Rosenbrock,
     CorrectedPredictor,

@@ -17,6 +17,7 @@ from eomgen.integrators.families.family import (
     hold,
 )
 from eomgen.integrators.families.needs import UNCONSTRAINED
+from eomgen.integrators.families.tableaus import check_tableau, real_stability
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
@@ -44,33 +45,15 @@ class RungeKuttaMuntheKaas(Family):
     needs = (UNCONSTRAINED,)
     family = "runge_kutta"
     dense_output = "hermite_5"
-    real_stability = 2.785
     state_is_all = True
 
     def __post_init__(self) -> None:
-        A, b, c = self.A, self.b, self.c
-        stages = range(len(b))
-        hold("a square tableau", len(A) == len(c) == len(b) and all(len(row) == len(b) for row in A))
-        hold("an explicit method", all(A[i][j] == 0 for i in stages for j in stages if j >= i))
-        hold("row sums: c_i = sum_j A_ij", all(sum(A[i]) == c[i] for i in stages))
         hold("commutators >= order - 2, at most 2", self.order - 2 <= self.commutators <= 2)
-        Ac = [sum((A[i][j] * c[j] for j in stages), Fraction(0)) for i in stages]
-        Acc = [sum((A[i][j] * c[j] ** 2 for j in stages), Fraction(0)) for i in stages]
-        AAc = [sum((A[i][j] * Ac[j] for j in stages), Fraction(0)) for i in stages]
-        conditions = [
-            (1, "sum b = 1", b, Fraction(1)),
-            (2, "sum b c = 1/2", [b[i] * c[i] for i in stages], Fraction(1, 2)),
-            (3, "sum b c^2 = 1/3", [b[i] * c[i] ** 2 for i in stages], Fraction(1, 3)),
-            (3, "sum b A c = 1/6", [b[i] * Ac[i] for i in stages], Fraction(1, 6)),
-            (4, "sum b c^3 = 1/4", [b[i] * c[i] ** 3 for i in stages], Fraction(1, 4)),
-            (4, "sum b c A c = 1/8", [b[i] * c[i] * Ac[i] for i in stages], Fraction(1, 8)),
-            (4, "sum b A c^2 = 1/12", [b[i] * Acc[i] for i in stages], Fraction(1, 12)),
-            (4, "sum b A A c = 1/24", [b[i] * AAc[i] for i in stages], Fraction(1, 24)),
-        ]
-        hold("an order that the conditions here cover: 1 to 4", 1 <= self.order <= 4)
-        for order, text, terms, target in conditions:
-            if order <= self.order:
-                hold(f"order {order}: {text}", sum(terms, Fraction(0)) == target)
+        check_tableau(self.A, self.b, self.c, self.order)
+
+    @property
+    def real_stability(self) -> float:
+        return real_stability(self.A, self.b)
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:

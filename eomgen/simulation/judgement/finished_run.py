@@ -276,6 +276,6 @@ FACTS: Mapping[str, Callable[[FinishedRun], bool]] = {
     "controllers": lambda finished: finished.stepper.controllers is not None,
     "checkpoint": lambda finished: bool(finished.checkpoint),
     "begun": lambda finished: finished.beginning is not None,
-    "explicit": lambda finished: bool(finished.run.method.real_stability),
+    "explicit": lambda finished: bool(finished.run.method.real_stability) and not finished.run.method.chooses_steps,
     "events": lambda finished: "events" in finished.stepper.layout["method"],
 }

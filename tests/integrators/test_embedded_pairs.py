@@ -1,0 +1,150 @@
+"""Embedded pairs are data: conditions hold at construction, and a new row is a method on every group."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction as F
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.integrators.families import embedded_pair, partitioned_pair, register
+from eomgen.integrators.families.embedded_pair import DORMAND_PRINCE
+from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
+from eomgen.integrators.families.tableaus import EmbeddedPair, density, real_stability, rooted_trees, strictly_lower
+from eomgen.integrators.methods import method_named
+from tests.integrators.similar_scenes import rods
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+SCENE = Path(__file__).parents[2] / "examples" / "spherical_pendulum" / "scene.toml"
+BOGACKI_SHAMPINE = EmbeddedPair(
+    name="rk23",
+    source="Bogacki and Shampine 1989",
+    order=3,
+    embedded_order=2,
+    A=strictly_lower((), (F(1, 2),), (F(0), F(3, 4)), (F(2, 9), F(1, 3), F(4, 9))),
+    b=(F(2, 9), F(1, 3), F(4, 9), F(0)),
+    b_hat=(F(7, 24), F(1, 4), F(1, 3), F(1, 8)),
+    c=(F(0), F(1, 2), F(3, 4), F(1)),
+    extension_source="cubic of Hermite",
+    extension=(
+        (F(1), F(-4, 3), F(5, 9)),
+        (F(0), F(1), F(-2, 3)),
+        (F(0), F(4, 3), F(-8, 9)),
+        (F(0), F(-1), F(1)),
+    ),
+)
+
+
+@pytest.fixture
+def registered(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
+    for module in (embedded_pair, partitioned_pair):
+        monkeypatch.setattr(module, "PAIRS", (DORMAND_PRINCE, BOGACKI_SHAMPINE))
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
+    register._own_rows.cache_clear()
+    yield
+    register._own_rows.cache_clear()
+
+
+@pytest.mark.usefixtures("registered")
+@pytest.mark.parametrize("constrained", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_new_row_has_its_order_on_the_rotation_group(constrained: bool) -> None:
+    method, known = ("rk23_partitioned", "rk45_partitioned") if constrained else ("rk23", "rk45")
+    model = eomgen.build(rods("R3xSO3") if constrained else SCENE, method=method)
+    assert any(factor.group == "SO3" for factor in model.factors)
+    start = {} if constrained else {"initial": {"q": [1.0, 0.0, 0.0, 0.0], "v": [2.0, -1.0, 3.0]}}
+    exact = model.simulate(0.2, 0.02, method=known, tolerance=1e-12, error_estimate=False, **start)
+    errors = []
+    for step in (0.004, 0.002):
+        held = {"largest_step": step}
+        run = model.simulate(0.2, 0.02, method=method, tolerance=0.1, settings=held, error_estimate=False, **start)
+        assert run.success
+        assert run.stats["own_steps"] == pytest.approx(0.2 / step, rel=0.02)
+        errors.append(np.abs(run.q - exact.q).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(3.0, abs=0.15)
+
+
+@pytest.mark.usefixtures("registered")
+def test_a_new_row_has_names_a_title_and_a_source() -> None:
+    method = method_named("rk23", tolerance=1e-4)
+    assert (method.order, method.title(False)) == (
+        3,
+        "explicit Runge-Kutta pair of order 3(2) in the Lie algebra, with steps of its own",
+    )
+    assert method.source == "Bogacki and Shampine 1989; Munthe-Kaas 1999; cubic of Hermite"
+    alternatives = [need.alternative for need in method_named("rk23_partitioned").needs]
+    assert alternatives == ["rk23"]
+
+
+@pytest.mark.parametrize(
+    ("pair", "changes", "text"),
+    [
+        (BOGACKI_SHAMPINE, {"order": 4}, r"order 4: sum b c\^3 = 1/4"),
+        (BOGACKI_SHAMPINE, {"embedded_order": 3}, "lower order"),
+        (BOGACKI_SHAMPINE, {"b_hat": (F(1), F(0), F(0), F(0))}, r"order 2: sum b\^ c = 1/2"),
+        (BOGACKI_SHAMPINE, {"extension": BOGACKI_SHAMPINE.extension[:3]}, "an extension of every stage"),
+        (BOGACKI_SHAMPINE, {"A": DORMAND_PRINCE.A}, "square"),
+        (DORMAND_PRINCE, {"order": 6}, r"order 6: sum b c\^5 = 1/6"),
+        (DORMAND_PRINCE, {"b_hat": (*DORMAND_PRINCE.b[:-2], F(11, 84) - 1, F(1))}, r"order 5|b\^"),
+    ],
+)
+def test_wrong_pairs_are_refused_by_the_condition_they_break(pair, changes, text) -> None:
+    with pytest.raises(eomgen.UsageError, match=text):
+        replace(pair, **changes)
+
+
+@pytest.mark.parametrize("pair", [DORMAND_PRINCE, BOGACKI_SHAMPINE], ids=lambda pair: pair.name)
+@pytest.mark.parametrize("power", [0, 1, 2])
+def test_every_coefficient_of_an_extension_is_held_by_a_condition(pair, power: int) -> None:
+    """A change that keeps the end of the step breaks a condition inside it."""
+    rows = [list(row) for row in pair.extension]
+    rows[-1][power] += F(1, 7)
+    rows[-1][power - 1] -= F(1, 7)
+    with pytest.raises(eomgen.UsageError, match="extension of order"):
+        replace(pair, extension=tuple(map(tuple, rows)))
+
+
+def test_trees_are_as_many_and_as_dense_as_published() -> None:
+    """Butcher 2016, section 300: 1, 1, 2, 4, 9, 20, 48 trees of 1 to 7 vertices."""
+    assert [len(rooted_trees(order)) for order in range(1, 8)] == [1, 1, 2, 4, 9, 20, 48]
+    assert sorted(density(tree) for tree in rooted_trees(4)) == [4, 8, 12, 24]
+
+
+def test_real_stability_follows_from_the_tableau() -> None:
+    """Hairer and Wanner 1996, table IV.2.1: 2, 2, 2.51, 2.78 for orders 1 to 4 in as many stages; 3.31 for rk45."""
+    zero = (F(0),)
+    assert real_stability((zero,), (F(1),)) == pytest.approx(2.0, abs=1e-12)
+    assert real_stability(strictly_lower((), (F(1),)), (F(1, 2), F(1, 2))) == pytest.approx(2.0, abs=1e-12)
+    assert real_stability(BOGACKI_SHAMPINE.A, BOGACKI_SHAMPINE.b) == pytest.approx(2.5127, abs=1e-4)
+    assert RUNGE_KUTTA_MUNTHE_KAAS_4.real_stability == pytest.approx(2.785293563405282, abs=1e-12)
+    assert method_named("rk4_partitioned").real_stability == RUNGE_KUTTA_MUNTHE_KAAS_4.real_stability
+    assert method_named("rk45").real_stability == pytest.approx(3.3066, abs=1e-4)
+    heun = replace(
+        RUNGE_KUTTA_MUNTHE_KAAS_4,
+        A=strictly_lower((), (F(1),)),
+        b=(F(1, 2), F(1, 2)),
+        c=(F(0), F(1)),
+        order=2,
+        commutators=0,
+    )
+    assert heun.real_stability == pytest.approx(2.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("pair", [DORMAND_PRINCE, BOGACKI_SHAMPINE], ids=lambda pair: pair.name)
+def test_steps_decay_up_to_the_stability_limit_and_grow_beyond_it(pair: EmbeddedPair) -> None:
+    """The oracle steps x' = -x itself, in floating point."""
+    limit = real_stability(pair.A, pair.b)
+
+    def amplified(step: float) -> float:
+        rates: list[float] = []
+        for row in pair.A:
+            rates.append(-(1.0 + step * sum(float(a) * rate for a, rate in zip(row, rates, strict=False))))
+        return abs(1.0 + step * sum(float(weight) * rate for weight, rate in zip(pair.b, rates, strict=True)))
+
+    assert all(amplified(step) < 1.0 for step in np.linspace(0.01, 0.999 * limit, 200))
+    assert amplified(1.001 * limit) > 1.0
