@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 DEFAULT_TOLERANCE = 1e-8
 #: Tolerances that studies compare.
 COMPARED_TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
-#: Steps are let grow where they grow by so much: nothing is kept that belongs to a size.
+#: Least growth of a step that is taken: no data is kept for one step size.
 LEAST_GROWTH = 1.0
 DORMAND_PRINCE = EmbeddedPair(
     name="rk45",

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PartitionedEmbeddedRungeKutta(EmbeddedRungeKutta):
-    """An embedded pair whose stages are brought onto the constraints along dependent components.
+    """An embedded pair with stages brought onto the constraints along dependent components.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ Tree = tuple["Tree", ...]
 
 @dataclass(frozen=True)
 class EmbeddedPair:
-    """Explicit Runge-Kutta pair whose last stage is the end of the step; the solution of higher order goes on.
+    """Explicit Runge-Kutta pair with its last stage at the end of the step; the solution of higher order goes on.
 
     Attributes
     ----------
