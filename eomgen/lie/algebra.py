@@ -11,12 +11,12 @@ from eomgen.symbolic.scalar import Algebra as ScalarAlgebra
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import Tape
 
-#: A NumPy array of any batch shape (real or complex) or a Scalar of a tape; a plain float where it is constant.
+#: A NumPy array of any batch shape (real or complex) or a Scalar of a tape; a plain float if it is constant.
 Value = Any
 
 
 class Algebra(Protocol):
-    """Functions on values. A condition is a value that is not zero where it holds."""
+    """Functions on values. A condition is a value that is not zero if it holds."""
 
     def sqrt(self, x: Value) -> Value: ...
     def sin(self, x: Value) -> Value: ...

@@ -31,7 +31,7 @@ def half_angle(algebra: Algebra, y: Value) -> tuple[Value, Value]:
 
 
 def f1_f2(algebra: Algebra, y: Value) -> tuple[Value, Value]:
-    """Return f1 = sin x/x and f2 = (cos x - 1)/x^2, from half angles, where nothing cancels."""
+    """Return f1 = sin x/x and f2 = (cos x - 1)/x^2, from half angles, without cancellation."""
     sinc, cosine = half_angle(algebra, y)
     return sinc * cosine, sinc * sinc * (-0.5)
 

@@ -15,7 +15,7 @@ from eomgen.lie.rotations import Rows
 class FirstOrder:
     """x + e y with e^2 = 0, x and y arrays of any batch shape, real or complex (Clifford's dual numbers)."""
 
-    __array_ufunc__ = None  # products with arrays are those of this class
+    __array_ufunc__ = None  # products with arrays are defined by this class
 
     def __init__(self, value: Any, slope: Any) -> None:
         self.value, self.slope = value, slope
@@ -70,7 +70,7 @@ def _parts(x: Any) -> tuple[Any, Any]:
 
 
 def tangent_along(group: Group, theta: Array, direction: Array, *, inverse: bool = False) -> Array:
-    """Return how T(theta), or its inverse, changes along a direction of theta, (..., v_size, v_size).
+    """Return the derivative of T(theta), or of its inverse, along a direction of theta, (..., v_size, v_size).
 
     Parameters
     ----------

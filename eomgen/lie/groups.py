@@ -1,6 +1,6 @@
 """The groups: R^n, SO(3), SE(3) and R^3 x SO(3), each defined once over an algebra of values.
 
-Elements and increments are sequences of values. Rotations are unit quaternions (w, x, y, z), whose sign is never
+Elements and increments are sequences of values. Rotations are unit quaternions (w, x, y, z) of continuous sign, never
 flipped; poses are quaternion, then position; velocities and increments have their angular part first. Everything is
 left-trivialised:
 q_dot = q * tilde(v), ad(v) w is the bracket [v, w], and exp(theta)^-1 d exp(theta) = (T(theta) d theta)~.
@@ -249,5 +249,5 @@ _NAMED = {group.name: group for group in (SO3, SE3, R3xSO3)}
 
 
 def group_named(name: str, size: int = 1) -> Group:
-    """Return a group by its name in a Factor; ``size`` is that of R^n. Raises KeyError for an unknown name."""
+    """Return a group by its name in a Factor; ``size``: dimension of R^n. Raises KeyError for an unknown name."""
     return real_space(size) if name == "R" else _NAMED[name]

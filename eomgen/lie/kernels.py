@@ -30,7 +30,7 @@ class Kernel:
         The equation.
     inputs : tuple of (name, size)
     tape, refs
-        What is computed, and the components of the result.
+        Computed quantity, and the components of the result.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Kernel:
         return [self._operand(ref, numbers) for ref in self.refs]
 
     def _numbers(self) -> dict[int, int]:
-        """Number the nodes that are statements: those that are used more than once, and those that would nest too
+        """Number the nodes that become statements: nodes that are used more than once, or would nest too
         deep."""
         tape = self.tape
         nodes = [node for node in tape.live(self.refs) if tape.op[node] not in LEAVES]
@@ -99,7 +99,7 @@ def tangent(group: Group) -> Kernel:
 
 
 def cotangent(group: Group) -> Kernel:
-    """Return out = T(theta)^-T x, which takes a momentum from where exp(theta) begins or ends to its mean velocity."""
+    """Return out = T(theta)^-T x, which maps a momentum at an end of exp(theta) to its mean velocity."""
 
     def product(algebra: TapeAlgebra, theta: Sequence[Value], x: Sequence[Value]) -> list[Value]:
         rows = group.tangent_inverse(algebra, theta)

@@ -22,7 +22,7 @@ def exp(group: Group, theta: Array) -> Array:
 
 
 def log(group: Group, q: Array) -> Array:
-    """Return increments (..., v_size), angles of at most pi, whose exp is q but for the quaternion's sign."""
+    """Return increments (..., v_size), angles of at most pi, with exp equal to q up to the quaternion's sign."""
     return _join(group.log(_ALGEBRA, _split(q)))
 
 
@@ -73,7 +73,7 @@ def _join(values: Sequence[Any]) -> Array:
 
 
 def _matrix(rows: Rows, of: Array) -> Array:
-    """Return rows of values as matrices; their batch is that of ``of``, also where all entries are constant."""
+    """Return rows of values as matrices with the batch shape of ``of``, also if all entries are constant."""
     result = np.empty((*np.shape(of)[:-1], len(rows), len(rows)), np.result_type(of, float))
     for row, entries in enumerate(rows):
         for column, entry in enumerate(entries):

@@ -1,4 +1,4 @@
-"""Series coefficients of exp and its tangent, exact where they are rational.
+"""Series coefficients of exp and its tangent, exact if they are rational.
 
 Taylor series of f2 = (cos x - 1)/x^2 and f3 = (x - sin x)/x^3 in y = x^2, their derivatives f4 = 2 df2/dy and f5 = -2
 df3/dy; f6 = (1 - (x/2) cot(x/2))/x^2 by its partial fractions 2 sum_n 1/((2 pi n)^2 - y) (Euler), the first two poles
@@ -48,7 +48,7 @@ def _tail(exponent: int) -> float:
 _F2 = [-value for value in _alternating(2, TAYLOR_TERMS + 1)]
 _F3 = _alternating(3, TAYLOR_TERMS + 1)
 
-#: Few terms suffice for these two: they are used for y <= 1/4 only, elsewhere sin and cos lose nothing.
+#: Few terms suffice for these two: they are used for y <= 1/4 only; sin and cos are accurate elsewhere.
 SINC = _floats(_alternating(1, 8))
 COS = _floats(_alternating(0, 8))
 SMALL_LIMIT = 0.25

@@ -17,7 +17,7 @@ from eomgen.scene.bodies.beam import Beam
 from eomgen.symbolic.scalar import Scalar
 from eomgen.system.system import BeamSlopes, Quantity
 
-#: What each shape integral is, and its unit where mass per length is folded into it and where it is not.
+#: Meaning of each shape integral, and its units with and without the mass per length.
 _MASS = {
     "d": ("int f dm", "kg", "m"),
     "e": ("int x f dm", "kg m", "m^2"),
@@ -25,7 +25,7 @@ _MASS = {
     "g0": ("int H dm, stiffening by axial acceleration", "kg/m", "1"),
     "g1": ("int x H dm, centrifugal stiffening", "kg", "m"),
 }
-_DIGITS = 8  # a number that is shorter says itself what it is
+_DIGITS = 8  # shorter numbers are clear without a name
 
 
 def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
@@ -106,7 +106,7 @@ def _at(integrals: ShapeIntegrals, x: float) -> Iterator[tuple[str, float, str, 
 
 
 def _entries(values: Array, first: int = 0) -> Iterator[tuple[str, float]]:
-    """Return the numbers that are not zero with their indices, those of a symmetric matrix once."""
+    """Return the nonzero numbers with their indices, entries of a symmetric matrix once."""
     size = len(values)
     indices = combinations_with_replacement(range(size), 2) if np.ndim(values) > 1 else ((k,) for k in range(size))
     for index in indices:

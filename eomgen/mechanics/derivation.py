@@ -125,7 +125,7 @@ class Derivation:
         return lambda link: of_links[link] if link >= 0 else carrier
 
     def _energies_without_formulas(self) -> dict[str, Scalar]:
-        """Return the energies for formulas of forces and rates: what formulas push has no potential."""
+        """Return the energies for formulas of forces and rates: forces by formulas have no potential."""
         if not any(symbol.kind == "energy" for formula in state_formulas(self.scene) for symbol in symbols(formula)):
             return {}
         passive = (element.passive() for element in self.scene.elements)
@@ -133,7 +133,7 @@ class Derivation:
         return energies(self.tree, self.kinematics, applied_loads(bare, self.tree, self.quantities), self.algebra.zero)
 
     def _transmitted_wrenches(self, fixed: Collection[str]) -> TransmittedWrenches:
-        """Return what joints and constraints transmit; ``fixed`` are the fixed joints of which that is asked."""
+        """Return reactions of joints and constraints; ``fixed`` are the fixed joints with a requested reaction."""
         rows = None if self.constraints is None else self.constraints.rows
         tree, quantities, loads = self.tree, self.quantities, self.loads
         if fixed and not self.absolute:
@@ -155,7 +155,7 @@ class Derivation:
         return [self._matrix("M", M, "inertia matrix")]
 
     def mass_entries(self) -> list[int]:
-        """Return what M is made of, without its structural zeros."""
+        """Return the factors of M, without its structural zeros."""
         rows = separated.mass_rows(self.grouped, self.composites)
         return [value.ref for row in rows for value in row.values()]
 
@@ -235,8 +235,8 @@ class Derivation:
 
     @property
     def sparse(self) -> bool:
-        """Whether whole matrices of a large tree are made on request only: those of beams, too, whose strains are
-        constrained."""
+        """Whether whole matrices of a large tree are made on request only: also the matrices of beams with constrained
+        strains."""
         constraints = self.constraints
         return constraints is None or any(row.group is not None for row in constraints.rows.all)
 
@@ -299,7 +299,7 @@ class Derivation:
         return [self._of_bodies("twist", (6,), values, "angular and linear velocity")]
 
     def accelerations(self) -> list[Block]:
-        """Return angular acceleration and that of the origin of each body, in its axes, (bodies, 6)."""
+        """Return angular acceleration and acceleration of the origin of each body, in its axes, (bodies, 6)."""
         values = accelerations(self.scene, self.tree, self.kinematics)
         return [self._of_bodies("acceleration", (6,), values, "angular acceleration and acceleration of the origin")]
 
@@ -361,7 +361,7 @@ class Derivation:
         return [self._vector("zdot", self.internal.rates(), "rates of the internal states")]
 
     def internal_partials(self) -> list[Block]:
-        """Return the partials of the residual in z, and those of zdot in q (left-trivialised), v and z."""
+        """Return the partials of the residual in z, and the partials of zdot in q (left-trivialised), v and z."""
         if not self.scene.states:
             return []
         return [
@@ -372,7 +372,7 @@ class Derivation:
     # -- constraints --------------------------------------------------------------------------------------------------
 
     def calculus(self) -> ConstraintCalculus:
-        """Return the calculus of the constraints. Raises ModelError where there are none."""
+        """Return the calculus of the constraints. Raises ModelError if there are none."""
         if self.constraints is None:
             raise ModelError(f"scene {self.scene.name!r} has no constraints", "add one, or absolute coordinates")
         return self.constraints
@@ -394,7 +394,7 @@ class Derivation:
         return [self._matrix("B", self.calculus().jacobian(), "constraint Jacobian, left-trivialised")]
 
     def constraint_size(self) -> list[Block]:
-        """Return by what violations of each row are measured: the size of its summands, and its extent, m."""
+        """Return the scales of violations of each row: the size of its summands, and its extent, m."""
         rows = self.calculus().rows.all
         sizes, extents = [row.size for row in rows], self._extents(rows)
         return [

@@ -224,7 +224,7 @@ def _non_smooth(tape: Tape, node: int) -> bool:
 
 
 def _pruned(derivation: Derivation, function: Function, used: Collection[str], timed: bool) -> Function:
-    """Return a function without the input blocks that this scene does not have; ``used``: those that it reads."""
+    """Return a function without the input blocks that this scene does not have; ``used``: the blocks that it reads."""
     scene = derivation.scene
     of_motion = function.name in TERMS and TERMS[function.name].of_motion
     absent = {

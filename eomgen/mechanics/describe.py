@@ -107,7 +107,7 @@ def laws_of(scene: Scene) -> Iterator[Law]:
         for axis, formula in enumerate(scene.base.position):
             yield Law(where(key_of("base", "position", axis)), "position of the base", "m", formula)
         for axis, rotation in enumerate(scene.base.rotations):
-            number = axis - scene.base.tilts  # of those that are written: what tilts with the water stands before them
+            number = axis - scene.base.tilts  # among written rotations: rotations by the water's tilt come before them
             key = key_of("base", "rotation", number, "angle") if number >= 0 else key_of("base", "follow")
             yield Law(where(key), "angle of the base", "rad", rotation.angle)
 
@@ -154,7 +154,7 @@ def _coordinates(scene: Scene) -> Iterator[Coordinates]:
 
 
 def _elastic(name: str, beam: Beam) -> Coordinates:
-    """Return what elastic coordinates are.
+    """Return the description of elastic coordinates.
 
     A beam of order 1 is right, and its inertia positive definite, for deformations that are small against its length.
     Higher modes have steeper slopes at the same deflection, so they get less.
@@ -169,7 +169,7 @@ def _elastic(name: str, beam: Beam) -> Coordinates:
 
 
 def _limits(scene: Scene) -> Iterator[Limit]:
-    """Yield the limits of all joints; in absolute coordinates those of angles, which are counted beside the poses."""
+    """Yield the limits of all joints; in absolute coordinates limits of angles, which are counted beside the poses."""
     for joint in scene.joints:
         for stop, limit in zip(joint.stops, joint.limits, strict=True):
             if scene.coordinates != "absolute":
@@ -230,12 +230,12 @@ def _drawing(scene: Scene) -> Drawing:
 
 
 def _free_nodes(scene: Scene) -> set[str]:
-    """Return the nodes of geometrically exact beams whose joints are not the scene's own."""
+    """Return the nodes of geometrically exact beams without joints of the scene."""
     return {body.name for body in scene.bodies if body.node_of and body.name != body.node_of}
 
 
 def _elements(scene: Scene) -> Iterator[Link]:
-    """Yield the elements of geometrically exact beams as what is drawn between their nodes."""
+    """Yield the elements of geometrically exact beams as lines between their nodes."""
     for element in scene.elements:
         if isinstance(element, CosseratBeam):
             for first, second in pairwise(element.beam.nodes):

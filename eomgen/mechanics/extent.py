@@ -1,7 +1,7 @@
 """Scales of a machine, length and gravity, to which rounding errors of positions and accelerations are relative.
 
-A motion may be as small as it likes against its machine. Its own size tells how accurate it is to be, that of the
-machine how accurate it can be: forces that cancel where a scene is at rest leave fractions of what they are made of.
+A motion may be as small as it likes against its machine. Its own size tells how accurate it is to be, the size of the
+machine how accurate it can be: forces that cancel in a scene at rest leave fractions of their summands.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _root_of_squares(algebra: Algebra, values: Iterator[Scalar]) -> Scalar:
 
 
 def _lengths(scene: Scene) -> Iterator[Formula]:
-    """Yield what moving bodies and force elements measure, formulas of parameters: where the machine stands is no size
+    """Yield the dimensions of moving bodies and force elements, formulas of parameters: the machine's place is no size
     of it."""
     still = {BASE, "world"}
     yield from chain.from_iterable(body.center_of_mass for body in scene.bodies)

@@ -24,7 +24,7 @@ from eomgen.scene.geometry.rotations import quaternion_of_matrix
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 
-#: An imaginary increment whose square is nothing: derivatives to rounding (Squire and Trapp 1998).
+#: An imaginary increment with a square below rounding: exact derivatives (Squire and Trapp 1998).
 _TINY = 1e-100
 
 
@@ -42,7 +42,7 @@ def joint_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float,
 
 
 def _place_nodes(derivation: Derivation, beam: Cosserat, q: NDArray[np.float64], v: NDArray[np.float64]) -> None:
-    """Put the nodes of a beam where its shape at rest has them, moving with the first one as a rigid body does."""
+    """Put the nodes of a beam in its shape at rest, moved with the first one as a rigid body."""
     kinematics, mount = derivation.kinematics, derivation.tree.mounts[beam.name]
     R, p = kinematics.pose(mount.link)
     omega, velocity = kinematics.twist(mount.link)

@@ -46,7 +46,7 @@ def moving_bodies(scene: Scene) -> list[Body]:
 
 
 def joint_parameters(scene: Scene) -> Iterator[JointParameter]:
-    """Yield the coefficients that joints have: those that the scene leaves at 0 are none."""
+    """Yield the coefficients of joints: coefficients that the scene leaves at 0 are left out."""
     for joint in scene.joints:
         of_coordinates: list[tuple[Kind, int, Formula]] = []
         of_coordinates += [("rotor_inertia", k, value) for k, value in enumerate(joint.each(joint.rotor_inertia))]
@@ -60,7 +60,7 @@ def joint_parameters(scene: Scene) -> Iterator[JointParameter]:
 
 
 def linear_parameters(scene: Scene) -> tuple[LinearParameter, ...]:
-    """Return names and units, in the order of columns; none in absolute coordinates and where bodies deform."""
+    """Return names and units, in the order of columns; none in absolute coordinates and if bodies deform."""
     if scene.coordinates == "absolute" or any(body.beam is not None for body in scene.bodies):
         return ()
     found = [LinearParameter(f"{body.name}.{of}", unit) for body in moving_bodies(scene) for of, unit in OF_BODY]

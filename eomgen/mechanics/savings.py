@@ -65,14 +65,14 @@ def _variants(scene: Scene) -> list[tuple[str, Scene]]:
 
 
 def _along_beams(scene: Scene) -> set[str]:
-    """Return the parameters that say where on a beam something is: shape functions are evaluated there, so they stay
+    """Return the parameters of positions on beams: shape functions are evaluated there, so they stay
     fixed."""
     beams = (body.name for body in scene.bodies if body.beam is not None)
     return {symbol.name for beam in beams for _, x in attached_along(scene, beam) for symbol in symbols(x)}
 
 
 def _with_all_deformations(beam: Beam) -> Beam:
-    """Return the full spatial beam: as many modes of what it lacks as of what it has first."""
+    """Return the full spatial beam: as many modes of the missing kinds as of its first kind."""
     given = {item.kind: item for item in beam.deformations}
     modes = beam.deformations[0].modes
     every = tuple(given.get(kind, Deformation(kind, "clamped_free", modes, Number(1.0))) for kind in KINDS)

@@ -1,4 +1,4 @@
-"""Summary of a derivation, what is in the equations and what was omitted, for ``eomgen info`` and the README."""
+"""Summary of a derivation, present and omitted terms, for ``eomgen info`` and the README."""
 
 from __future__ import annotations
 

@@ -27,8 +27,8 @@ _WITHOUT_RULE = frozenset({_NEGATIVE, Op.CONST, Op.INPUT, Op.MAP})
 class Arithmetic:
     """Operations of a tape for one kind of number: one function per Op, and the conversion of constants.
 
-    ``side_by_side``: what makes of equally many numbers for each of some slots one number for each slot, on which all
-    operations act as on its parts, and a function that takes what follows from these apart; without it, elements of a
+    ``side_by_side``: a pair of functions; the first packs k numbers per slot into one value on which operations act
+    elementwise, the second unpacks a value computed with such values; without the pair, the elements of a
     Map are taken one after the other.
     """
 
@@ -71,7 +71,7 @@ class Evaluation:
         self._steps.append((op, node, first, second, third if more is None else more))
 
     def _slot(self, ref: Ref) -> int:
-        """Return the slot of a reference; the negative of a node gets one where it is used first."""
+        """Return the slot of a reference; the negative of a node gets a slot at its first use."""
         if ref not in self._slots:
             self._slots[ref] = len(self._steps)
             self._steps.append((_NEGATIVE, -ref, self._slots[-ref], -1, -1))
@@ -85,7 +85,7 @@ class Evaluation:
     ) -> list[Any]:
         """Return the values of the references; ``leaf`` gives the value of an input symbol.
 
-        ``visit`` is given every operation with its value and returns what stands for it from there on.
+        ``visit`` is called with every operation and its value, and returns the value used from there on.
         """
         found = self._distinct(leaf, arithmetic, visit)
         return [found[place] for place in self._places]
@@ -206,7 +206,7 @@ def _run_at_once(
     arithmetic: Arithmetic,
     side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Any]]],
 ) -> list[Any]:
-    """Return the results of a Map whose elements need no others; sums are added in their order."""
+    """Return the results of a Map whose elements are independent; sums are added in the order of the elements."""
     constants = [[arithmetic.constant(number) for number in column] for column in repetition.elements]
     gathered = [[value(ref) for ref in slot] for slot in repetition.gather]
     together, apart = side_by_side([*constants, *gathered])
@@ -230,7 +230,7 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
     Parameters
     ----------
     tape, refs
-        What to evaluate.
+        Outputs to evaluate.
     inputs : mapping from block name to array (..., size)
         A number stands for a block of size 1. Leading axes broadcast. Integers become doubles, other types are kept.
 
@@ -238,7 +238,7 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
     -------
     array (..., len(refs))
         With complex inputs, ABS, SIGN, MIN, MAX, LT, LE and SELECT decide on real parts, and ATAN2 is the analytic one:
-        what a complex step needs. Outside a function's domain NumPy's nan and its warning appear.
+        complex-step differentiation needs it. Outside a function's domain NumPy's nan and its warning appear.
 
     Raises
     ------
@@ -249,7 +249,7 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
 
 
 def check_component(symbol: InputSymbol, size: int) -> None:
-    """Raise ValueError where an input block, of a size, lacks the component that a symbol stands for."""
+    """Raise ValueError if an input block of a given size lacks the component of a symbol."""
     if symbol.index >= size:
         raise ValueError(
             f"the tape needs component {symbol.index} of input block '{symbol.block}', which has {size}; "

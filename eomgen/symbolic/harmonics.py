@@ -1,4 +1,4 @@
-"""Sums of harmonics as loops: what records them, and what finds them again."""
+"""Sums of harmonics as loops: recording, and recognition in a tape."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def harmonic_sum(columns: Sequence[Sequence[float]], along: Ref, label: str = ""
 
 
 def harmonics_in(tape: Tape, ref: Ref, symbol: InputSymbol) -> Columns | None:
-    """Return a, w and b where a reference is a sum of harmonics of an input; None where it is something else."""
+    """Return a, w and b of a sum of harmonics of an input; None for any other expression."""
     node = abs(ref)
     if tape.op[node] is not Op.MAP or tape.b[node] != 0:
         return None

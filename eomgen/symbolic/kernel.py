@@ -25,9 +25,9 @@ class Kernel:
     Attributes
     ----------
     steps : tuple of Step
-        Operations in order; their order and operands decide what is recorded.
+        Operations in order; their order and operands decide the recorded operations.
     results : tuple of int
-        The steps whose values the kernel gives, in order.
+        The steps whose values the kernel returns, in order.
     """
 
     __slots__ = ("_names", "_recorded", "results", "steps")
@@ -64,8 +64,8 @@ class Kernel:
 
 
 def _recorded(step: Step) -> _Rule | tuple[bool, int, int]:
-    """Return what records a step, of a tape, the values of symbols and the references of all steps before it; of sums
-    and products of two, which of them it is and the places of both."""
+    """Return the function that records a step, given a tape, the values of symbols and the references of earlier steps;
+    for sums and products of two operands, the kind of operation and the positions of both operands."""
     kind, *operands = step
     if kind == "symbol":
         name = str(operands[0])

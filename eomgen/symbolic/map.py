@@ -5,7 +5,7 @@ A Map computes, for i = 0 .. count-1 in this order, with e, s, g, c the four inp
     e = (elements[0][i], elements[1][i], ...)     constants of element i, one column per index
     s = shared                                    references of the outer tape, the same for all elements
     g = (gather[0][i], gather[1][i], ...)         references of the outer tape, one per slot and element
-    c = initial for i = 0, else what ``last`` gave for element i - 1
+    c = initial for i = 0, else the ``last`` results of element i - 1
 
     sum[k] += kernel(sums[k])      c_next[k] = kernel(last[k])      row[i][k] = kernel(stacked[k])
 
@@ -15,7 +15,7 @@ Results are numbered: first the sums, then the final carries, then the rows, ele
     stacked)
 
 The kernel is a Tape of its own with input blocks ``element``, ``shared``, ``gather`` and ``carry`` only, and without
-Maps. Sums start from zero and are added in the order of the elements; C may add those of every n-th element first. A
+Maps. Sums start from zero and are added in the order of the elements; C may add every n-th element first. A
 loop and its unrolled form do the same operations, except that unrolling lets the tape fold the constants of the
 elements, which may round differently.
 """
@@ -54,7 +54,7 @@ class Map:
     Attributes
     ----------
     kernel : Tape
-        What one element computes.
+        Computation of one element.
     count : int
         Number of elements, at least 1.
     elements : tuple of columns
@@ -66,7 +66,7 @@ class Map:
     initial : tuple of Ref
         Outer references behind kernel inputs ``("carry", index)`` for the first element.
     sums, last, stacked : tuples of kernel references
-        What is summed, what becomes the carry (as many as ``initial``), what is kept for each element.
+        Results that are summed, that become the carry (as many as ``initial``), that are kept for each element.
     label : str
         Physical meaning, for a comment in the C; two Maps that differ by it only are the same.
     """
@@ -111,7 +111,7 @@ class Map:
         return self.sums + self.last + self.stacked
 
     def split_kernel(self, values: Sequence[T]) -> tuple[list[T], list[T], list[T]]:
-        """Split values that belong to ``kernel_refs`` into those of sums, last and stacked."""
+        """Split values that belong to ``kernel_refs`` into sums, last and stacked results."""
         first, second = len(self.sums), len(self.sums) + len(self.last)
         return list(values[:first]), list(values[first:second]), list(values[second:])
 
@@ -140,9 +140,9 @@ class Map:
         )
 
     def joined(self, other: Map) -> Map | None:
-        """Return one loop with the sums of both, this one's first; None where that would save no operation.
+        """Return one loop with the sums of both loops, this loop's first; None if no operation is saved.
 
-        Loops of sums alone over the same references are joined; what their kernels share is computed once.
+        Loops that only sum over the same references are joined; shared subexpressions are computed once.
         """
         alike = self.count == other.count and set(self.gathered) == set(other.gathered)
         if not alike or any((*loop.last, *loop.stacked) for loop in (self, other)):
@@ -171,9 +171,9 @@ class Map:
 
     @staticmethod
     def together(loops: Mapping[int, Map]) -> list[tuple[Map, dict[int, int]]]:
-        """Return the loops that are left of numbered ones where all are joined that can be.
+        """Return the loops after joining as many numbered loops as possible.
 
-        Each comes with the numbers of those that it stands for, and where their results begin among its own.
+        Each loop comes with the numbers of the loops that it replaces, and the positions of their first results.
         """
         found: list[tuple[Map, dict[int, int]]] = []
         for number, loop in loops.items():
@@ -257,10 +257,10 @@ def splice(
     unrolled: bool = False,
     known: Mapping[int, Ref] | None = None,
 ) -> list[Ref]:
-    """Copy what references need from one tape to another and return them there.
+    """Copy references, with all operations they depend on, from one tape to another and return the copies.
 
     Inputs without a binding stay inputs. Maps stay Maps, unless they are to be ``unrolled``. ``known``: nodes of the
-    source, and what stands for them.
+    source, with their references on the other tape.
     """
     copy: dict[int, Ref] = {}
     of_maps: dict[int, list[Ref]] = {}

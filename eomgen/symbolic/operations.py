@@ -80,7 +80,7 @@ class CurveLike(Protocol):
     coefficients : (pieces, degree + 1) array
         In powers of x - (start of the piece), lowest first.
     outside : ``error``, ``hold`` or ``periodic``
-    held : values before the first and from the last break on, where they are held.
+    held : values before the first and after the last break, if they are held there.
     """
 
     @property

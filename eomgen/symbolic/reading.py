@@ -1,7 +1,7 @@
 """References of a tape as SymPy or LaTeX expressions, in full when small, else with named intermediates.
 
-Nothing is simplified or reordered beyond what SymPy's constructors do on their own: what is read is what is computed.
-Notebooks show what is shorter to read.
+Expressions are not simplified or reordered beyond SymPy's constructors: they show the computation as it is.
+Notebooks show shorter forms.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def to_latex(
 ) -> str:
     """Return a block as display LaTeX: ``name = matrix``, after its intermediates in ``aligned``.
 
-    ``shortest`` multiplies products out in the entries of a block given whole, where that makes them shorter.
+    ``shortest`` multiplies products out in the entries of a block given whole, if the result is shorter.
     """
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
@@ -119,7 +119,7 @@ def to_latex(
 
 
 def _numbered(name: str) -> str:
-    """Return ``q_theta2`` as LaTeX, ``q_{\\theta_{2}}``; empty where SymPy puts numbers below names itself."""
+    """Return ``q_theta2`` as LaTeX, ``q_{\\theta_{2}}``; empty if SymPy sets numbers as indices itself."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     head, *below = name.split("_")
@@ -143,7 +143,7 @@ def input_symbol(symbol: InputSymbol) -> sympy.Symbol:
 
 
 def _worth_naming(tape: Tape, refs: Sequence[Ref], live: Sequence[int]) -> set[int]:
-    """Return the operations that are used more than once, or whose expression would grow beyond NAME_LIMIT."""
+    """Return the operations that are used more than once, or with an expression longer than NAME_LIMIT."""
     uses = Counter(abs(ref) for ref in refs)
     for node in live:
         uses.update(abs(ref) for ref in tape.operands(node))

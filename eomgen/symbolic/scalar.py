@@ -1,7 +1,7 @@
 """Scalars of a tape with operators, and vectors (3,) and matrices (3, 3) of them.
 
 Vectors are tuples of three scalars, matrices tuples of three rows. Everything folds on the tape: multiplying by a zero
-or a one, or rotating by a right angle, costs nothing.
+or a one, or rotating by a right angle, records no operation.
 """
 
 from __future__ import annotations
@@ -100,13 +100,13 @@ class Algebra:
         return (x, y, z)
 
     def named(self, text: str, values: Vector) -> Vector:
-        """Return a vector whose components have the names ``text_x, text_y, text_z``."""
+        """Return a vector with components named ``text_x, text_y, text_z``."""
         for axis, value in zip("xyz", values, strict=True):
             self.tape.name(value.ref, f"{text}_{axis}")
         return values
 
     def named_matrix(self, text: str, rows: Matrix) -> Matrix:
-        """Return a matrix whose entries have the names ``text_xx, text_xy, ...``."""
+        """Return a matrix with entries named ``text_xx, text_xy, ...``."""
         for axis, row in zip("xyz", rows, strict=True):
             for other, value in zip("xyz", row, strict=True):
                 self.tape.name(value.ref, f"{text}_{axis}{other}")

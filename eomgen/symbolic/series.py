@@ -1,9 +1,9 @@
 """Recurrence of the Taylor coefficients in time of all operations on a tape, order by order.
 
 Unlike ``jets``, which records every order, this records two functions: the values at order 0, and coefficient k from
-those before it. What is not linear makes products whose inner sums, sum_{i=1}^{k-1} left_i right_{k-i}, hold
-coefficients of lower orders only; a driver takes all of them together before coefficient k is asked for. What is left
-is linear, and the same for every k. Functions of what is linear in time, as waves of constant frequency, need no sum:
+lower coefficients. Nonlinear operations make products with inner sums, sum_{i=1}^{k-1} left_i right_{k-i}, of
+coefficients of lower orders only; a driver computes all of them before coefficient k is asked for. The remaining
+operations are linear and the same for every k. Functions of arguments linear in time, as regular waves, need no sum:
 their coefficient k is a multiple of coefficient k - 1 of their slope. Recurrences: Griewank and Walther, Evaluating
 Derivatives (2008), table 13.2.
 """
@@ -17,7 +17,7 @@ from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
-#: Blocks that coefficient k is made of, besides the coefficients k of what the caller drives: inner sums, order 0 of
+#: Blocks that coefficient k depends on, besides the coefficients k given by the caller: inner sums, order 0 of
 #: both factors of the products, values kept from order 0, coefficients k - 1 of slopes, and (k, 1/k, h/(k + 1), h) with
 #: coefficient 1 of time, h.
 SUMS, LEFT, RIGHT, KEPT, PREVIOUS, ORDER = "sums", "left", "right", "kept", "previous", "order"
@@ -32,7 +32,7 @@ class Term(NamedTuple):
 
 
 class Series:
-    """Records both functions on a tape, and collects the products and what is kept from order 0.
+    """Records both functions on a tape, and collects the products and the values kept from order 0.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Series:
     kept : list of Ref
         Values of order 0 that coefficient k reads as components of ``KEPT``.
     previous : list of Term
-        Slopes whose coefficient k - 1 coefficient k reads as components of ``PREVIOUS``.
+        Slopes; coefficient k reads their coefficient k - 1 as components of ``PREVIOUS``.
     time : Ref, optional
         Coefficient k of time, which has none beyond the first.
     """
@@ -58,7 +58,7 @@ class Series:
         self._pairs: dict[tuple[bool, Term], tuple[Term, Term]] = {}
         self.k, self.per_k, self.step = (tape.input(ORDER, place) for place in (0, 1, 3))
 
-    # -- what products need -----------------------------------------------------------------------------------------
+    # -- products ----------------------------------------------------------------------------------------------------
 
     def keep(self, value: Ref) -> Ref:
         """Return a value of order 0 as coefficient k reads it."""
@@ -72,7 +72,7 @@ class Series:
         return self._slots[value]
 
     def open_product(self) -> int:
-        """Return the number of a product whose factors follow by ``close_product``."""
+        """Return the number of a product; ``close_product`` adds its factors later."""
         self.left.append(Term(ZERO, ZERO))
         self.right.append(Term(ZERO, ZERO))
         return len(self.left) - 1
@@ -92,10 +92,10 @@ class Series:
         """Return k x_k as a factor: the rate of x, shifted by one."""
         return Term(ZERO, self.tape.mul(self.k, term.next))
 
-    # -- what is linear in time -------------------------------------------------------------------------------------
+    # -- quantities linear in time -----------------------------------------------------------------------------------
 
     def rate(self, x: Term) -> Ref | None:
-        """Return dx/dt as coefficient k reads it, where x is linear in time; None elsewhere."""
+        """Return dx/dt as coefficient k reads it if x is linear in time, else None."""
         return self._rate(x.next) if self.time is not None else None
 
     def _rate(self, ref: Ref) -> Ref | None:
@@ -183,7 +183,7 @@ class Series:
         return z
 
     def sine_and_cosine(self, x: Term, hyperbolic: bool = False) -> tuple[Term, Term]:
-        """s' = c x', c' = -s x', or + where hyperbolic."""
+        """s' = c x', c' = -s x', or + if hyperbolic."""
         if (hyperbolic, x) not in self._pairs:
             self._pairs[hyperbolic, x] = self._pair(x, hyperbolic)
         return self._pairs[hyperbolic, x]
@@ -234,7 +234,7 @@ class Series:
         return z
 
     def tangent(self, x: Term, op: Op) -> Term:
-        """z' = w x' with w = 1 + z^2, or 1 - z^2 where hyperbolic."""
+        """z' = w x' with w = 1 + z^2, or 1 - z^2 if hyperbolic."""
         tape, sign = self.tape, ONE if op is Op.TAN else -ONE
         value = tape.call(op, x.value)
         slope_value = tape.add(ONE, tape.mul(sign, tape.mul(value, value)))
@@ -269,7 +269,7 @@ class Series:
         return self.over(tape.call(Op.ATAN2, y.value, x.value), Term(ZERO, numerator), square)
 
     def power(self, x: Term, exponent: Term) -> Term:
-        """x^e = exp(e log x); the value is that of the power itself."""
+        """x^e = exp(e log x); the value is computed by the power itself."""
         logarithm = self.multiply(exponent, self.logarithm(x))
         return self.exponential_of(self.tape.call(Op.POW, x.value, exponent.value), logarithm)
 
@@ -277,14 +277,14 @@ class Series:
         return self.over(self.tape.call(Op.LOG, x.value), x, x)
 
     def curve(self, curve: CurveLike, derivative: int, x: Term) -> Term:
-        """The rate of a curve is its next derivative times that of x; beyond its degree it has none."""
+        """The rate of a curve is its next derivative times the rate of x; beyond its degree it has none."""
         value = self.tape.curve(curve, derivative, x.value)
         if x.next == ZERO or derivative >= curve.coefficients.shape[1] - 1:
             return Term(value, ZERO)
         return self.from_slope(value, x, self.curve(curve, derivative + 1, x))
 
     def chosen(self, op: Op, operands: Sequence[Term]) -> Term:
-        """What is not smooth follows the branch taken at order 0."""
+        """Functions that are not smooth follow the branch taken at order 0."""
         tape = self.tape
         values = [term.value for term in operands]
         if op is Op.SELECT:
@@ -309,7 +309,7 @@ class Series:
 def record_series(
     series: Series, source: Tape, outputs: Sequence[Ref], given: Mapping[InputSymbol, Term], known: dict[int, Term]
 ) -> list[Term]:
-    """Record the recurrence of what outputs of a tape need; inputs that are not given do not change in time.
+    """Record the recurrence of the outputs of a tape; inputs that are not given are constant in time.
 
     Maps must have been unrolled. ``known`` holds the nodes that were recorded before, and is completed.
     """

@@ -1,7 +1,7 @@
 """The tape: an append-only, hash-consed list of operations on which all equations are recorded.
 
-A *reference* is a nonzero integer: ``n`` is node n, ``-n`` its negative. Negation therefore costs nothing, commutes
-through products by itself, and reaches the C code only where a sum or an output absorbs it. Rules are local (0, 1,
+A *reference* is a nonzero integer: ``n`` is node n, ``-n`` its negative. Negation therefore has no cost, commutes
+through products by itself, and reaches the C code only if a sum or an output absorbs it. Rules are local (0, 1,
 sign, constant folding, order of commutative operands), so building is linear in the number of operations and
 deterministic.
 """
@@ -23,9 +23,9 @@ __all__ = ["LEAVES", "ONE", "UNARY", "ZERO", "Counts", "InputSymbol", "Op", "Ref
 Ref = int
 ZERO: Ref = 1
 ONE: Ref = 2
-#: Second operand of constants whose value is not looked at (``Tape.generic``); that of others is 0.
+#: Second operand of constants with an unspecified value (``Tape.generic``); other constants have 0.
 GENERIC = 1
-#: How many of a node's operands are references, by its operation; those of results of Maps are what these gather.
+#: Number of a node's operands that are references, by operation; results of Maps have the gathered references.
 _REFERENCES = [0 if op in LEAVES or op is Op.MAP else 1 if op in UNARY | {Op.CURVE} else 2 for op in [Op.CONST, *Op]]
 _REFERENCES[Op.SELECT] = 3
 
@@ -39,18 +39,18 @@ class Tape:
     op, a, b, c : lists, one entry per node (index 0 is unused)
         Operation code and operand references; for CONST ``a`` indexes ``constants``, for INPUT ``inputs``.
     blocks : list of (first node, label)
-        What the nodes from here on mean physically; becomes comments in the C.
+        Physical meaning of the nodes from here on; becomes comments in the C.
     names : dict
-        What a node is called in the field, by which the C names its local variables; no two names of a node.
+        Name of a node in the field, by which the C names its local variables; no two names of a node.
     reciprocals : bool
         Whether x/y is recorded as x (1/y), so that divisions by one number are one: derivatives of powers of distances
-        divide by each three times. What overflows in 1/y is then no number any more.
+        divide by each three times. Overflow in 1/y then gives inf or nan.
     maps : list of Map
         Loops over identical elements (see ``map.py``).
     curves : list of (curve, derivative)
         Functions of one number that are tables, and which derivative of them is taken.
     instances : dict
-        Results of what is recorded again and again from the same references, by what it is and these.
+        Results of subgraphs recorded repeatedly from the same references, by kind and references.
     """
 
     op: list[Op] = field(default_factory=list)
@@ -95,12 +95,12 @@ class Tape:
     def generic(self, value: float, *key: object) -> Ref:
         """Return the reference of a constant that is recorded as a number of any value would be.
 
-        Its zeros, ones and sign prune nothing, so what is recorded for one of many equal parts has the same operations
+        Its zeros, ones and sign are not simplified, so one of many equal parts is recorded with the same operations
         for all of them. Products and sums of such constants are such constants.
 
         Parameters
         ----------
-        key : what the number is; constants of equal keys and value are one, those without a key are all different
+        key : identity of the number; constants of equal keys and value are one, constants without a key are distinct
         """
         known = (value, *key) if key else (len(self.constants),)
         node = self._generic.get(known)
@@ -133,7 +133,7 @@ class Tape:
         return -magnitude if ref < 0 else magnitude
 
     def number(self, ref: Ref) -> float | None:
-        """Return the number behind a reference, that of a generic constant too, or None if it is no constant."""
+        """Return the number behind a reference, also of a generic constant, or None if it is no constant."""
         return self._number(ref) if self.op[abs(ref)] is Op.CONST else None
 
     def symbol(self, ref: Ref) -> InputSymbol | None:
@@ -226,7 +226,7 @@ class Tape:
         return self._node(op, x, y)
 
     def select(self, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
-        """Return ``then`` where the condition is not zero, ``otherwise`` elsewhere; both are always evaluated."""
+        """Return ``then`` if the condition is not zero, else ``otherwise``; both are always evaluated."""
         if then == otherwise:
             return then
         number = self.value(condition)
@@ -239,7 +239,7 @@ class Tape:
         return self._node(Op.MAP, map_number, result)
 
     def curve(self, curve: CurveLike, derivative: int, x: Ref) -> Ref:
-        """Return a derivative (0: the value) of a curve at x. Raises ValueError where a constant x is outside of it."""
+        """Return a derivative (0: the value) of a curve at x. Raises ValueError if a constant x is outside of it."""
         number = self.value(x)
         if number is not None:
             return self.constant(float(curve(number, derivative)))
@@ -313,7 +313,7 @@ class Tape:
         op, a, b, c, references = self.op, self.a, self.b, self.c, _REFERENCES
         nodes: list[int] = []
         node = needed.rfind(1, 1)
-        while node > 0:  # operands are recorded before what uses them
+        while node > 0:  # operands are recorded before the operations that use them
             nodes.append(node)
             count = references[op[node]]
             if count == 2:
@@ -336,7 +336,7 @@ class Tape:
         return {self.inputs[self.a[node]] for node in self.live(outputs) if self.op[node] is Op.INPUT}
 
     def counts(self, outputs: Iterable[Ref]) -> Counts:
-        """Count the operations that outputs need: a Map's kernel once per element, what joined Maps share once."""
+        """Count the operations of outputs: a Map's kernel once per element, operations shared by joined Maps once."""
         total = Counts()
         live = self.live(outputs)
         tally = Counter([self.op[node] for node in live])
@@ -364,7 +364,7 @@ class Tape:
         return -magnitude if ref < 0 else magnitude
 
     def _folded(self, op: Op, x: Ref, y: Ref, value: float) -> Ref:
-        """Return the constant that two constants give, generic where one of them is."""
+        """Return the constant computed from two constants, generic if one of them is."""
         if GENERIC in (self.b[abs(x)], self.b[abs(y)]):
             return self.generic(value, op, x, y)
         return self.constant(value)

@@ -15,7 +15,7 @@ from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import System
 
-#: Functions whose jumps move a run.
+#: Functions with jumps that move a run.
 OF_RUNS = ("residual", "internal_rate")
 _COMPARED = {Op.SIGN: "a sign", Op.LT: "a comparison", Op.LE: "a comparison"}
 _KINKED = {Op.ABS: "an absolute value", Op.MIN: "a smallest value", Op.MAX: "a largest value"}
@@ -25,7 +25,7 @@ Values = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Branch:
-    """An operation whose value may jump where its argument passes a number.
+    """An operation with a value that may jump as its argument passes a number.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Branch:
 
 @dataclass(frozen=True)
 class _Jumps:
-    """Arguments at which a curve jumps, in increasing order, and again after every ``period`` where that is not 0."""
+    """Arguments at which a curve jumps, in increasing order, and again after every ``period`` unless that is 0."""
 
     places: NDArray[np.float64]
     start: float
@@ -54,7 +54,7 @@ class _Jumps:
         return cls(np.array(places), start, end - start if curve.outside == "periodic" else 0.0)
 
     def behind(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how many jumps lie at or before x."""
+        """Return the number of jumps at or before x."""
         if not self.period:
             return np.searchsorted(self.places, x, side="right").astype(np.float64)
         turns = np.floor((x - self.start) / self.period)
@@ -63,13 +63,13 @@ class _Jumps:
 
 
 class Branches:
-    """The branches of a system's equations, and what the equations are at states.
+    """The branches of a system's equations, and their sides at states.
 
     Comparisons within loops over alike elements are not among them.
 
     Parameters
     ----------
-    system : with the functions ``OF_RUNS``, those that it has
+    system : with its functions among ``OF_RUNS``
     """
 
     def __init__(self, system: System) -> None:
@@ -80,7 +80,7 @@ class Branches:
 
     @cached_property
     def _found(self) -> list[tuple[Branch, tuple[Ref, ...], _Jumps | None]]:
-        """Branches with the operands of each, and where a curve jumps."""
+        """Branches with the operands of each, and the jumps of each curve."""
         tape, found = self._tape, []
         for node in tape.live(self._equations):
             op, jumps = tape.op[node], None
@@ -101,7 +101,7 @@ class Branches:
 
     @property
     def kinks(self) -> list[Branch]:
-        """Operations whose values are continuous, and whose slopes jump: absolute, smallest and largest values."""
+        """Continuous operations with slopes that jump: absolute, smallest and largest values."""
         tape, found = self._tape, []
         for node in tape.live(self._equations):
             if (what := _KINKED.get(tape.op[node])) is None:
@@ -111,7 +111,7 @@ class Branches:
         return found
 
     def arguments(self, values: Values) -> NDArray[np.float64]:
-        """Return what is compared, the first operand less the second, (n, branches).
+        """Return the compared values, the first operand minus the second, (n, branches).
 
         Parameters
         ----------

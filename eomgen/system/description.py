@@ -1,7 +1,7 @@
-"""Description: what the back end needs besides the equations (names, units, limits, requirements, drawing); data only.
+"""Description: data of the back end besides the equations (names, units, limits, requirements, drawing).
 
 A front end gives a ``Description`` beside a ``System``: names, units and bounds of all numbers, formulas that are
-evaluated when a run starts or fails, and what can be drawn. Nothing behind it knows what the description was made from.
+evaluated when a run starts or fails, and geometry to draw. The back end does not know the source of the description.
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ from eomgen.lie.product import Factor
 from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, Parameter, State
 
-#: The frame that carries everything and moves as prescribed, and the inertial frame; both stand where names of bodies
-#: do.
+#: The frame that carries everything and moves as prescribed, and the inertial frame; names of bodies may be either.
 BASE = "base"
 WORLD = "world"
 #: Part of a limit, and of 1 rad or 1 m, that is rounding.
@@ -48,14 +47,14 @@ class LinearParameter:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """What the numbers of one factor of the group R are.
+    """The numbers of one factor of the group R.
 
     Attributes
     ----------
     name : of the factor
-    units : of each component of q; those of v are the same per second
-    reach : how far each component may be drawn at random, in its own unit; empty where any value will do
-    length : what deflections are small against, m; 0 for coordinates that are no deflections
+    units : of each component of q; components of v have the same per second
+    reach : range of each component in random draws, in its own unit; empty if any value will do
+    length : reference length of small deflections, m; 0 for coordinates that are no deflections
     linear : whether the equations hold for small values only
     """
 
@@ -73,7 +72,7 @@ class Limit:
     Attributes
     ----------
     what : in words: ``the travel of joint slider``
-    coordinate : its name among those of q: ``q.slider``
+    coordinate : its name among the coordinates q: ``q.slider``
     stiffness : of the stop, N/m or N m/rad
     """
 
@@ -99,11 +98,11 @@ class Limit:
 
 
 class Rule(Protocol):
-    """What one value, or several together, must be.
+    """A condition on one value, or on several together.
 
     Attributes
     ----------
-    stage : rules of a later stage are judged only where those of the earlier ones are met
+    stage : rules of a later stage are judged only if all rules of the earlier ones are met
     """
 
     @property
@@ -114,7 +113,7 @@ class Rule(Protocol):
         ...
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
-        """Return what is wrong with values that break the rule, and what to try."""
+        """Return the fault of values that break the rule, and a remedy."""
         ...
 
 
@@ -126,7 +125,7 @@ class Requirement:
     ----------
     where : file, line and key, for messages
     formulas : the values, formulas of parameters
-    rule : None where a finite value is all that is asked for
+    rule : None if a finite value is the only condition
     """
 
     where: str
@@ -193,12 +192,12 @@ class ElementStiffness:
 
 @dataclass(frozen=True)
 class Solid:
-    """What stands for a body, which the term ``poses`` moves: the homogeneous solid of its mass, centre and inertia.
+    """Drawing of a body moved by the term ``poses``: the homogeneous solid of its mass, centre and inertia.
 
     Attributes
     ----------
     inertia : xx, yy, zz, xy, xz, yz about the centre of mass, body axes
-    hub : where lines to whatever touches the body begin: at its centre of mass (``center``) or its ``origin``
+    hub : start of lines to joints and forces on the body: its centre of mass (``center``) or its ``origin``
     """
 
     name: str
@@ -210,7 +209,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Hinge:
-    """A joint: a pin where it turns, a rail where it slides, along ``axis``, at ``position`` in its parent.
+    """A joint: a pin if it turns, a rail if it slides, along ``axis``, at ``position`` in its parent.
 
     ``tied`` tells whether the parent is drawn to reach to it.
     """
@@ -228,7 +227,7 @@ class Hinge:
 
 @dataclass(frozen=True)
 class Link:
-    """What holds two places together, ``visible`` where it is a rod itself; both bodies are drawn to reach to it."""
+    """A connection between two places, ``visible`` if it is a rod itself; both bodies are drawn to reach to it."""
 
     name: str
     first: Point
@@ -238,7 +237,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Line:
-    """A force between two points, by their names: a spring where it is ``elastic``, with its length at rest in m."""
+    """A force between two points, by their names: a spring if it is ``elastic``, with its length at rest in m."""
 
     name: str
     first: str
@@ -262,7 +261,7 @@ class Wheel:
     axis: tuple[float, float, float] | None = None
 
     def deep(self, height: float, radius: float, road: float, stiffness: float) -> str:
-        """Return a note on a tyre whose road reaches beyond half of its radius; empty for others.
+        """Return a note on a tyre with a road beyond half of its radius; empty for others.
 
         Parameters
         ----------
@@ -278,7 +277,7 @@ class Wheel:
 
 @dataclass(frozen=True)
 class Drawing:
-    """What there is to see. Solids come in the order of the poses."""
+    """Geometry of pictures and animations. Solids come in the order of the poses."""
 
     solids: tuple[Solid, ...] = ()
     hinges: tuple[Hinge, ...] = ()
@@ -309,28 +308,28 @@ class Simulation:
 
 @dataclass(frozen=True)
 class Description:
-    """What a ``CompiledModel`` knows besides its compiled functions.
+    """Facts of a ``CompiledModel`` besides its compiled functions.
 
     Attributes
     ----------
     parameters : all of them; tunable ones are arguments of every call
     states, inputs, outputs : in the order of z, u and the outputs; inputs without formula and harmonics are driven
-    motions : what a caller moves between steps, by tunable parameters
-    waves : of seas, whose variables are tunable parameters where they have any
+    motions : laws that a caller moves between steps, by tunable parameters
+    waves : of seas; their variables, if any, are tunable parameters
     coordinates : of the factors of group R; unlisted ones have no unit
     joints : the factors that the joints between absolute bodies would have, which measure them; else empty
     base : names of the base's accelerations, which count as disturbances
-    laws : what is prescribed over time
-    formulas : what forces depend on, inputs excepted
+    laws : values prescribed over time
+    formulas : formulas that forces depend on, inputs excepted
     limits : ranges of coordinates
-    requirements : what values must be that tunable parameters decide
-    lengths : vectors, m, whose norms tell how large the machine is
+    requirements : conditions on values that depend on tunable parameters
+    lengths : vectors, m, with norms of the order of the machine's size
     gravity : m/s^2
     exact_beams : of geometrically exact beams: the bodies that are their nodes, by the order along the beam
     element_stiffness : of the elements of these beams, beam by beam
     frames : named frames of bodies
-    linear_parameters : columns of the regressor, where the scene has one
-    places : where the keys of ``simulation`` are written, for messages: ``file:line`` by ``simulation.method``
+    linear_parameters : columns of the regressor, if the scene has one
+    places : places of the keys of ``simulation``, for messages: ``file:line`` by ``simulation.method``
     """
 
     name: str

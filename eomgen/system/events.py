@@ -1,4 +1,4 @@
-"""Events as a back end needs them: names, directions, actions, and where their formulas stand in the recorded terms."""
+"""Events as a back end needs them: names, directions, actions, and positions of their formulas in recorded terms."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal
 Direction = Literal["rising", "falling", "both"]
 Action = Literal["count", "record", "stop", "reset", "impact", "switch"]
 
-#: Least time between two events of a kind, as a share of a step, where the scene gives none.
+#: Least time between two events of a kind, as a share of a step, if the scene gives none.
 LEAST_INTERVAL = 1e-9
 
 

@@ -1,7 +1,7 @@
 """Motions that a caller gives while a model runs: polynomials of time between its steps, as tunable parameters.
 
 A piece of the motion s is c_0 + c_1 (t - begin) + ... + c_5 (t - begin)^5, which meets position, rate and acceleration
-at both of its ends: Hermite's quintic. So whatever follows it has rates and accelerations, as of any law of time.
+at both of its ends: Hermite's quintic. So all driven coordinates have rates and accelerations, as of any law of time.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ DEGREE = 5
 
 
 def motion_parameters(name: str) -> tuple[str, ...]:
-    """Return the names of the tunable parameters of a motion: where a piece begins, s, then its coefficients."""
+    """Return the names of the tunable parameters of a motion: the start of a piece, s, then its coefficients."""
     return (f"{name}_begin", *(f"{name}_{k}" for k in range(DEGREE + 1)))
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A named motion; ``initial``: where it rests until its caller moves it."""
+    """A named motion; ``initial``: its value at rest until its caller moves it."""
 
     name: str
     initial: float = 0.0

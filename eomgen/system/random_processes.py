@@ -10,7 +10,7 @@ from eomgen.arrays import Array
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Formula
 
-#: What stands before the number of a variable in the name of its parameter.
+#: Prefix of the number of a variable in the name of its parameter.
 _VARIABLE = "z"
 
 
@@ -35,9 +35,9 @@ class RandomProcess:
     eigenvalues : w_i^2 lambda_i
     total : the sum of all eigenvalues, also of those left out: variance of g times length of the window
     seed : of the values that its own variables have by default
-    speed, lag : x(t) = speed t - lag, m/s and m; over time, where speed is 0, x(t) = t - lag, s
+    speed, lag : x(t) = speed t - lag, m/s and m; over time, with speed 0, x(t) = t - lag, s
     follows : the repeated process; empty if none
-    correlation : correlation coefficients with other processes, some of whose variables it has
+    correlation : correlation coefficients with other processes; it has some of their variables
     coherent_with : processes that it is coherent with over frequencies; it has the variables of one of them
     translation : T, a formula of the symbol of kind ``gaussian``, which is g; None if X is g
     covariance : R at lags of x, of g with all modes and weights of 1; None if the covariance of the modes depends
@@ -63,13 +63,13 @@ class RandomProcess:
 
     @property
     def own_variables(self) -> tuple[str, ...]:
-        """Those that are of this process: none of one that follows another, not all of one that is correlated."""
+        """Independent standard normal variables of this process; none if it follows or is correlated with another."""
         own = variables_of(self.name, len(self.modes))
         return tuple(variable for variable in self.variables if variable in own)
 
     @property
     def window(self) -> tuple[float, float]:
-        """From where to where of x the process is known, s or m."""
+        """Range of x with known values of the process, s or m."""
         return self.modes[0].start, self.modes[0].end
 
     @property

@@ -1,5 +1,5 @@
-"""Sampled states as a back end needs them: which internal states take new values at which times, and whose functions
-give them."""
+"""Sampled states as a back end needs them: internal states with new values at sample times, and the functions
+that return these values."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class SampleRow:
     state : its number in z
     period, offset : s; samples are at offset + k period, k = 0, 1, ...
     quantum : values are rounded to whole multiples of it; 0: they are not
-    level : of states sampled at the same time, those of a lower level are set first
-    controller : number of the controller whose function gives the value in place of the term; -1: none
+    level : of states sampled at the same time, lower levels are set first
+    controller : number of the controller that returns the value in place of the term; -1: none
     """
 
     state: int
@@ -43,12 +43,12 @@ class CSource:
 
 @dataclass(frozen=True)
 class SampledController:
-    """A function that is called at samples: from signals, and from what it keeps itself, to values that are held.
+    """A function called at samples: maps signals and its own memory to values that are held.
 
     Attributes
     ----------
     name : of its entry
-    signals, outputs : what they are called in the scene
+    signals, outputs : their names in the scene
     signal_states, value_states, memory_states : names of the internal states that hold them; all are sampled together
     declared : whether its memory is declared to be all that it keeps
     function : name of its C function; empty: its caller gives one

@@ -1,4 +1,4 @@
-"""Blocks of ``second_partials``: what its weights and its direction are made of, in their order."""
+"""Blocks of ``second_partials``: parts of its weights and its direction, in order."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class SecondBlocks(NamedTuple):
     direction: Mapping[str, int]
 
     def places(self, block: str) -> dict[str, slice]:
-        """Return where the parts of ``weights`` or ``direction`` are."""
+        """Return the slices of the parts of ``weights`` or ``direction``."""
         found, first = {}, 0
         for name, size in getattr(self, block).items():
             found[name], first = slice(first, first + size), first + size

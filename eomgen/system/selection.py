@@ -16,7 +16,7 @@ class Selection:
     Attributes
     ----------
     terms : wanted by name; None: the scene's own list, or all that it can use
-    start : ``initial`` or ``equilibrium``: of these, only what runs call that start so; empty: all of them
+    start : ``initial`` or ``equilibrium``: only functions called by runs that start so; empty: all of them
     """
 
     terms: tuple[str, ...] | None = None
@@ -28,7 +28,7 @@ class Selection:
         return cls(None if data["terms"] is None else tuple(data["terms"]), data["start"])
 
     def functions(self, derived: Sequence[str], called: Collection[str], *, implicit: bool) -> list[str]:
-        """Return the functions, of those that were derived, in their order.
+        """Return the selected functions of a derived System, in their order.
 
         Parameters
         ----------

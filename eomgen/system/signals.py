@@ -38,8 +38,8 @@ class Input:
     ----------
     formula : formula of t and parameters, or None
     harmonics : tuples (amplitude, angular frequency, phase), each adding amplitude cos(angular frequency t + phase)
-    road : what the harmonics are of, where they are a road's
-    random : what the formula is of, where it is a random process
+    road : the road described by the harmonics, if any
+    random : the random process described by the formula, if any
     """
 
     name: str
@@ -65,8 +65,8 @@ class Sampling:
     formula : of everything but accelerations
     period, offset : s; samples are at offset + k period, k = 0, 1, ...
     quantum : values are rounded to whole multiples of it; 0: they are not
-    register : whether it takes what other states held before they are sampled at the same time
-    place : where it is written, for messages
+    register : whether it takes the values of other states from before they are sampled at the same time
+    place : file and line, for messages
     controller : the sampled controller that gives the value in place of the formula; empty: none
     """
 
@@ -109,7 +109,7 @@ class Output:
 
     @property
     def quantity(self) -> str:
-        """``position``, ``velocity`` or ``acceleration`` where the values are nothing but that, else empty."""
+        """``position``, ``velocity`` or ``acceleration`` if the values are exactly one of them, else empty."""
         kinds = {value.kind if isinstance(value, Symbol) else "" for value in self.values}
         kind = kinds.pop() if len(kinds) == 1 else ""
         return kind if kind in ("position", "velocity", "acceleration") else ""

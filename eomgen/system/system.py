@@ -4,7 +4,7 @@
     qdot = q * tilde(v),   Phi(q, t) = 0,   zdot = Z(q, v, z, t, u)
 
 A front end fills a System; a back end (C, integrators, linearisation, rates, studies) needs nothing else. The residual
-comes first; M, h, b, Q, B, Phi and Z are projections of it that are present only where they were asked for.
+comes first; M, h, b, Q, B, Phi and Z are projections of it that are present only if they were asked for.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ _TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")
 
 
 def base_place(field_name: str) -> int:
-    """Return where a field of the base struct begins."""
+    """Return the offset of a field of the base struct."""
     names = [name for name, _, _ in BASE_LAYOUT]
     return sum(size for _, size, _ in BASE_LAYOUT[: names.index(field_name)])
 
@@ -93,7 +93,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Function:
-    """A named function of the System: which input blocks it takes (ordered as INPUT_BLOCKS) and what it gives."""
+    """A named function of the System: its input blocks (ordered as INPUT_BLOCKS) and its outputs."""
 
     name: str
     description: str
@@ -122,7 +122,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Facts:
-    """What methods may rely on; checked before any C exists.
+    """Facts that methods may rely on; checked before any C exists.
 
     ``conservative``: the term ``energy`` is there, and shows no power in any state, so that the total energy is
     constant. ``velocity_constraints``: of the constraints some restrict velocities alone. ``ill_scaled``: the
@@ -142,7 +142,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Discontinuity:
-    """A time at which forces are not smooth, and again every ``period`` after it where that is not 0.
+    """A time at which forces are not smooth, and again every ``period`` after it unless that is 0.
 
     ``order``: the lowest derivative of forces that jumps, 0 for themselves. ``blur``: the time is known to this many
     times the precision of the numbers in use. ``constraint``: it is one of a law that a constraint follows.
@@ -157,7 +157,7 @@ class Discontinuity:
 
 @dataclass(frozen=True)
 class Validity:
-    """The times for which prescribed data are defined: those of the curve ``name``, for ``input`` if given."""
+    """The times with prescribed data: the domain of the curve ``name``, for ``input`` if given."""
 
     name: str
     input: str
@@ -179,7 +179,7 @@ class BeamSlopes:
 class BeamAxis:
     """Frames along a beam, as functions of its elastic coordinates e, (n,), the factor ``name``.
 
-    In the beam's frame, that at x[i] sits at (x[i], 0, 0) + deflections[i] e - (d, 0, 0), where d is the sum of
+    In the beam's frame, the section at x[i] is at (x[i], 0, 0) + deflections[i] e - (d, 0, 0), with d the sum of
     shortening[i][m] e_k e_j over all pairs[m] = (k, j), and is turned by exp of the rotation vector rotations[i] e.
 
     Attributes
@@ -219,7 +219,7 @@ class System:
         For each velocity component the nearest one it depends on towards the root, -1 at the root: the block sparsity
         of M.
     multipliers : tuple of str
-        Name of each constraint row: the ``holonomic`` first ones Phi(q, t) = 0, then those at velocity level.
+        Name of each constraint row: the ``holonomic`` first ones Phi(q, t) = 0, then rows at velocity level.
     row_units : tuple of str
         Unit of each constraint row: ``m``, ``1`` or, at velocity level, ``m/s``.
     angular : (nv,) tuple
@@ -227,7 +227,7 @@ class System:
     states : tuple of Quantity
         Internal states, with their initial values.
     patterns : mapping from K, C, M, B, Z, Rz, Fq, Fv, Fz to (row, column) pairs
-        Where the nonzeros that ``iteration`` and ``jacobian_values`` give belong, in their order.
+        Positions of the nonzeros given by ``iteration`` and ``jacobian_values``, in their order.
     inner_owners : tuple of int
         For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of
         its link.
@@ -236,13 +236,13 @@ class System:
     extent : tuple of Ref
         Size of the machine, m, and of gravity, m/s^2: functions of the parameters.
     events : tuple of EventRow
-        What happens at the roots of the functions that the term ``events`` gives, in its order.
+        Actions at the roots of the functions of the term ``events``, in its order.
     modes : tuple of Mode
         Numbers that only events change.
     sampled : tuple of SampleRow
         Which internal states take new values, given by the term ``samples``, at which times.
     controllers : tuple of SampledController
-        Whose functions give values of sampled states.
+        Controllers that return values of sampled states.
     discontinuities : tuple of Discontinuity
         Known times at which the right-hand side is not smooth.
     validity : tuple of Validity
@@ -250,26 +250,26 @@ class System:
     constants : tuple of Quantity
         Numbers that have a name in the C.
     beams : tuple of str
-        What the equations of each beam keep.
+        Integrals kept by the equations of each beam.
     slopes : tuple of BeamSlopes
         How far each beam bends.
     axes : tuple of BeamAxis
-        How each beam is drawn, where there are poses.
+        Drawing of each beam, if there are poses.
     warnings : tuple of str
-        What every run says again.
+        Warnings repeated by every run.
     left_out : tuple of str
         Constraint rows that follow from others at the default parameters, and may not at others.
     asked_q, asked_v : tuples of float
-        The initial state before it was moved onto the constraints; empty where it was not.
+        The initial state before it was moved onto the constraints; empty if it was not moved.
     kept, dropped : tuples of str
-        What the scene made necessary, and what it did not.
+        Terms that the scene made necessary, and terms that it did not.
     base_zeros : tuple of int
         Components of the base struct that are zero at all times by the base's law: no function reads them.
     relative : tuple of tuples of int
-        Velocity components that relative springs and dampers join, group by group, where a method asked for that; the
-        function ``row_sums`` gives row sums of K and C over them that are not zero, ``patterns`` where they belong.
+        Velocity components joined by relative springs and dampers, group by group, if a method asked for them; the
+        function ``row_sums`` gives nonzero row sums of K and C over them, ``patterns`` their positions.
     links : tuple of pairs of ints
-        Of these components, those whose mutual forces the function ``relative_forces`` gives apart from the residual.
+        Pairs of these components with mutual forces that ``relative_forces`` gives apart from the residual.
     order : int
         Highest time derivative that a function gives: how many derivatives of inputs and of the base's acceleration it
         takes.
@@ -381,14 +381,14 @@ class System:
 
     @property
     def second_sizes(self) -> dict[str, int]:
-        """Numbers in the blocks of ``second_partials``; none where that was not asked for."""
+        """Numbers in the blocks of ``second_partials``; none if it was not asked for."""
         if "second_partials" not in self.functions:
             return {}
         return {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
 
     @property
     def second_blocks(self) -> SecondBlocks:
-        """What the blocks of ``second_partials`` are made of."""
+        """The parts of the blocks of ``second_partials``."""
         return second_blocks(
             nv=self.nv,
             nz=self.nz,
@@ -412,7 +412,7 @@ class System:
     def turning(self) -> tuple[int, ...]:
         """Components of q in the holonomic constraints that count there, and in all equations, up to whole turns only.
 
-        What is only evaluated of a motion, for the angle as it is, does not matter: a quaternion has a period of two
+        A dependence that is only evaluated at the present angle is left out: a quaternion has a period of two
         turns.
         """
         if not self.holonomic:
@@ -439,7 +439,7 @@ class System:
     def harmonics(self) -> tuple[Columns | float, ...]:
         """Inputs that the scene gives as sums of a cos(w t) + b sin(w t): a, w and b of each, or a constant.
 
-        Empty where some input is something else.
+        Empty if some input is no such component.
         """
         found: list[Columns | float] = []
         for ref in self.functions["inputs"].refs if "inputs" in self.functions else ():
@@ -493,8 +493,8 @@ class System:
     def latex(self, term: str, name: str = "", *, shortest: bool = False) -> str:
         """Return a block as LaTeX, ``name = matrix``; a long one after its intermediates, see ``sympy``.
 
-        What is read is what is computed, but with ``shortest``: then products are multiplied out where that makes an
-        entry shorter, as where terms of the coupling vector cancel.
+        The expression is that of the computation; with ``shortest`` products are multiplied out if an
+        entry gets shorter, for example since terms of the coupling vector cancel.
 
         Raises
         ------

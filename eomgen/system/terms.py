@@ -38,7 +38,7 @@ class Term:
     observed : bool
         A function of a motion that is known: no equation of a step calls it.
     of_events : bool
-        Steppers find and treat the scene's events by it: it is there whatever is asked for.
+        Steppers find and treat the scene's events by it: it is always present.
     source : str
         For time derivatives and matrices of the closed form: the quantity that is differentiated.
     first, order : int
@@ -312,7 +312,7 @@ _PLAIN = (
     ),
 )
 
-#: Matrices of the closed form: what they are, and how many derivatives less than their own order they need of v.
+#: Matrices of the closed form: their meaning, and how many derivatives less than their own order they need of v.
 _CLOSED: dict[str, tuple[str, int]] = {
     "system_jacobian": ("J, twists of all links against the base per unit of v", 1),
     "adjoints": ("A, adjoint transforms from every link to every link that it carries", 1),
@@ -400,7 +400,7 @@ PURPOSES: Mapping[str, tuple[str, ...]] = {
     "linearization": (*_LINEAR, "velocity_partials", "acceleration_partials", "joint_velocities", *_INTERNAL),
 }
 
-#: What the field and its programs call a term, in lower case, and its name here.
+#: Names of a term in other programs and in the field, in lower case, and its name here.
 _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("inertia", "inertia_matrix", "mass_matrix", "joint_space_inertia", "m", "crba"), "mass"),
     **dict.fromkeys(("h", "bias", "nle", "centrifugal", "gyroscopic", "coriolis_vector", "nonlinear"), "coupling"),
@@ -429,7 +429,7 @@ _ELSEWHERE: Mapping[str, str] = {
 
 
 def meant_term(name: str) -> str:
-    """Return the term that a name stands for elsewhere; empty where there is none."""
+    """Return the term known elsewhere by a name; empty if there is none."""
     return _ELSEWHERE.get(name.lower(), "")
 
 
@@ -437,5 +437,5 @@ def nearest_term(name: str) -> str:
     """Return a hint for a name that is no term: the term that it stands for elsewhere, else the nearest names."""
     if meant := meant_term(name):
         return meant
-    plain = [term for term in TERMS if "rates" not in term]  # the others are near to what they are derivatives of
+    plain = [term for term in TERMS if "rates" not in term]  # names of rates are near to the names of their terms
     return nearest(name, TERMS if "rate" in name else plain)

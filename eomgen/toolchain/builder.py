@@ -42,9 +42,9 @@ _LANES, _ROUTINE = "lanes.so", "routine.so"
 REFUSED = "refused.txt"
 #: From files and the name of one to its text without directives of the preprocessor.
 Preprocess = Callable[[Mapping[str, str], str], str]
-#: What an entry is known by where there is no compiler.
+#: File with the origin of an entry, found without a compiler.
 _ORIGIN = "origin.txt"
-#: Lanes of a vector register of AVX-512 are eight, which compilers split in two where they are not told.
+#: A vector register of AVX-512 has eight lanes; compilers split it in two unless they are told not to.
 _WIDE = ("-mprefer-vector-width=512",) if platform.machine() in ("x86_64", "AMD64") else ()
 #: Most values of lanes wait in memory for their use; gcc's order of statements is 7 % faster then (Panda, AVX2).
 _OF_GCC = ("-flive-range-shrinkage",)
@@ -66,7 +66,7 @@ def _headers_first(files: Mapping[str, str]) -> list[tuple[str, str]]:
 class Builder:
     """Builds and finds libraries for one compiler, profile and number type.
 
-    Where no compiler is installed it finds what any compiler made for this machine and Python, and builds nothing.
+    Without an installed compiler it finds libraries made by any compiler for this machine and Python, and builds none.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Builder:
     real : str
         ``double``, ``float``, ``complex`` or ``lanes`` (as many samples at a time as a vector register holds).
     mode : str, optional
-        ``api`` or ``abi``; by default API where Python.h is.
+        ``api`` or ``abi``; by default API if Python.h is present.
     cache, compiler : optional
         The user's cache and the first compiler found by default.
     """
@@ -120,7 +120,7 @@ class Builder:
 
     @property
     def compiler(self) -> Compiler:
-        """The compiler. Raises ToolchainError where there is none."""
+        """The compiler. Raises ToolchainError if there is none."""
         if self._compiler is not None:
             return self._compiler
         problem = self._missing.problems[0] if self._missing is not None else Problem("", "no C compiler")
@@ -131,7 +131,7 @@ class Builder:
         raise ToolchainError(what, problem.hint)
 
     def key(self, content: bytes) -> str:
-        """Return the cache key of what the caller's ``content`` bytes determine, on this machine, with these flags."""
+        """Return the cache key of the caller's ``content`` bytes on this machine, with these flags."""
         return library_key(content, self.compiler, self.profile, self.flags, self.mode)
 
     def find(self, content: bytes) -> Library | None:
@@ -185,20 +185,20 @@ class Builder:
         ----------
         content : bytes
             Everything that the files depend on; two different sets of files must not share it.
-        files : mapping from name to text, or pairs of both as they are written, headers before what includes them
-            C sources and headers; ``interface.h`` declares what ``cdef`` says. ``main.c`` is left out. A source is
+        files : mapping from name to text, or pairs of both as they are written, headers before files that include them
+            C sources and headers; ``interface.h`` has the declarations of ``cdef``. ``main.c`` is left out. A source is
             compiled while those behind it are written.
         layout : mapping
             JSON data, handed back as ``Library.layout``.
         written : mapping
             Files among them that the user wrote, to the name that compilers call them by in messages.
         running
-            Where the compiler's processes are entered, for one who may stop them; then one runs at a time.
+            Collection of the compiler's processes, for a caller who may stop them; then one runs at a time.
 
         Raises
         ------
         ToolchainError
-            The files cannot be compiled. Where the fault is in one that the user wrote, it names its line.
+            The files cannot be compiled. If the fault is in a file of the user, the error names its line.
         """
         cached = self.find(content)
         if cached is not None:
@@ -261,7 +261,7 @@ class Builder:
         library : Library
             With the stepper of a method.
         files_of : callable
-            From its files, and what takes directives of the preprocessor out of one of them, to those of the lanes, or
+            Maps the files, and a function that removes preprocessor directives from a file, to the lanes' files, or
             to ``refused.txt`` alone.
 
         Raises
@@ -292,7 +292,7 @@ class Builder:
         return LaneLibrary(entry.file(_LANES), cdef, library.layout)
 
     def build_routine(self, source: str, cdef: str) -> tuple[Any, Any]:
-        """Return ``ffi`` and ``lib`` of one C file that is the same for all models, from the cache where it is there.
+        """Return ``ffi`` and ``lib`` of one C file that is the same for all models, from the cache if possible.
 
         Raises
         ------
@@ -344,8 +344,8 @@ class Builder:
     def _companion(
         self, folder: Path, layout: Mapping[str, Any], function: str, running: Running | None = None
     ) -> Library | None:
-        """Return the library with one function of that in a folder for as many samples as there are lanes: compiled
-        where the compiler's processes may be entered somewhere, else from the cache or None.
+        """Return the library of one function for as many samples as there are lanes: compiled
+        if a collection for the compiler's processes is given, else from the cache or None.
 
         Raises
         ------

@@ -1,7 +1,7 @@
 """A content-addressed cache of libraries: atomic renames into place, checksums on reading, bounded size.
 
 Any process may be killed at any moment, and any number may build the same thing: an entry is there as a whole or not at
-all. Beside the entries there are ``claims`` (who builds what), ``failed`` (sources of failed builds), ``quarantine``
+all. Beside the entries there are ``claims`` (builds under way), ``failed`` (sources of failed builds), ``quarantine``
 (damaged entries) and ``tmp-*`` (builds under way, or left by processes that were killed), all of which are cleared away
 in time, and ``sizes.txt``, by which is known when entries have to go.
 """
@@ -35,7 +35,7 @@ KEPT = 8
 #: Age in s after which an unlocked build folder is removed: between making and locking it a process needs a moment.
 ABANDONED_AFTER = 60.0
 _META, _TEMPORARY = "entry.json", "tmp-"
-#: Bytes of all entries when they were last measured, then a line for what each build added: to measure thousands of
+#: Bytes of all entries at the last measurement, then a line per build with the bytes it added: measuring thousands of
 #: folders takes as long as a build.
 _SIZES = "sizes.txt"
 #: Folder of the bytecode of templates, which is no entry.
@@ -65,13 +65,13 @@ def default_folder(environ: Mapping[str, str] | None = None) -> Path:
         except RuntimeError as error:
             what = f"the folder {chosen!r} cannot be found: {str(error).rstrip('.')}"
             raise FileError(Problem("environment variable EOMGEN_CACHE", what, "a full path")) from None
-    import platformdirs  # noqa: PLC0415  # not needed where the folder is given
+    import platformdirs  # noqa: PLC0415  # not needed if the folder is given
 
     return Path(platformdirs.user_cache_dir("eomgen"))
 
 
 class Cache:
-    """The store in one folder; where that cannot be written, it is read, and new entries go to a temporary one.
+    """The store in one folder; if the folder is read-only, it is read, and new entries go to a temporary one.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class Cache:
             )
 
     def get(self, key: str) -> Entry | None:
-        """Return the entry of a key, or None; an entry whose files are not what was written is put aside."""
+        """Return the entry of a key, or None; an entry with changed files is put aside."""
         if self.read_only is not None:
             cached = _checked(self.read_only / key)
             if cached is not None or self.folder == self.read_only:
@@ -114,7 +114,7 @@ class Cache:
         return entry
 
     def holding(self, name: str, text: str) -> Iterator[Entry]:
-        """Yield the entries one of whose files, by this name, holds this text, the last used first."""
+        """Yield the entries with a file of this name and text, the last used first."""
         if not self.folder.is_dir():
             return
         for folder in reversed(self._entries()):
@@ -124,7 +124,7 @@ class Cache:
 
     @contextlib.contextmanager
     def claim(self, key: str) -> Iterator[None]:
-        """Hold the right to build an entry, so that of many processes one builds and the others wait for it, dead or
+        """Hold the right to build an entry: of many processes one builds and the others wait for it, dead or
         alive."""
         self._substitute_folder()
         claims = self.folder / "claims"
@@ -137,7 +137,7 @@ class Cache:
         """Let ``build`` fill a private folder, keep it as the entry of the key, and return it.
 
         The folder survives a failure of ``build`` as ``failed/<key>``, and the exception passes through; an OSError, of
-        a full disk for one, becomes FileError, and what there was is removed.
+        a full disk for one, becomes FileError, and the folder is removed.
         """
         self._substitute_folder()
         private, held = None, None
@@ -174,7 +174,7 @@ class Cache:
                 private.rename(target)
                 return Entry(target, tuple(sums))
             except OSError:
-                present = self.get(key)  # puts aside what is broken
+                present = self.get(key)  # puts a broken entry aside
                 if present is not None:
                     shutil.rmtree(private, ignore_errors=True)
                     return present
@@ -182,7 +182,7 @@ class Cache:
         return Entry(target, tuple(sums))
 
     def quarantine(self, key: str) -> None:
-        """Move an entry out of the way, into ``quarantine``; where that fails, remove it."""
+        """Move an entry out of the way, into ``quarantine``; if that fails, remove it."""
         shelf, entry = self.folder / "quarantine", self.folder / key
         with contextlib.suppress(OSError):
             shelf.mkdir(exist_ok=True)
@@ -195,7 +195,7 @@ class Cache:
                 entry.unlink()
 
     def failed_folder(self, key: str) -> Path:
-        """Return where the sources of a failed build are kept."""
+        """Return the folder of the sources of a failed build."""
         return self.folder / "failed" / key
 
     def clear(self) -> int:
@@ -229,7 +229,7 @@ class Cache:
         return _oldest_first(folder for folder in self.folder.iterdir() if (folder / _META).is_file())
 
     def _evict(self, keep: str, added: int) -> None:
-        """Clear away what was left behind, and the least recently used entries once all are larger than the limit."""
+        """Remove leftovers, and the least recently used entries once all are larger than the limit."""
         with contextlib.suppress(OSError):
             self._sweep()
         if self._recorded(added) <= self.limit:
@@ -247,7 +247,7 @@ class Cache:
         self._record(total)
 
     def _recorded(self, added: int) -> float:
-        """Return the bytes of all entries by the record of sizes, to which what a build added goes; infinite without
+        """Return the bytes of all entries by the record of sizes, with the bytes added by this build; infinite without
         a record that can be read.
 
         Entries that other processes remove, or add while sizes are recorded anew, leave it wrong until it is next.
@@ -289,7 +289,7 @@ class Cache:
 
 
 def refusal(folder: Path) -> str:
-    """Return why nothing can be written into a folder, which is made where it is missing; empty where it can."""
+    """Return the reason for which a folder, made if it is missing, is not writable; empty if it is."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -318,7 +318,7 @@ def writable_by_others(folder: Path) -> str:
 
 
 def _checked(folder: Path) -> Entry | None:
-    """Return the entry in a folder where all its files are what was written."""
+    """Return the entry in a folder if all its files have their recorded digests."""
     try:
         promised = json.loads((folder / _META).read_text(encoding="utf-8"))
         sums = {str(name): str(digest) for name, digest in promised["files"].items()}
@@ -330,7 +330,7 @@ def _checked(folder: Path) -> Entry | None:
 
 
 def _oldest_first(folders: Iterable[Path]) -> list[Path]:
-    """Return folders by the time of their last use, which is that of their record where they have one."""
+    """Return folders by the time of their last use: the time of their record, if they have one."""
     stamped = []
     for folder in folders:
         with contextlib.suppress(OSError):

@@ -1,4 +1,4 @@
-"""What libraries are known by in the cache: digests of all that their bytes depend on."""
+"""Cache keys of libraries: digests of everything that their bytes depend on."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ def library_key(content: bytes, compiler: Compiler, profile: Profile, flags: Seq
     Parameters
     ----------
     content : everything that the sources depend on
-    flags : all of them, with those of the profile
+    flags : all of them, with the flags of the profile
     mode : of cffi, ``api`` or ``abi``
     """
     return _digest(compiler.identity, content, profile, flags, mode)
 
 
 def origin_of(content: bytes, profile: Profile, flags: Sequence[str], mode: str) -> str:
-    """Return what the same library is known by, whichever compiler made it."""
+    """Return the key of the same library for any compiler."""
     return _digest("", content, profile, flags, f"{mode} on {platform.system()} {platform.machine()}")
 
 

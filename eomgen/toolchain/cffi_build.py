@@ -1,4 +1,4 @@
-"""The wrapper of a compiled model: C by cffi (API mode), or none where Python's headers are missing (ABI mode).
+"""The wrapper of a compiled model: C by cffi (API mode), or none if Python's headers are missing (ABI mode).
 
 cffi's own ``compile()`` drags setuptools in (0.6 s); its generated C is compiled here directly instead. The wrapper
 depends on the interface only, so one object serves all models.
@@ -72,7 +72,7 @@ def load_abi(path: Path, cdef: str) -> tuple[Any, Any]:
 
 def unloadable(path: Path, error: Exception) -> ToolchainError:
     """Return the problem of a library that cannot be loaded."""
-    where_nothing_runs = "failed to map segment" in str(error)  # what the loader says of a file system mounted noexec
+    where_nothing_runs = "failed to map segment" in str(error)  # the loader's message for a file system mounted noexec
     hint = (
         "EOMGEN_CACHE=<a folder on a file system from which programs may run>"
         if where_nothing_runs

@@ -2,7 +2,7 @@
 
 The model's own text is compiled a second time with ``real`` as vectors. A companion has one function, since a vector's
 compiler takes as long for each function as for a number's, and a large batch asks for one: all files stand in one, in
-which the other functions are declared static first, and a compiler drops what is static and not called.
+which the other functions are declared static first, and a compiler drops static functions that are not called.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
     texts = [path.read_text(encoding="utf-8") for path in (*sources, folder / "interface.c")]
     # no prototypes: the types of the arguments are declared later, and the prototypes that follow fit to these
     declared = {name for text in headers.values() for name in _DECLARED.findall(text) if name.startswith(f"{prefix}_")}
-    # what stands in files of its own is apart here, too, since products are fused with sums within a function
+    # functions in files of their own stay apart here, too, since products are fused with sums within a function
     apart = _DECLARED.findall(headers.get(f"{prefix}_parts.h", ""))
     head = [
         f"/* {SOURCE}: {function} of the model {prefix}, a sample in each lane. */",

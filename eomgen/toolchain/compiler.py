@@ -30,7 +30,7 @@ from eomgen.errors import FileError, Problem, ToolchainError
 CANDIDATES = ("cc", "gcc", "clang")
 DEFAULT_TIMEOUT = 900.0
 
-#: What compilers, assemblers and linkers say where a disk, a quota or a limit of file sizes is at its end.
+#: Messages of compilers, assemblers and linkers if a disk, a quota or a limit of file sizes is exhausted.
 _FULL = ("No space left on device", "Disk quota exceeded", "File size limit exceeded", "File too large")
 _COLOURS = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]")
 _WIDEST = 400
@@ -50,7 +50,7 @@ class Compiler:
 
     @property
     def identity(self) -> str:
-        """What changes when the compiler does; costs no process."""
+        """A text that changes when the compiler does; costs no process."""
         file = self.path.resolve()
         status = file.stat()
         return f"{' '.join(self.command)}|{file}|{status.st_size}|{status.st_mtime_ns}"
@@ -124,12 +124,12 @@ def install_hint() -> str:
 
 
 def as_root(command: str) -> str:
-    """Return a command as this user has to call it to do what only root may."""
+    """Return a command as this user has to call it to act as root."""
     return command if not hasattr(os, "geteuid") or os.geteuid() == 0 else f"sudo {command}"
 
 
 def processor() -> str:
-    """Return a short digest of what ``-march=native`` depends on."""
+    """Return a short digest of the processor features used by ``-march=native``."""
     text = platform.machine() + platform.processor()
     try:
         with Path("/proc/cpuinfo").open(encoding="ascii", errors="replace") as stream:
@@ -144,7 +144,7 @@ def processor() -> str:
 
 
 def processors() -> int:
-    """Return how many compilers this process may well run at once: one for each of its processors, two at least."""
+    """Return the number of compilers to run at once: one for each processor of this process, two at least."""
     own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(max(2, own), _MOST_COMPILERS)
 
@@ -166,7 +166,7 @@ def compile_library(
     Raises
     ------
     ToolchainError
-        With the command, its exit status, its last lines, and where the sources are.
+        With the command, its exit status, its last lines, and the folder of the sources.
     """
     with Compilation(compiler, flags, jobs=jobs, timeout=timeout) as compilation:
         for source in sorted(sources, key=_longest_first):
@@ -180,16 +180,16 @@ def _longest_first(source: Path) -> int:
 
 
 class Compilation:
-    """Sources that are compiled side by side while further ones are written; of those that wait, the longest first.
+    """Sources that are compiled side by side while further ones are written; the longest waiting source first.
 
-    A context: where it is left by an exception, the compilers that run are ended.
+    A context: if it is left by an exception, the running compilers are ended.
 
     Parameters
     ----------
     jobs : compilers at once, as many as there are processors by default; 0: one, in the thread of the caller, so that
         no other thread keeps the process from its end
     timeout : for all of it, seconds
-    running : where the processes are entered, for one who may stop them
+    running : collection of the processes, for a caller who may stop them
     """
 
     def __init__(
@@ -237,7 +237,7 @@ class Compilation:
     def linked(self, sources: Sequence[Path], output: Path, objects: Callable[[], Sequence[Path]]) -> list[str]:
         """Link all sources, which were added before, in this order, to a shared library; return the commands.
 
-        ``objects``: gives ready objects that belong to it, which are made meanwhile where they are not there.
+        ``objects``: returns object files for it, compiled meanwhile if they are missing.
         """
         ready = objects()
         for task in self._tasks:
@@ -250,7 +250,7 @@ class Compilation:
 
 
 class Running:
-    """The compiler processes of one library, so that Ctrl-C in the main thread need not wait for those of the
+    """The compiler processes of one library, so that Ctrl-C in the main thread need not wait for processes of the
     workers."""
 
     def __init__(self) -> None:
@@ -267,7 +267,7 @@ class Running:
             raise
 
     def stop(self) -> None:
-        """Kill what runs, and what is started from now on."""
+        """Kill running processes, and processes started from now on."""
         with self._lock:
             self._stopped = True
             for process in self._processes:
@@ -306,7 +306,7 @@ def preprocessed(compiler: Compiler, files: Mapping[str, str], name: str) -> str
     Parameters
     ----------
     files : mapping from name to text
-        All that it includes; nothing comes from the system.
+        All files that it includes; no header of the system is used.
     """
     with tempfile.TemporaryDirectory() as folder:
         for other, text in files.items():
@@ -325,7 +325,7 @@ def _link_flags() -> list[str]:
 
 
 def printable(text: str) -> str:
-    """Return what a program said without colours, and with all other characters that steer a terminal written out."""
+    """Return a program's output without colours, and with all other control characters of terminals escaped."""
     plain = _COLOURS.sub("", text)
     kept = (
         c if c in "\n\t" or unicodedata.category(c)[0] != "C" else c.encode("unicode_escape").decode() for c in plain
@@ -340,7 +340,7 @@ def faults_in(output: str, written: Mapping[str, str]) -> list[Problem]:
     Parameters
     ----------
     output : of the compiler, with its command
-    written : the names of these files, to those that the compiler calls them by
+    written : names of these files, by the names given to the compiler
     """
     found: dict[tuple[str, str], Problem] = {}
     for name, shown_as in written.items():

@@ -39,7 +39,7 @@ _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n
 
 @dataclass(frozen=True)
 class Check:
-    """One item: whether it is fine, what it is, the command that mends it, and whether building needs it."""
+    """One item: whether it is fine, its description, the command that mends it, and whether building needs it."""
 
     name: str
     ok: bool
@@ -68,7 +68,7 @@ def _python() -> Check:
 
 
 def _temporary() -> Check:
-    """Compilers write there, whatever the cache."""
+    """Check the temporary folder, in which compilers write for any cache."""
     try:
         with tempfile.TemporaryFile():
             return Check("temporary files", True, tempfile.gettempdir())
@@ -131,7 +131,7 @@ def _cache() -> Check:
 
 
 def _mended(folder: Path) -> str:
-    """Return the command after which a cache can be written: at its place where that is the user's, else at another."""
+    """Return the command that makes a cache writable: in its folder if the user owns it, else in another."""
     if folder.exists() and not folder.is_dir():
         return f"mv {shlex.quote(str(folder))} {shlex.quote(str(folder))}.old"
     if folder.is_dir() and hasattr(os, "geteuid"):

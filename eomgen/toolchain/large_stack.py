@@ -1,7 +1,7 @@
 """Calls of compiled code that needs more stack than a thread has: each on a thread of its own with enough of it.
 
-Generated C allocates nothing: states and workspaces are its caller's, values on the way are on the stack. Those of
-thousands of bodies are more than the 8 MB that systems give.
+Generated C allocates no memory: states and workspaces are its caller's, intermediate values on the stack. Models of
+thousands of bodies need more than the 8 MB that systems give.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 ENOUGH = 4_000_000
 #: Functions of a library that need no more than that.
 _FLAT = ("eomgen_size", "eomgen_stepper_size", "eomgen_number_type", "eomgen_fingerprint", "eomgen_status_text")
-#: Reserve, and what is given in any case; pages that are not touched cost nothing.
+#: Reserve, and size given in any case; untouched pages take no memory.
 _RESERVE, _LEAST = 4, 1 << 25
 _STARTING = threading.Lock()
 #: Of each thread, the processor's time of the threads that it called functions on, ns.
@@ -24,7 +24,7 @@ _CALLED = threading.local()
 
 
 def thread_time_ns() -> int:
-    """Return the processor's time of this thread, with that of functions which it called on stacks of their own."""
+    """Return the processor time of this thread, with the time of functions it called on stacks of their own."""
     return time.thread_time_ns() + int(getattr(_CALLED, "spent", 0))
 
 
@@ -52,7 +52,7 @@ class OnLargeStack:
             began = time.thread_time_ns()
             try:
                 results.append(function(*arguments))
-            except BaseException as error:  # it is raised where the function was called
+            except BaseException as error:  # it is raised again in the caller's thread
                 failures.append(error)
             spent.append(time.thread_time_ns() - began)
 

@@ -52,19 +52,19 @@ class Library:
 
     Attributes
     ----------
-    ffi, lib : of cffi; ``lib`` has the functions of the interface, on a stack of their own where they need a large one.
+    ffi, lib : of cffi; ``lib`` has the functions of the interface, on a stack of their own if they need a large one.
     layout : mapping
-        What was stored beside the library; ``functions[k]`` has ``input_sizes`` and ``outputs`` with ``size``.
+        Data stored beside the library; ``functions[k]`` has ``input_sizes`` and ``outputs`` with ``size``.
     mode : str
         ``api`` or ``abi``.
     folder : Path
-        Where the library and its sources are.
+        Folder of the library and its sources.
     digest : of the compiled code; equal digests give equal bits on one machine.
     dtype : NumPy type of inputs and outputs: float64, or complex128 for a complex build.
-    kept : what callers worked out from this library once, by their own names
-    companion : callable, or None where there is no compiler, or numbers are not double
+    kept : results that callers computed from this library once, by their own names
+    companion : callable, or None if there is no compiler, or numbers are not double
         ``companion(function)`` returns the library with this one function for as many samples as there are lanes, or
-        None where it is not in the cache; ``companion(function, running)`` compiles it then.
+        None if it is not in the cache; ``companion(function, running)`` compiles it then.
     """
 
     companion: Callable[..., Library | None] | None = None

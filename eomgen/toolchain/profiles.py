@@ -28,7 +28,7 @@ _FAST = (
 
 #: ``fast``: this processor's instructions, fused multiply-add, no errno; all of it keeps NaN, infinities and the order
 #: of sums. No vectors of neighbouring statements: gcc 12.2 makes wrong code of them with 512-bit registers, and they
-#: gain nothing here. ``reproducible``: the same bits on every IEEE machine, and as the command in an emitted manifest
+#: are no gain here. ``reproducible``: the same bits on every IEEE machine, and as the command in an emitted manifest
 #: gives. ``quick``: for tests.
 PROFILES = {
     "fast": Profile("fast", _FAST, True),
@@ -36,7 +36,7 @@ PROFILES = {
     "quick": Profile("quick", ("-O0", "-ffp-contract=off"), False),
 }
 
-#: The variable that names the profile where a caller says none, and that profile.
+#: The variable that names the default profile, and the profile without it.
 PROFILE_VARIABLE = "EOMGEN_PROFILE"
 STANDARD_PROFILE = os.environ.get(PROFILE_VARIABLE) or "fast"
 

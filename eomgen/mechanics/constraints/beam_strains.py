@@ -1,7 +1,7 @@
-"""Constrained strains of geometrically exact beams, as loops over the elements: equations and what they transmit.
+"""Constrained strains of geometrically exact beams, as loops over the elements: equations and transmitted forces.
 
 A row is a component of d - d_0 in m, d = log(H_A^-1 H_B), so that its multiplier is the section force there: Hante,
-Tumiotto and Arnold, Multibody Syst. Dyn. 54 (2022) 97, section 3. Forces B^T lam are recorded as those of a section
+Tumiotto and Arnold, Multibody Syst. Dyn. 54 (2022) 97, section 3. Forces B^T lam are recorded as forces of a section
 that has lam in place of the elasticity, once for all elements, so that their partials are a loop too.
 """
 
@@ -18,7 +18,7 @@ from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.symbolic.scalar import Scalar
 
-#: Returns the generalized forces, (nv,), of a wrench for each link, None where there is none; takes a label, too.
+#: Returns the generalized forces, (nv,), of a wrench for each link, None for links without one; takes a label, too.
 Generalized = Callable[[Sequence[Wrench | None], str], list[Scalar]]
 
 
@@ -84,7 +84,7 @@ def section_multipliers(quantities: Quantities, rows: Rows | None, beam: Cossera
 
 
 def add_section_forces(quantities: Quantities, rows: Rows | None, wrenches: list[Wrench | None]) -> None:
-    """Add to wrenches by link what strains that beams do not have exert on the nodes."""
+    """Add to wrenches by link the wrenches of constrained strains on the nodes."""
     for item in quantities.scene.elements:
         if isinstance(item, CosseratBeam) and item.beam.constrained:
             forces = section_multipliers(quantities, rows, item.beam)
@@ -95,7 +95,7 @@ def add_section_forces(quantities: Quantities, rows: Rows | None, wrenches: list
 def _push(
     elements: Chain, beam: Cosserat, forces: Sequence[Sequence[Scalar]], wrenches: list[Wrench | None], label: str
 ) -> None:
-    """Add to wrenches by link those of section forces, one for each constrained strain of each element."""
+    """Add to wrenches by link the wrenches of section forces, one for each constrained strain of each element."""
 
     def transmitted(element: Element, *parts: Scalar) -> list[Scalar]:
         section = [element.algebra.zero] * len(STRAINS)

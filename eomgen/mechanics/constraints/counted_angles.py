@@ -1,8 +1,8 @@
 """Joint angles counted over revolutions in absolute coordinates; poses give angles modulo 2 pi only.
 
-Where an angle acts as a number (in a spring, a stop, an output, a formula other than sines and cosines), q holds a
+If an angle acts as a number (in a spring, a stop, an output, a formula other than sines and cosines), q holds a
 reference beside the poses, within pi of the angle. The angle is the reference plus the rotation of the frames beyond
-it. The reference does not depend on the poses, so partials and rates are those of the frames. The configuration is a
+it. The reference does not depend on the poses, so partials and rates belong to the frames alone. The configuration is a
 point of a covering space, and the reference selects the sheet; steppers update it after each step.
 """
 

@@ -1,7 +1,7 @@
 """Joint velocities between absolute bodies, the velocity coordinates in which linear models are compared.
 
-Eigenvalues of a linear model that is frozen at an instant of a motion depend on its coordinates: only those that are
-constant multiples of each other along the motion have the same. Components of bodies' velocities are no such multiples
+Eigenvalues of a linear model that is frozen at an instant of a motion depend on its coordinates: only coordinates
+that are constant multiples of each other along the motion have the same. Velocities of bodies are no such multiples
 of the joints'.
 """
 
@@ -30,7 +30,7 @@ def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> Constr
 
 
 def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
-    """Return the velocity components of a joint, rad/s or m/s; on admissible motions those of joint coordinates."""
+    """Return the velocity components of a joint, rad/s or m/s; on admissible motions they are its joint velocities."""
     item = joint_constraint(joint)
     if item is None or not item.kind.coordinates:
         pair = frame_pair(quantities, Frame(joint.parent, joint.position, joint.orientation), Frame(joint.child))

@@ -90,7 +90,7 @@ class AbsoluteQuantities(Quantities):
         return super().__call__(symbol)
 
     def coordinate(self, joint: str, index: int = 0) -> Scalar:
-        """Return a joint's travel, m, or angle, rad: over revolutions where it is counted, else in (-pi, pi]."""
+        """Return a joint's travel, m, or angle, rad: over revolutions if it is counted, else in (-pi, pi]."""
         reference, measure = self._references.get((joint, index)), self._measure(joint, index)
         if reference is None or isinstance(measure, Scalar):
             return self._wrapped(joint, index)
@@ -99,7 +99,7 @@ class AbsoluteQuantities(Quantities):
         return reference + call(Op.ATAN2, past.sine, past.cosine)
 
     def beyond(self, joint: str, index: int, law: Scalar, *, turns: bool) -> Scalar:
-        """Return how far a joint's coordinate is past a law; of an angle always within half a turn."""
+        """Return the distance of a joint's coordinate from a law; of an angle always within half a turn."""
         measure, call = self._measure(joint, index), self.algebra.call
         if isinstance(measure, Scalar):
             return measure - law
@@ -147,7 +147,7 @@ class AbsoluteQuantities(Quantities):
         return (*angles, *(travel(kind.frame_axes[axis]) for axis in kind.travels))
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
-        """Return the left-trivialised partials of a joint coordinate in q, by component of v: those of virtual work."""
+        """Return the left-trivialised partials of a joint coordinate in q, by component of v, as in virtual work."""
         tape = self.algebra.tape
         (tangent,) = forward_partials(tape, [self._wrapped(joint, index).ref], self.seeds)
         return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}

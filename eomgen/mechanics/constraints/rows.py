@@ -37,9 +37,9 @@ class Row:
         level of the lengths that multiply angular velocities
     extent : m, bound of the displacement that rotations of the joined bodies cause, wherever they slide or roll
     path_length : m, ``extent`` plus the distance between the bodies: the scale of point masses, which have no extent
-    owner, number : whose equation it is, and which of its equations, holonomic ones first: a constraint, or a joint
+    owner, number : owner of the equation and its number there, holonomic ones first: a constraint, or a joint
         with a drive for each coordinate; None for the equation of a joint that follows another
-    group : what gives the forces of its equations together, this one being ``number`` of them; None where they follow
+    group : source of the forces of its equations together, this one being ``number`` of them; None if they follow
         from B
     """
 
@@ -55,7 +55,7 @@ class Row:
 
 
 class RowGroup(Protocol):
-    """Equations whose forces are recorded together.
+    """Equations with forces recorded together.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Rows:
         return [*self.holonomic, *self.velocity]
 
     def without(self, numbers: Sequence[int]) -> Rows:
-        """Return all equations except those with the given numbers."""
+        """Return all equations without the given numbers."""
         left_out, first = set(numbers), len(self.holonomic)
         at_velocity = [row for k, row in enumerate(self.velocity) if first + k not in left_out]
         return Rows([row for k, row in enumerate(self.holonomic) if k not in left_out], at_velocity)
@@ -267,7 +267,7 @@ class ConstraintCalculus:
         return total
 
     def _forces_of_groups(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
-        """Return the part of B^T lam, (nv,), of the equations whose forces are recorded together."""
+        """Return the part of B^T lam, (nv,), of the equations with forces recorded together."""
         zero = self.algebra.zero
         total = [zero] * self.nv
         for group in dict.fromkeys(row.group for row in self.rows.all):
@@ -281,7 +281,7 @@ class ConstraintCalculus:
         return total
 
     def driving_power(self) -> Scalar:
-        """Return lam . Phi_t of the holonomic equations, W: power of prescribed motions, without that of the base."""
+        """Return lam . Phi_t of the holonomic equations, W: power of prescribed motions, without the base's."""
         rates = jacobian_vector(self.tape, self.holonomic, {InputSymbol("t", 0): ONE})
         total = self.algebra.zero
         for number, rate in enumerate(rates):

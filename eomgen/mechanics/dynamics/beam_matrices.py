@@ -1,12 +1,12 @@
 """Stiffness, damping and geometric stiffness matrices of beams, (nv, nv) each.
 
-With shortening -eta^T H(x) eta / 2, an axial force N(x) adds int N phi' phi'^T dx to the stiffness; N follows from what
-the masses and bodies further out demand. In beam axes
+With shortening -eta^T H(x) eta / 2, an axial force N(x) adds int N phi' phi'^T dx to the stiffness; N follows from the
+forces needed by the masses and bodies further out. In beam axes
 
     K_geo = -A_x G0 + (omega_y^2 + omega_z^2) G1 - sum_c F_c,x H(x_c)
 
-with A the acceleration of the frame less gravity, omega its angular velocity, F_c what a body attached at x_c demands
-less what is applied to it. It holds for any motion of the frame, to first order in the elastic coordinates (Kane, Ryan
+with A the acceleration of the frame minus gravity, omega its angular velocity, F_c the inertia force of a body at x_c
+minus its applied force. It holds for any motion of the frame, to first order in the elastic coordinates (Kane, Ryan
 and Banerjee 1987).
 """
 

@@ -29,9 +29,9 @@ from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, minus, plus, sc
 
 
 class Centroidal:
-    """Centre of mass and momentum of the links of a tree, whose inertias have not been grouped.
+    """Centre of mass and momentum of the links of a tree, with inertias that have not been grouped.
 
-    What is fixed to the base is left out. Rotor inertias have no momentum here: they stand for gears inside links.
+    Bodies fixed to the base are left out. Rotor inertias have no momentum here: they stand for gears inside links.
     """
 
     def __init__(self, kinematics: Kinematics) -> None:

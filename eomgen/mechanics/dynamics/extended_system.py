@@ -1,7 +1,7 @@
 """Partials of inverse dynamics of long trees, linear in the number of links: the recursion's steps stay unknowns.
 
 Between links the equations pass on only angular velocity, angular acceleration, acceleration of the origin, and the
-transmitted wrench (poses and twists too, where applied forces need them). With these as unknowns s, the matrix of a
+transmitted wrench (poses and twists too, if applied forces need them). With these as unknowns s, the matrix of a
 Newton step is sparse, and eliminating them from the tips to the root is the articulated-body recursion for an implicit
 step.
 """
@@ -72,7 +72,7 @@ def extended_partials(
 
 
 def _alone(tree: Tree) -> set[int]:
-    """Return the links on the base that carry no others: nothing is passed on to them or from them."""
+    """Return the links on the base without children: the recursion has no quantities for them."""
     carrying = {link.parent for link in tree.links}
     return {index for index, link in enumerate(tree.links) if link.parent == ROOT and index not in carrying}
 
@@ -80,7 +80,7 @@ def _alone(tree: Tree) -> set[int]:
 def _passed_on(
     tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], *, posed: bool
 ) -> Iterable[tuple[int, Scalar]]:
-    """Yield what the recursion passes on, with the number of the link that it belongs to; poses and twists where
+    """Yield the quantities of the recursion with the number of their link; poses and twists if
     ``posed``."""
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     net = net_wrenches(tree, fields, loads)

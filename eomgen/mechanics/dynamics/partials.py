@@ -201,7 +201,7 @@ def _column(
     load: Wrench,
     blocks: tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]],
 ) -> None:
-    """Fill what couples one column of a joint with its own joint and with all joints towards the root."""
+    """Fill the entries that couple one column of a joint with its own joint and with all joints towards the root."""
     algebra, link = tree.algebra, tree.links[index]
     dof, ratio = link.dofs[k], link.coordinates.ratio
     by_q = _sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))

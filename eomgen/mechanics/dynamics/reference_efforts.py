@@ -2,7 +2,7 @@
 
 ``tau`` is M a + h + b and gravity's part, of the tree as it would move with the reference's coordinates, velocities and
 accelerations in place of its own; no force element, stop or constraint is in it, so it never depends on itself.
-``gravity`` is tau of the tree at rest where it is.
+``gravity`` is tau of the tree at rest in its position.
 """
 
 from __future__ import annotations

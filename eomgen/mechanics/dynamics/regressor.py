@@ -1,4 +1,4 @@
-"""The regressor Y: inverse dynamics is Y pi and what is left, pi being the parameters of ``linear_parameters``.
+"""The regressor Y: inverse dynamics is Y pi + tau0, pi being the parameters of ``linear_parameters``.
 
 A column of a body is the virtual work of its inertia forces along each joint's motion per unit of one parameter, so it
 follows from the body's acceleration field, the motion that each velocity component gives it, and one kernel
@@ -52,7 +52,7 @@ def regressor(scene: Scene, tree: Tree, base: BaseMotion, quantities: Quantities
 
 
 def without_linear_parameters(scene: Scene) -> Scene:
-    """Return the scene without damping and dry friction in joints: what their columns hold."""
+    """Return the scene without damping and dry friction in joints: the regressor has columns for them."""
     return replace(scene, joints=tuple(_undamped(joint) for joint in scene.joints))
 
 
@@ -96,7 +96,7 @@ def _of_joint(item: JointParameter, quantities: Quantities) -> Scalar:
 
 
 def parameter_values(algebra: Algebra, scene: Scene, number: Callable[[Formula], Scalar]) -> list[Scalar]:
-    """Return what the scene says of the parameters, in the order of columns."""
+    """Return the values of the parameters in the scene, in the order of columns."""
     found: list[Scalar] = []
     for body in moving_bodies(scene):
         center = algebra.vector([number(item) for item in body.center_of_mass])

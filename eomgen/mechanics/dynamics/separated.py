@@ -17,7 +17,7 @@ from eomgen.mechanics.tree.inertia import AddedMass, Inertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, plus, scaled
 
-#: What coordinates need, one value per column of a link, by link.
+#: Quantities of coordinates, one value per column of a link, by link.
 Rows = dict[int, list[Scalar]]
 
 
@@ -54,7 +54,7 @@ def inertial(tree: Tree, fields: Sequence[LinkField], label: str) -> list[Scalar
 
 
 def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrench]:
-    """Return per joint the transmitted wrench, that of the whole subtree, in link axes about the link's origin."""
+    """Return per joint the transmitted wrench of the whole subtree, in link axes about the link's origin."""
     total = list(loads)
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
@@ -186,14 +186,14 @@ def unit_acceleration(link: Link, body: Inertia, k: int) -> tuple[Wrench, list[S
 
 
 def _rows_of(body: ElasticBody, origin: Vector, motion: RelativeMotion) -> list[Scalar]:
-    """Return what the coordinates of an elastic body need where all its frame has the same acceleration and nothing
-    turns."""
+    """Return the inertia forces along the coordinates of an elastic body if all its frame has the same acceleration and
+    does not rotate."""
     still = body.algebra.zero_vector
     return [body.row(k, origin, (still, still, still), still, motion) for k in range(body.size)]
 
 
 def _couple(M: list[dict[int, Scalar]], row: int, column: int, value: Scalar) -> None:
-    """Add what couples two columns of motion; both may belong to one component, if one joint follows the other."""
+    """Add the coupling of two columns of motion; both may belong to one component, if one joint follows the other."""
     if value.is_zero:
         return
     along, other = M[max(row, column)], min(row, column)

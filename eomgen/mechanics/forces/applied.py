@@ -29,7 +29,7 @@ LAWS: tuple[tuple[Law, ...], tuple[Law, ...]] = (
     (springs.LAW, forces.LAW, distributed_loads.LAW),
     (torsion_springs.LAW, bushings.LAW, tyres.LAW, efforts.LAW, hulls.LAW),
 )
-#: The laws of what entries of other sections bring with them.
+#: The laws of forces that entries of other sections bring with them.
 STRUCTURE: tuple[Law, ...] = (cosserat_beams.LAW,)
 OFFERED: Offers = {
     kind: (law.model.section, offer) for laws in LAWS for law in laws for kind, offer in law.offers.items()

@@ -15,7 +15,7 @@ def stiffness_and_damping(body: ElasticBody, quantities: Quantities) -> tuple[Ro
     """Return stiffness K and damping D of a beam's elastic coordinates, (n, n) each.
 
     D is stiffness damping times K, plus 2 zeta sqrt(k m) on the diagonal for each coordinate alone, which is modal
-    damping where the shapes are modes of the beam alone.
+    damping if the shapes are modes of the beam alone.
     """
     algebra, integrals, n = body.algebra, body.mass.integrals, body.size
     K, D = ([[algebra.zero] * n for _ in range(n)] for _ in range(2))

@@ -69,7 +69,7 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
 
 
 def _relative_motion(quantities: Quantities, bushing: Bushing, second: FramePose) -> tuple[Vector, Vector]:
-    """Return how the second body turns and moves, at the second frame's origin, as the first body sees it; base
+    """Return rotation and displacement of the second body, at the second frame's origin, relative to the first; base
     axes."""
     motions, kinematics = [], quantities.kinematics
     for frame in (bushing.first, bushing.second):

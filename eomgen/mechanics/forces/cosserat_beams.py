@@ -1,7 +1,7 @@
 """Geometrically exact beams: elements of constant strain between frames on SE(3), as one loop over all of them.
 
-With d = log(H_A^-1 H_B), the strain of an element is (d - d_0)/l, and its potential l/2 strain.C strain, so whatever
-bends an element to a helix is exact, and nothing locks; C is that of ``element_stiffness``. By
+With d = log(H_A^-1 H_B), the strain of an element is (d - d_0)/l, and its potential l/2 strain.C strain, so bending to
+a helix is exact, without locking; C comes from ``element_stiffness``. By
 d' = T^-1(d) v_B - T^-1(-d) v_A the nodes take -T^-T(d) s and T^-T(-d) s, with s = C strain + D strain': Sonneville,
 Cardona and Bruls, Comput. Methods Appl. Mech. Engrg. 268 (2014) 451; Hante, Tumiotto and Arnold, Multibody Syst. Dyn.
 54 (2022) 97. All of it depends on relative poses alone.
@@ -44,7 +44,7 @@ from eomgen.symbolic.tape import Ref, Tape
 
 T = TypeVar("T")
 Six = Sequence[Scalar]
-#: What is asked of an element; further arguments are numbers of its own.
+#: Requested quantity of an element; further arguments are numbers of its own.
 Results = Callable[..., list[Scalar]]
 _POSE = 12
 _TWIST = 6
@@ -142,7 +142,7 @@ class Element:
         """Return strain and load of the middle section, (6,) each, and the loads of the first and the last one, (12,).
 
         The load is the wrench of the part beyond, moment first, in section axes. As no load acts between the nodes,
-        static equilibrium makes s the mean over the element of what its sections transmit.
+        static equilibrium makes s the mean over the element of the section forces.
 
         Parameters
         ----------
@@ -208,7 +208,7 @@ class Chain:
         return [pair for pair in self.pairs if pair not in alone]
 
     def each(self, results: Results, label: str, more: Sequence[Six] = ()) -> list[list[Scalar]]:
-        """Return what a function of an element gives, element by element.
+        """Return the results of a function of an element, element by element.
 
         Parameters
         ----------
@@ -226,7 +226,7 @@ class Chain:
         return [found[pair] for pair in self.pairs]
 
     def total(self, results: Results, label: str) -> list[Scalar]:
-        """Return the sums over all elements of what a function of an element gives."""
+        """Return the sums over all elements of the results of a function of an element."""
         algebra = self.quantities.algebra
         found = [results(self._element(pair)) for pair in self._alone]
         if repeated := self._repeated:
@@ -264,7 +264,7 @@ def node_at(quantities: Quantities, mount: Mount) -> Node:
 
 
 def _sections(quantities: Quantities, beam: Cosserat) -> list[Section]:
-    """Return what each element has; alike elements share one."""
+    """Return a quantity of each element; alike elements share one."""
     known: dict[int, Section] = {}
     for part in beam.parts:
         if id(part) not in known:
@@ -320,12 +320,12 @@ def _loop(
         stacked=() if summed else found,
         label=label,
     )
-    # what is gathered and not used (twists, by results of strains alone) would count as an argument of the loop
+    # a gathered value without use (twists, by results of strains alone) would count as an argument of the loop
     return compact(loop, ())
 
 
 class LoopInputs:
-    """What a kernel takes of the numbers of its elements: those that vary by element, or what they share."""
+    """Arguments of a kernel among the numbers of its elements: columns for numbers that vary, or shared ones."""
 
     def __init__(self, algebra: Algebra, gather: list[tuple[Ref, ...]]) -> None:
         self.algebra, self.gather = algebra, gather
@@ -333,7 +333,7 @@ class LoopInputs:
         self.elements: list[tuple[float, ...]] = []
 
     def number(self, entries: Sequence[Scalar]) -> Scalar:
-        """Return what stands in the kernel for a number of each element."""
+        """Return the symbol in the kernel for a number of each element."""
         refs = tuple(entry.ref for entry in entries)
         constants = [entry.number for entry in entries]
         if len(set(refs)) == 1:

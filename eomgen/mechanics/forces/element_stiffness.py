@@ -1,9 +1,9 @@
-"""Stiffness and damping of a beam element whose forces and moments vary along it, from those of its sections.
+"""Stiffness and damping of a beam element with linear section loads along it, from its section's matrices.
 
 An element has one strain, and would have one wrench. By equilibrium the wrench is W + s ad^T W at the distance s from
-its middle, ad being that of the initial shape's twist by length. What this adds to the flexibility of the section,
-S^-1, is (l^2/12) ad S^-1 ad^T up to (l kappa)^4: the residual bending flexibility of MacNeal, Comput. Struct. 8 (1978)
-175, for curved and twisted beams. (The quadratic part of the wrench drops out against that of the logarithm.) With it
+its middle, ad being the adjoint of the initial shape's twist by length. It adds to the flexibility of the section,
+S^-1, the matrix (l^2/12) ad S^-1 ad^T up to (l kappa)^4: the residual bending flexibility of MacNeal, Comput. Struct.
+8 (1978) 175, for curved and twisted beams. (The quadratic part of the wrench cancels with the logarithm's.) With it
 small deflections of straight beams by loads on nodes are exact for any number of elements, and large ones far closer;
 and however much a section resists shear, its elements bend.
 """
@@ -23,12 +23,12 @@ _SIX = range(6)
 
 @dataclass(frozen=True)
 class ElementStiffness:
-    """What an element resists its strains with.
+    """Stiffness and damping of an element against its strains.
 
     Attributes
     ----------
     stiffness, damping : (6, 6) each, symmetric, rotations first
-    of_section : (6, 6), the strain of the section in the middle by that of the element
+    of_section : (6, 6), maps the strain of the element to the strain of the section in its middle
     """
 
     stiffness: list[list[Scalar]]
@@ -46,7 +46,7 @@ def with_linear_moments(
     stiffness, damping : of sections, (6, 6) each, symmetric, by strains of twist, bending about y and z, stretch, shear
         along y and z; rows of zeros for strains that the beam does not have
     length : m, of the element
-    initial : (6,), twist by length of the element where the beam has its initial shape, rotations (1/m) first
+    initial : (6,), twist by length of the element in the initial shape of the beam, rotations (1/m) first
     """
     free = [i for i in _SIX if not all(entry.is_zero for entry in stiffness[i])]
     section = _inverse(algebra, stiffness, free)
@@ -65,7 +65,7 @@ def with_linear_moments(
             of_section[i][i] = algebra.one
     if all(entry.is_zero for row in damping for entry in row):
         return ElementStiffness(found, [list(row) for row in damping], of_section)
-    # Rates of strain in the middle, and s times those by what the wrench changes along the element.
+    # Rates of strain in the middle, and s times the rates of its change along the element.
     varying = _product(section, _product(list(zip(*along, strict=True)), found))
     middle, change = _congruent(damping, _transposed(of_section)), _congruent(damping, _transposed(varying))
     damped = [[x + share * y for x, y in zip(*rows, strict=True)] for rows in zip(middle, change, strict=True)]

@@ -37,7 +37,7 @@ class FramePair:
     ----------
     size : m, sum of the magnitudes of the summands of both origins
     lever : m, bound of the displacement of the origins by rotations: the lengths of both chains from the common link's
-        joints to the origins, without the distance between these joints; 0 where both bodies are held at their origins
+        joints to the origins, without the distance between these joints; 0 if both bodies are held at their origins
     path_length : m, the path from one origin to the other along the links between them
     """
 
@@ -126,7 +126,7 @@ class _Side:
         return cls(frame, tuple(chain), mount, plus(mount.position, apply(mount.orientation, r)))
 
     def start(self, quantities: Quantities, shared: int) -> tuple[Vector, Vector]:
-        """Return the point of the common link where the chain starts, at neutral coordinates, and its displacement."""
+        """Return the start of the chain on the common link, at neutral coordinates, and its displacement."""
         zero = quantities.algebra.zero_vector
         if len(self.chain) == shared:
             return self.position, zero

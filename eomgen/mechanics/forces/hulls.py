@@ -13,9 +13,9 @@ In water at rest the first term and its moment are the gradient of one energy, r
 of max(G.(surface - r), 0), G = -g. With s along the axis d and y across it, G.r of points of the slice varies by
 s G.d + y |G_n|: s is uniform over the length ds of the slice, and y counts as uniform with the variance r^2 = A/4 pi
 of a circle of area A. Sums over slices are then integrals over the hull, so that volume, centre of buoyancy and water
-plane (BM = r^2 A/V of an upright hull) are exact whatever the number of slices. In waves G is a_w - g, which is normal
+plane (BM = r^2 A/V of an upright hull) are exact for any number of slices. In waves G is a_w - g, which is normal
 to the surface there, and accelerations that differ over a slice turn it by -rho A r^2 c d x (a_w)' ds, the prime being
-the derivative along the axis: gradients of accelerations are symmetric where water does not spin.
+the derivative along the axis: gradients of accelerations are symmetric if water does not spin.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, multiply, plus, scaled
 from eomgen.symbolic.tape import Tape
 
-#: Added in squares to velocities, m/s, so that drag has a derivative where nothing moves.
+#: Added in squares to velocities, m/s, so that drag has a derivative at rest.
 _SLOW = 1e-3
 #: Square of the half width of a uniform distribution with the variance of a circular section, by its area: 3/(4 pi).
 _UNIFORM = 3.0 / (4.0 * math.pi)
@@ -49,7 +49,7 @@ _SLIGHT = 1e-9
 
 
 def add_hulls(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> Sequence[Hull]:
-    """Add the forces of water on all hulls, those of a body in the same water as one loop; none are left."""
+    """Add the forces of water on all hulls, with one loop for the hulls of a body in the same water; none are left."""
     groups: dict[tuple[str, WaveField | None], list[Hull]] = {}
     for item in hulls:
         if quantities.tree.mounts[item.body].link >= 0:
@@ -76,7 +76,7 @@ def _add_group(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> N
     for axle in axles:
         member, axis = axle.member, axle.axis
         on_end = _on_the_end(axle, quantities)
-        # links' inertias weigh; what they have of water does not
+        # weights come from the links' inertias; added masses of water have none
         across, along = scaled(-member.across, _across(axis, gravity)), scaled(-member.along * dot(axis, gravity), axis)
         middle = 0.5 * member.wet
         force = plus(force, plus(on_end, plus(across, along)))
@@ -90,7 +90,7 @@ def _add_group(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> N
 
 
 class _Axle:
-    """Where the axis of a hull is, and how it moves, in world axes.
+    """Position and motion of the axis of a hull, in world axes.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class _Axle:
         return plus(self._velocity, scaled(place, self._turning))
 
     def turned(self, place: Scalar) -> Scalar:
-        """Return (v . d)(d . omega x v) of a place: what kinetic energy lacks of work, by mass along the axis d, for
+        """Return (v . d)(d . omega x v) of a place: the gap of kinetic energy to work, by mass along the axis d, for
         water that moves along the axis does not turn with it."""
         v = self.velocity(place)
         return dot(v, self.axis) * dot(self.axis, cross(self.omega, v))
@@ -132,7 +132,7 @@ def _across(axis: Vector, x: Vector) -> Vector:
 
 
 def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vector]:
-    """Return force and moment on all slices: one loop. Waves are loops themselves, so what they are at each slice is
+    """Return force and moment on all slices: one loop. Waves are loops themselves, so their values at each slice are
     gathered."""
     algebra = quantities.algebra
     kernel = Tape()

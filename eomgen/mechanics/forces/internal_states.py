@@ -18,7 +18,7 @@ Matrix = tuple[tuple[int, int], tuple[Ref, ...], str]
 
 
 def state_formulas(scene: Scene) -> Iterator[Formula]:
-    """Yield all formulas that may depend on the scene's state, except those of outputs."""
+    """Yield all formulas that may depend on the scene's state, except formulas of outputs."""
     yield from (state.rate for state in scene.states)
     yield from (controller.output for controller in scene.controllers)
     yield from (formula for element in scene.elements for formula, _ in element.formulas())

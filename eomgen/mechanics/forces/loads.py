@@ -35,11 +35,11 @@ class Loads:
 
 @dataclass(frozen=True)
 class Law:
-    """What a kind of force element records: its loads, and the quantities that it offers to formulas.
+    """Recording functions of a kind of force element: its loads, and the quantities that it offers to formulas.
 
     Attributes
     ----------
-    together : adds those of all elements of the kind that repeat, and returns the elements that are left to ``add``
+    together : adds the loads of all repeated elements of the kind, and returns the elements that are left to ``add``
     """
 
     model: type[ForceElement]

@@ -22,7 +22,7 @@ class Local:
     position : m, in world axes
     angular_velocity, velocity : rad/s and m/s, inertial, in the axes of the frame
     own_axes : whether the load is given in the axes of the frame, not of the world
-    elsewhere : what all other symbols are
+    elsewhere : function for all other symbols
     """
 
     algebra: Algebra

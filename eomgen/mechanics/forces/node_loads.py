@@ -1,7 +1,7 @@
 """Distributed loads on the nodes of geometrically exact beams by formulas of each node's own motion: one loop.
 
-What differs among nodes (weights, and the numbers that formulas of s have there) is a column of the loop. A load is a
-function of its node's pose and twist, so its tangents are those of a ``Map`` over the numbers that reach a node.
+Numbers that differ among nodes (weights, and values of formulas of s) are columns of the loop. A load is a
+function of its node's pose and twist, so its tangents are tangents of a ``Map`` over the numbers that reach a node.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def wrenches_per_length(item: DistributedLoad, quantities: Quantities) -> list[l
 
 @dataclass(frozen=True)
 class _Group:
-    """Nodes whose loads differ in numbers alone."""
+    """Nodes with loads that differ in numbers alone."""
 
     item: DistributedLoad
     nodes: Sequence[NodeLoad]
@@ -97,7 +97,7 @@ class _Group:
         return self.item.axes == "beam"
 
     def _loop(self) -> tuple[Map, Map] | None:
-        """Return the loop that gives all wrenches and the one that sums their power; None where no loop can."""
+        """Return the loop that gives all wrenches and the loop that sums their power; None if no loop can."""
         kernel = Tape()
         algebra, quantities = Algebra(kernel), self.quantities
         rows = [[number.ref for number in node_at(quantities, self._mount(load)).numbers] for load in self.nodes]

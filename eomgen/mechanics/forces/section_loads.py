@@ -62,7 +62,7 @@ class SectionLoads:
         return self._halves[name]
 
     def __call__(self, symbol: Symbol) -> Scalar:
-        """Return a number of an element, by its place behind those of the elements before."""
+        """Return a number of an element, given its position after the numbers of the elements before."""
         element, place = divmod(symbol.index, SECTION_ROW)
         row = self.rows(symbol.name)[element]
         if place < len(row):

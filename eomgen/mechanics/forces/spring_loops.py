@@ -1,7 +1,7 @@
-"""Springs of one kind as one loop: those between bodies that move alike, whatever their number.
+"""Springs of one kind as one loop: springs between bodies with joints alike, in any number.
 
-A spring knows nothing but the poses and twists of the two links that it joins. In a net or a lattice these come in a
-few kinds, so each kind is one ``Map``, whose numbers (where the points are, stiffnesses, lengths) are its columns, and
+A spring depends only on the poses and twists of the two links that it joins. In a net or a lattice these come in a
+few kinds, so each kind is one ``Map`` with columns for its numbers (points, stiffnesses, lengths), and
 its tangents are Maps as well. Actuators by formula stay alone, since a formula may read anything.
 """
 
@@ -70,7 +70,7 @@ def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -
 
 
 def _end(quantities: Quantities, name: str) -> _End:
-    """Return the end of a spring; at the centre of a ball, whatever turns about it, it is on what carries the ball."""
+    """Return the end of a spring; at the centre of a ball joint, it is moved to the link that carries the ball."""
     body, r = quantities.at(quantities.points[name])
     link, place = quantities.kinematics.local(body, r)
     while link >= 0 and quantities.tree.links[link].kind == "ball" and all(part.is_zero for part in place):
@@ -111,7 +111,7 @@ class _Kind:
         return [self.quantities.formula(item) for item in (spring.stiffness, spring.damping, spring.length)]
 
     def add(self, loads: Loads) -> None:
-        """Add forces of all, their potential and what their dampers take."""
+        """Add forces of all springs, their potential and the power of their dampers."""
         (of_first, of_second), potential, power = self.results
         wrenches = [part for load in (of_first, of_second) for part in chain.from_iterable(load)]
         rows = add_map(self.quantities.algebra.tape, self._loop("forces", stacked=wrenches)).rows
@@ -145,14 +145,14 @@ class _Kind:
             stacked=tuple(value.ref for value in stacked),
             label=f"{what} of {len(self.members)} springs, {first} to {last}",
         )
-        # of what is gathered, twists are needed by dampers alone
+        # among gathered values, twists are needed by dampers alone
         return compact(loop, ())
 
 
 def _results(
     algebra: Algebra, ends: Sequence[Sequence[Scalar]], law: Sequence[Scalar]
 ) -> tuple[tuple[Wrench, Wrench], Scalar, Scalar]:
-    """Return the wrenches on both links in their axes about their origins, the potential, and what the damper takes."""
+    """Return the wrenches on both links in their axes about their origins, the potential, and the damper's power."""
     nodes = [Node.of(numbers[:_NODE]) for numbers in ends]
     places: list[Vector] = [(numbers[_NODE], numbers[_NODE + 1], numbers[_NODE + 2]) for numbers in ends]
     positions, velocities = [], []

@@ -35,7 +35,7 @@ def tension(quantities: Quantities, spring: Spring) -> Scalar:
 
 
 def add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
-    """Add the tension on both ends, the potential of the spring, and what damper and actuator take."""
+    """Add the tension on both ends, the potential of the spring, and the power of damper and actuator."""
     mounts = quantities.tree.mounts
     if all(mounts[quantities.points[name].body].link < 0 for name in (spring.first, spring.second)):
         return  # between base and world: whoever moves the base strains it

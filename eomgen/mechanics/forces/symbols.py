@@ -18,9 +18,9 @@ from eomgen.symbolic.scalar import Algebra, Scalar, Vector
 from eomgen.system.description import Point
 from eomgen.system.signals import Input
 
-#: From a force element to what a quantity that it offers to formulas is on the tape.
+#: From a force element to the value on the tape of a quantity that it offers to formulas.
 Offer = Callable[["Quantities", Any], Scalar]
-#: By kind of quantity: the section of the elements that offer it, and what it is.
+#: By kind of quantity: the section of the elements that offer it, and its description.
 Offers = Mapping[str, tuple[str, Offer]]
 
 
@@ -89,7 +89,7 @@ class Quantities:
         return {coordinates.dofs[index]: coordinates.ratio}
 
     def beyond(self, joint: str, index: int, law: Scalar, *, turns: bool) -> Scalar:
-        """Return how far a joint's coordinate is past a law; of an angle within half a turn where ``turns``."""
+        """Return the distance of a joint's coordinate from a law; of an angle within half a turn if ``turns``."""
         past = self.tree.coordinates[joint].q[index] - law
         call = self.algebra.call
         return call(Op.ATAN2, call(Op.SIN, past), call(Op.COS, past)) if turns else past
@@ -108,7 +108,7 @@ class Quantities:
         return self.algebra.vector([self.formula(item) for item in formulas])  # type: ignore[arg-type]  # formulas
 
     def mount(self, frame: Frame) -> Mount:
-        """Return the mount of a frame's body; on a beam that of the station at the frame's origin."""
+        """Return the mount of a frame's body; on a beam the mount of the station at the frame's origin."""
         return self.tree.mount_at(frame.body, self.vector(frame.position))
 
     def at(self, point: Point) -> tuple[str, Vector]:
@@ -116,25 +116,25 @@ class Quantities:
 
 
 def _no_dynamics(symbol: Symbol) -> Scalar:
-    """Refuse inverse dynamics where joints have no coordinates."""
+    """Refuse inverse dynamics if joints have no coordinates."""
     what = f"{symbol.kind}.{symbol.name} is of joint coordinates, and this scene has absolute ones"
     raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", what, 'coordinates = "joint"'))
 
 
 def _no_reactions(symbol: Symbol) -> Scalar:
-    """Refuse a reaction in a force, whose accelerations would depend on themselves."""
+    """Refuse a reaction in a force, since its accelerations would depend on themselves."""
     what = f"{symbol.kind}.{symbol.name} follows from the accelerations, so no force can depend on it"
     raise ModelError(what, "an output, or an event")
 
 
 def _no_section_loads(symbol: Symbol) -> Scalar:
-    """Refuse section loads where no beams are at hand."""
+    """Refuse section loads outside of outputs and events."""
     what = f"sections of the beam {symbol.name} are told in outputs and events alone"
     raise ModelError(what, "an output")
 
 
 def input_signal(quantities: Quantities, item: Input) -> Scalar:
-    """Return an input as a function of time; 0 where the scene gives none."""
+    """Return an input as a function of time; 0 if the scene gives none."""
     algebra = quantities.algebra
     value = quantities.formula(item.formula) if item.formula is not None else algebra.zero
     if not item.harmonics:

@@ -9,7 +9,7 @@ from eomgen.scene.forces.torsion_springs import TorsionSpring
 
 
 def add_torsion_spring(loads: Loads, torsion: TorsionSpring, quantities: Quantities) -> None:
-    """Add opposite efforts on both angles, their potential and what damping takes."""
+    """Add opposite efforts on both angles, their potential and the power of damping."""
     angle, rate = (quantities(Symbol(kind, torsion.first, torsion.first_index)) for kind in "qv")
     if torsion.second:
         other_angle, other_rate = (quantities(Symbol(kind, torsion.second, torsion.second_index)) for kind in "qv")

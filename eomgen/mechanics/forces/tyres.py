@@ -2,7 +2,7 @@
 
 Slip follows the usual definitions (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2), with a speed added to the
 rolling one so that a wheel at rest has a force too; forces grow in proportion to slip and load and approach friction
-times load smoothly. The normal force over deflection and its rate is that of ``contact_law``, as at limits of joints.
+times load smoothly. The normal force over deflection and its rate follows ``contact_law``, as at limits of joints.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def tyre_contact(quantities: Quantities, tyre: Tyre) -> TyreContact:
 def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Return the height of a road and its partials in x, y and explicitly in time.
 
-    They are taken on a tape of their own, where x and y are independent whatever they are made of on the scene's.
+    They are taken on a tape of their own, with x and y independent although they depend on one another on the scene's.
     """
     tape, own = quantities.algebra.tape, Tape()
 

@@ -1,7 +1,7 @@
 """Poses and twists of all bodies in the world, for output; the quaternions' signs are continuous along motions.
 
-Their sign at neutral coordinates is that of the joints' orientations, multiplied in the same way. It does not depend on
-how the frames of links are chosen, which are turned against the bodies' where axes are skew.
+Their sign at neutral coordinates is the sign of the joints' orientations, multiplied likewise. It does not depend on
+the choice of the links' frames, which are turned against the bodies' if axes are skew.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def constant_quaternion(R: Matrix) -> list[float]:
 
 
 def _link_quaternions(tree: Tree) -> list[list[Scalar]]:
-    """Return the constant quaternion of each link's joint, generic where links are alike."""
+    """Return the constant quaternion of each link's joint, generic if links are alike."""
     own = [[tree.algebra.scalar(part) for part in constant_quaternion(link.orientation)] for link in tree.links]
     for members in tree.alike:
         rows = generic_rows(tree.algebra, members, [own[index] for index in members], "quaternion of link")
@@ -88,7 +88,7 @@ class Orientations:
 
 
 def _mounted_scalars(tree: Tree, mounted: dict[str, list[float]]) -> dict[str, list[Scalar]]:
-    """Return the quaternions of bodies in their links, generic where links are alike."""
+    """Return the quaternions of bodies in their links, generic if links are alike."""
     own = {name: [tree.algebra.scalar(part) for part in parts] for name, parts in mounted.items()}
     for members in tree.alike:
         bodies = [index for index in members if tree.links[index].name in own]
@@ -161,7 +161,7 @@ Columns = dict[int, tuple[Vector, Vector]]
 
 
 def link_columns(tree: Tree) -> list[Columns]:
-    """Return per link what each velocity component moves it by: twist against the base in link axes, angular first."""
+    """Return per link the partials of its motion in v: twist against the base in link axes, angular first."""
     of_links: list[Columns] = []
     for link in tree.links:
         carried: Columns = {}
@@ -178,7 +178,7 @@ def link_columns(tree: Tree) -> list[Columns]:
 
 
 def jacobian_of_mount(tree: Tree, columns: Sequence[Columns], mount: Mount) -> list[Scalar]:
-    """Return the Jacobian of what is mounted on a link, in its own axes, (6, nv) row by row."""
+    """Return the Jacobian of a mount on a link, in its own axes, (6, nv) row by row."""
     rows = [[tree.algebra.zero] * tree.nv for _ in range(6)]
     back = transpose(mount.orientation)
     for k, (angular, linear) in (columns[mount.link] if mount.link >= 0 else {}).items():

@@ -2,7 +2,7 @@
 
 Left-trivialised. Rotation matrices of ball and free joints own their change, dR = R w~, besides the quaternions they
 are made of:
-what depends on an orientation depends on its matrix, and derivatives through the matrix are a third of the size.
+functions of an orientation are functions of its matrix, and derivatives through the matrix are a third of the size.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Outward recursion of the links' acceleration fields, in link axes.
 
-A link's points accelerate with a + U s. On a moving base the field splits exactly into what joints cause with the
-base at rest and what the base causes (Euler, centrifugal, Coriolis), so that h and b are derived separately and never
+A link's points accelerate with a + U s. On a moving base the field splits exactly into the part of the joints with the
+base at rest and the part of the base (Euler, centrifugal, Coriolis), so that h and b are derived separately and never
 as a difference.
 """
 
@@ -59,7 +59,7 @@ class LinkField(Field):
     relative: Mapping[str, bool]
 
 
-#: Of a base's motion, what moves against a frame feels the Coriolis part only.
+#: Of a base's motion, a point moving in a frame feels the Coriolis part only.
 _CARRIED: Mapping[str, bool] = {"rates": True, "own_rates": False, "accelerations": False}
 
 

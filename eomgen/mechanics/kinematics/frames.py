@@ -2,7 +2,7 @@
 
 J v is the twist of a frame against the base, angular first: in its own axes (``body``), in world axes about its own
 origin (``local_world_aligned``), or in world axes about the world's origin (``world``). In world axes a column is the
-axis of its joint and what it moves the point by. Rates are derivatives on the tape, along the motion of the coordinates
+axis of its joint and the displacement of the point. Rates are derivatives on the tape, along the motions of joints
 and of the base: that takes fewer operations than the cross products with the angular velocities of the links.
 """
 
@@ -105,12 +105,12 @@ class FrameMotion:
         return [*omega, *velocity]
 
     def _position(self, mount: Mount) -> Vector:
-        """Return the origin of what is mounted relative to the base, in base axes."""
+        """Return the origin of a mount relative to the base, in base axes."""
         R, p = self.kinematics.pose(mount.link)
         return plus(p, apply(R, mount.position))
 
     def _point(self, mount: Mount) -> Vector:
-        """Return the point whose velocity J gives, relative to the base, in base axes."""
+        """Return the reference point of the velocity J v, relative to the base, in base axes."""
         if self.reference == "local_world_aligned":
             return self._position(mount)
         base = self.kinematics.base

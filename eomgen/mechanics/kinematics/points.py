@@ -13,7 +13,7 @@ class LinkKinematics:
 
     Parameters
     ----------
-    poses, twists : known values by link, at least those of the reference link
+    poses, twists : known values by link, at least for the reference link
     """
 
     def __init__(

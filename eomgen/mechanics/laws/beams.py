@@ -1,6 +1,6 @@
-"""Virtual work of an elastic body beyond that of a rigid one, derived with SymPy by integration over the mass.
+"""Virtual work of an elastic body beyond a rigid one's, derived with SymPy by integration over the mass.
 
-A material point at s (deformed) of a frame whose acceleration field is A + U s, turning with w, accelerates with
+A material point at s (deformed) of a frame with the acceleration field A + U s and angular velocity w accelerates with
 A + U s + 2 w x s' + s''; s' and s'' as the frame sees them. Virtual displacements are dx + dtheta x s + sum_k phi_k
 deta_k. The part A + U s of force and moment is the rigid body's kernel with the deformed shape integrals; the rest is
 here.

@@ -1,4 +1,4 @@
-"""The laws by name, and the module that holds what SymPy derives: ``python -m eomgen.mechanics.laws.derivation
+"""The laws by name, and the module of laws derived by SymPy: ``python -m eomgen.mechanics.laws.derivation
 eomgen/mechanics/laws/derived.py``."""
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ DERIVATIONS: Mapping[str, Callable[[], Kernel]] = {
     "kinetic_energy_of_relative_motion": beams.relative_energy,
     "onset_of_contact": contacts.onset,
 }
-_HEAD = f'''"""What SymPy derives of the laws, so that no build imports it: written by
+_HEAD = f'''"""Laws derived by SymPy, so that no build imports it: written by
 ``{COMMAND}``."""
 
 # fmt: off

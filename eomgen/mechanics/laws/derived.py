@@ -1,4 +1,4 @@
-"""What SymPy derives of the laws, so that no build imports it: written by
+"""Laws derived by SymPy, so that no build imports it: written by
 ``python -m eomgen.mechanics.laws.derivation eomgen/mechanics/laws/derived.py``."""
 
 # fmt: off

@@ -114,7 +114,7 @@ def inverse_dynamics_closed(
     ----------
     base_twist : path of the base's twist in its axes, up to order + 1
     fall : path of gravity in base axes
-    loads : path of the applied wrench by link; None where nothing is applied
+    loads : path of the applied wrench by link; None for links without one
     """
     zero = system.tree.algebra.zero_vector
     joints = [[[pair] for pair in system.joint_twists(k)] for k in range(order + 2)]
@@ -140,7 +140,7 @@ def inverse_dynamics_closed(
 
 
 def _carried(system: SystemMatrices, path: Sequence[Pair], joints: Sequence[Columns]) -> list[Columns]:
-    """Return the derivatives of A (x + E w), E' = -a E: twists of all links from those of the joints, x, and of the
+    """Return the derivatives of A (x + E w), E' = -a E: twists of all links, given twists of the joints, x, and of the
     base, w."""
     tree, sources = system.tree, dict[tuple[int, int], Columns]()
     for k, twist in enumerate(path):

@@ -1,7 +1,7 @@
 """Jets in time of q, v, a, z, u, t and the base along a motion, from inputs that hold the derivatives.
 
 The motion is given by a and its derivatives j = da/dt, s = d2a/dt2 and, beyond, the rows of ``a_higher``; likewise u.
-Internal states follow their own law zdot = f, whose jets give all further ones (Griewank and Walther 2008, section
+Internal states follow their own law zdot = f; its jets give all further derivatives (Griewank and Walther 2008, section
 13.2).
 """
 
@@ -66,7 +66,7 @@ class MotionJets:
     ) -> list[list[Ref]]:
         """Return the time derivatives, orders 0 to ``order``, of quantities of the scene.
 
-        ``along`` are a and its derivatives where they are not inputs.
+        ``along`` are a and its derivatives if they are not inputs.
         """
         series = jets(self.tape, quantities, self.seeds(order, along), order)
         return [time_derivatives(self.tape, jet) for jet in series]

@@ -1,13 +1,13 @@
 """Paths: components of a vector in moving axes with their time derivatives, and their change of frame.
 
-For y = R^T x, where the rotation has R' = R w~, the k-th derivative of x seen in the child is (d/dt + w~)^k y. So
-nothing is needed beside R itself but cross products with w and its derivatives. With Y[k][m] = d^m/dt^m (d/dt + w~)^k
+For y = R^T x with R' = R w~, the k-th derivative of x seen in the child is (d/dt + w~)^k y. So
+only R itself and cross products with w and its derivatives are needed. With Y[k][m] = d^m/dt^m (d/dt + w~)^k
 y,
 
     Y[k+1][m] = Y[k][m+1] + sum_i binomial(m, i) w^(i) x Y[k][m-i]
 
 leads from Y[k][0], the parent's derivatives, to Y[0][m], the child's, and back. Summed along k + m = constant, each
-w^(i) is crossed with one sum only, which is where operations are saved against the product rule for R^T x: a second
+w^(i) is crossed with one sum only, which saves operations against the product rule for R^T x: a second
 derivative of a planar rotation costs 16 instead of 22.
 """
 
@@ -27,7 +27,7 @@ Entry = Callable[[int, int], Vector]
 
 
 def to_child(rotation: Rotation, turn: Sequence[Vector], x: Sequence[Vector]) -> Path:
-    """Return the path of R^T x, as long as that of x; ``turn`` is the path of w in child axes."""
+    """Return the path of R^T x, as long as the path of x; ``turn`` is the path of w in child axes."""
     return in_rotating_axes([rotation.rotate_back(value) for value in x], turn)
 
 
@@ -45,7 +45,7 @@ def in_rotating_axes(rotated: Sequence[Vector], turn: Sequence[Vector]) -> Path:
 
 
 def to_parent(rotation: Rotation, turn: Sequence[Vector], y: Sequence[Vector]) -> Path:
-    """Return the path of R y, as long as that of y; ``turn`` is the path of w in child axes."""
+    """Return the path of R y, as long as the path of y; ``turn`` is the path of w in child axes."""
     table = {(0, m): value for m, value in enumerate(y)}
 
     def entry(k: int, m: int) -> Vector:

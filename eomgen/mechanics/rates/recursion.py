@@ -1,7 +1,7 @@
 """Inverse dynamics with time derivatives in one recursion: motion outwards, wrenches inwards, as paths in link axes.
 
 Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257, section 4, for any order, any joint and a moving base. Angular
-acceleration is the derivative of the components of angular velocity, so its derivatives cost nothing beyond one more of
+acceleration is the derivative of the components of angular velocity, so its derivatives cost only one more of
 those; the mass enters through products with constants only. That is 2284 operations for tau and two derivatives of a
 7-joint arm, against 2755 when the operations of tau are differentiated one by one.
 """
@@ -119,7 +119,7 @@ def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list
 
 
 def _carried(link: Link, turn: Path, drive: Drive, loads: Sequence[Wrench]) -> list[Wrench]:
-    """Return the path of a wrench on a link as that of the wrench on its parent."""
+    """Return the path of a wrench on a link, given the path of the wrench on its parent."""
     order = len(loads) - 1
     moments = to_parent(link.rotation, turn, [load[0] for load in loads])
     forces = to_parent(link.rotation, turn, [load[1] for load in loads])

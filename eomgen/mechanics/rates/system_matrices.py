@@ -9,7 +9,7 @@ J) holds for balls too. A is applied, outwards along the tree, and A^T inwards; 
 
     (A y)' = A (y' + a (y - A y)),      (A^T x)' = A^T (x' - a^T A^T x) + a^T A^T x
 
-Nothing here is shared with the recursion of ``rate_recursion`` but the joints' poses, so each is the other's check.
+The joints' poses are all that is shared with the recursion of ``rate_recursion``, so each is the other's check.
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ class SystemMatrices:
         return total
 
     def with_transpose(self, paths: Sequence[Columns]) -> list[Columns]:
-        """Return A^T x and its derivatives up to order 2 from those of x, by the rule for A^T."""
+        """Return A^T x and its derivatives up to order 2, given the derivatives of x, by the rule for A^T."""
         z = [self.inwards(paths[0])]
         if len(paths) == 1:
             return z
@@ -205,7 +205,7 @@ class SystemMatrices:
 
 
 class Image:
-    """A x and its time derivatives, for columns x whose time dependence is given by ``changes``.
+    """A x and its time derivatives, for columns x with the time dependence ``changes``.
 
     The n-th derivative of A x is A y_n, with y_0 = x and y_(n+1) = y_n' + a (y_n - A y_n).
     """

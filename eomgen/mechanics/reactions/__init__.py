@@ -1,4 +1,4 @@
-"""Reactions: what joints and constraints transmit, from inverse dynamics and multipliers."""
+"""Reactions: wrenches transmitted by joints and constraints, from inverse dynamics and multipliers."""
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.

@@ -22,7 +22,7 @@ class Reactions:
 
     Parameters
     ----------
-    wrenches : makes what joints and constraints transmit, from the names of the fixed joints among them, at the first
+    wrenches : returns wrenches transmitted by joints and constraints, given the requested fixed joints, at the first
         reaction that is asked for
     """
 
@@ -44,7 +44,7 @@ class Reactions:
         Raises
         ------
         ModelError
-            Nothing of that name has a drive.
+            No joint or constraint of that name has a drive.
         """
         if symbol.kind == "drive_effort":
             return self._drive_effort(symbol.name, symbol.index)
@@ -55,7 +55,7 @@ class Reactions:
         return self._found[symbol.name][symbol.index]
 
     def _fixed_joints(self) -> list[str]:
-        """Return the fixed joints whose reactions the scene's outputs and events mention."""
+        """Return the fixed joints with reactions in the scene's outputs and events."""
         formulas = [*(value for output in self.scene.outputs for value in output.values)]
         formulas += [formula for event in self.scene.events for formula in (event.when, *event.actions())]
         of = {self._named(item.name).of for formula in formulas for item in symbols(formula) if item.kind == "reaction"}
@@ -90,8 +90,8 @@ class Reactions:
     def _moved(self, load: Transmitted, item: Reaction) -> Transmitted:
         """Return a wrench about the point of a reaction.
 
-        The lever is taken in the axes of a link that the wrench comes by on its way to the base, where there is one
-        that holds the point, so that nothing cancels far from the origin.
+        The lever is taken in the axes of a link that the wrench passes on its way to the base, if such a link
+        holds the point, so that no digits cancel far from the origin.
         """
         quantities, tree = self.wrenches.quantities, self.wrenches.tree
         kinematics, point = quantities.kinematics, item.point
@@ -110,7 +110,7 @@ class Reactions:
         return Transmitted(near.link, plus(near.at, lever), minus(near.moment, cross(lever, near.force)), near.force)
 
     def _to_axes(self, link: int, axes: str) -> Callable[[Vector], Vector]:
-        """Return what turns vectors from a link's axes to those of a body, of the base or of the world."""
+        """Return the rotation of vectors from a link's axes to the axes of a body, of the base or of the world."""
         tree, kinematics = self.wrenches.tree, self.wrenches.quantities.kinematics
         mount = None if axes == WORLD else tree.mounts[axes]
         target = ROOT if mount is None else mount.link

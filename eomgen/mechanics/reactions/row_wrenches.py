@@ -1,9 +1,9 @@
-"""Unit wrenches of constraint equations: what each multiplier does to the two bodies.
+"""Unit wrenches of constraint equations: the action of each multiplier on the two bodies.
 
-An equation depends on where the second frame is in the first one, and on nothing else of the machine. Its rate is
+An equation depends on the pose of the second frame in the first one, and on no other part of the machine. Its rate is
 g . (omega, v), with the second frame's angular velocity against the first and the velocity of its origin. So the
-virtual work of B^T lam is that of the wrench lam g on the second body and of its opposite, at the same place, on the
-first. g is differentiated on a tape of its own, where that place is independent whatever it is made of on the scene's.
+virtual work of B^T lam is the work of the wrench lam g on the second body and of its opposite, at one place, on the
+first. g is differentiated on a tape of its own, with this pose independent although it depends on q on the scene's.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Wrenches that joints and constraints transmit.
 
-A joint of the tree transmits what the bodies that it carries need beyond what else acts on them: inertia forces less
+A joint of the tree transmits the wrench of its subtree beyond all other loads on it: inertia forces minus
 weight, applied forces and forces of constraints, in the inward recursion of inverse dynamics (Newton-Euler; Luh, Walker
 and Paul 1980), with the bodies' own inertia and not the grouped one. Springs, dampers, stops, friction, drives and
-efforts of a joint itself are part of what it transmits. A constraint transmits the unit wrenches of its equations times
+efforts of a joint itself are part of the wrench. A constraint transmits the unit wrenches of its equations times
 minus their multipliers. In absolute coordinates the recursion runs over the bodies in world axes.
 """
 
@@ -44,13 +44,13 @@ class Transmitted:
 
 
 class TransmittedWrenches:
-    """What joints and constraints of one scene transmit, each recorded at its first use.
+    """Wrenches transmitted by joints and constraints of one scene, each recorded at its first use.
 
     Parameters
     ----------
     tree : with the bodies' own inertia
-    base : motion of what carries the tree
-    rows : of all constraints, as the multipliers are numbered; None where there are none
+    base : motion of the frame that carries the tree
+    rows : of all constraints, as the multipliers are numbered; None if there are none
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class TransmittedWrenches:
         self._of_constraints: dict[str, tuple[Transmitted, Transmitted]] = {}
 
     def joint(self, name: str) -> Transmitted:
-        """Return what a joint's parent exerts on its child, about the origin of the child's frame."""
+        """Return the wrench of a joint's parent on its child, about the origin of the child's frame."""
         joint = self.joints[name]
         mount = self.tree.mounts[joint.child]
         absolute = self.scene.coordinates == "absolute"
@@ -77,11 +77,11 @@ class TransmittedWrenches:
         return Transmitted(mount.link, mount.position, minus(moment, cross(mount.position, force)), force)
 
     def constraint(self, item: Constraint) -> Transmitted:
-        """Return what the first body exerts on the second one, about the origin of the second frame."""
+        """Return the wrench of the first body on the second one, about the origin of the second frame."""
         return self._pair(item)[1]
 
     def drive_effort(self, item: Constraint | Joint, index: int = 0) -> Scalar:
-        """Return what a drive pushes along an angle, N m, or a travel or distance, N; positive drives it up."""
+        """Return the effort of a drive along an angle, N m, or a travel or distance, N; positive drives it up."""
         multipliers = self._multipliers(item)
         if isinstance(item, Joint):
             return -multipliers[index]
@@ -89,12 +89,12 @@ class TransmittedWrenches:
         return effort if item.kind.drive == "travel" else -effort
 
     def _multipliers(self, item: Constraint | Joint) -> dict[int, Scalar]:
-        """Return the multiplier of each equation, without those that follow from others."""
+        """Return the multiplier of each equation, without dependent equations."""
         rows = [] if self.rows is None else self.rows.all
         return {row.number: self.quantities.input("lam", k) for k, row in enumerate(rows) if row.owner is item}
 
     def _pair(self, item: Constraint) -> tuple[Transmitted, Transmitted]:
-        """Return the wrenches of a constraint on its first and on its second body, both where the second frame is."""
+        """Return the wrenches of a constraint on its first and its second body, both at the second frame's origin."""
         if item.name not in self._of_constraints:
             with self.tree.algebra.tape.block(f"reaction of constraint {item.name}"):
                 self._of_constraints[item.name] = self._recorded(item)
@@ -120,7 +120,7 @@ class TransmittedWrenches:
 
     @cached_property
     def _net(self) -> list[Wrench]:
-        """What each link needs of the joints beyond what else acts on it, about its origin in its axes."""
+        """Wrench that each link needs from its joints beyond other loads, about its origin in its axes."""
         forces = list(self.loads.wrenches)
         add_section_forces(self.quantities, self.rows, forces)
         for item in self.scene.constraints:
@@ -136,7 +136,7 @@ class TransmittedWrenches:
 
     @cached_property
     def _through_bodies(self) -> dict[str, Wrench]:
-        """What is transmitted to each moving body with all that hangs on it, in its link's axes about its origin."""
+        """Wrench transmitted to each moving body with its subtree, in its link's axes about its origin."""
         hosts: dict[str, str] = {}
         for joint in self.scene.joints:
             hosts[joint.child] = joint.child if joint.kind.moves else hosts.get(joint.parent, BASE)

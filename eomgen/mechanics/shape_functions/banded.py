@@ -1,6 +1,6 @@
 """Symmetric banded matrices of fixed-point numbers, and modes of a pencil (K, M) to full precision.
 
-SciPy's eigenvectors are where Rayleigh's quotient iteration starts, which triples the digits in every step (B. N.
+Rayleigh's quotient iteration starts from SciPy's eigenvectors and triples the digits in every step (B. N.
 Parlett, The Symmetric Eigenvalue Problem, 1980, section 4.6). So the result does not depend on the library or the
 processor.
 """

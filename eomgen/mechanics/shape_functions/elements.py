@@ -48,7 +48,7 @@ class Elements:
 
     @property
     def breaks(self) -> tuple[Fraction, ...]:
-        """Ends of elements, where derivatives jump."""
+        """Ends of elements, at which derivatives jump."""
         return tuple(Fraction(number, self.count) for number in range(1, self.count))
 
     @property
@@ -103,7 +103,7 @@ def elements(deformation: Deformation, beam: Beam) -> Elements:
 
 
 def _mesh(count: int, length: Fraction, bending: bool) -> Elements:
-    """Return a mesh with all its nodal coordinates as shape functions; slopes are those by x."""
+    """Return a mesh with all its nodal coordinates as shape functions; slopes are derivatives by x."""
     if bending:
         scales = (Fraction(1), length / count) * 2
         local = tuple(tuple(scale * entry for entry in row) for scale, row in zip(scales, _CUBIC, strict=True))

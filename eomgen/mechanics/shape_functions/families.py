@@ -15,7 +15,7 @@ class Family(Protocol):
     Attributes
     ----------
     size : n
-    breaks : where functions or derivatives are not smooth, within 0 < s < 1, in order
+    breaks : places at which functions or derivatives are not smooth, within 0 < s < 1, in order
     wave_number : largest of a wave in the functions between breaks, rad; of polynomials, a quarter of their degree
     """
 
@@ -33,7 +33,7 @@ class Family(Protocol):
 
 @dataclass(frozen=True)
 class Scaled:
-    """A family whose functions are multiplied by factors (n,)."""
+    """A family with functions multiplied by factors (n,)."""
 
     family: Family
     factors: Fixed

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 BITS = 128
-#: Binary digits of what is found by mpmath: some more, for what is lost on the way.
+#: Binary digits of results of mpmath: some more, for digits lost on the way.
 WORKING = BITS + 32
 ONE = 1 << BITS
 #: Whole numbers of any size.

@@ -1,7 +1,7 @@
 """Computation of a beam's shape integrals.
 
 Everything is a sum of whole numbers (see ``fixed_point``) that is rounded once: a fraction becomes the double nearest
-to it, and what vanishes by symmetry or orthogonality is zero.
+to it, and integrals that vanish by symmetry or orthogonality are zero.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from eomgen.mechanics.shape_functions.selection import shapes
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station
 from eomgen.scene.bodies.beam import Beam
 
-_VANISHES = 54  # bits: what is smaller against the bound of Cauchy and Schwarz is zero but for quadrature
+_VANISHES = 54  # bits: integrals below the bound of Cauchy and Schwarz by these are zero up to quadrature
 
 Pairs = Callable[[int, int], bool]
 
@@ -88,7 +88,7 @@ class _Integrator:
         )
 
     def profile(self, name: str) -> Coefficients:
-        """Return the polynomial in s of a property's profile, as a share of its value; 1 where there is none."""
+        """Return the polynomial in s of a property's profile, as a share of its value; 1 if there is none."""
         return tuple(Fraction(entry) for entry in self.beam.profiles.get(name, (1.0,)))
 
     def bend_in_same_plane(self, k: int, j: int) -> bool:

@@ -1,6 +1,6 @@
 """Polynomial shape functions with exact rational coefficients, orthogonal in the mass of a uniform beam.
 
-f_k = w(s) P_k(s), where w holds the geometric conditions at the ends and P_k are Jacobi polynomials on 0 .. 1,
+f_k = w(s) P_k(s), w with the geometric conditions at the ends, P_k Jacobi polynomials on 0 .. 1,
 orthogonal with the weight w^2 (Abramowitz and Stegun, chapter 22). So a dozen of them still make a well conditioned
 mass matrix.
 """

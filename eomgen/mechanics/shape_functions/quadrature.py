@@ -18,7 +18,7 @@ from eomgen.mechanics.shape_functions.families import Family
 from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, array, fixed, rounded, times
 
 _NODES = 24
-_WAVE_PER_PANEL = 3.0  # rad: what is left out of products of four functions is below 1e-18
+_WAVE_PER_PANEL = 3.0  # rad: the quadrature error of products of four functions is below 1e-18
 
 
 @functools.cache
@@ -63,9 +63,9 @@ class Grid:
     Parameters
     ----------
     families : sequence of Family
-        What is to be integrated.
+        Functions to integrate.
     ends : sequence of Fraction
-        Where the integrals begin and end, and positions between that are to be edges of panels.
+        Ends of the integrals, and positions between that are to be edges of panels.
 
     Attributes
     ----------

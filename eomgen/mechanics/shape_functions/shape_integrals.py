@@ -42,7 +42,7 @@ class ShapeIntegrals:
     mass, first, second : int 1, int x, int x^2 over mass
     d : (n,) int f_k over mass, 0 of torsion
     e : (n,) int x f_k over mass, 0 of torsion
-    m : (n, n) int f_k f_l over mass between all displacements, whatever their direction; 0 of torsion
+    m : (n, n) int f_k f_l over mass between all displacements in any direction; 0 of torsion
     g0 : (n, n) int H_kl over mass, H_kl = int_0^x f_k' f_l' between bending coordinates of one kind
     g1 : (n, n) int x H_kl over mass
     h1 : (n, n, n) int H_kl f_m over mass, for order 2

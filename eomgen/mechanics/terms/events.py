@@ -16,10 +16,10 @@ from eomgen.symbolic.tape import ZERO
 from eomgen.system.events import Assignment, EventRow, Mode, mode_parameter
 from eomgen.system.system import Block
 
-#: What a function depends on whose rate along the motion is not recorded.
+#: Quantities without a recorded rate along the motion, on which functions may depend.
 _WITHOUT_RATE = frozenset({"a", "lam", "u"})
 _SIGNS = {"rising": 1, "falling": -1, "both": 0}
-#: What the function of an impact may depend on: its gradient is the direction of the impulse.
+#: Quantities that the function of an impact may depend on: its gradient is the direction of the impulse.
 _POSITIONS = frozenset({"p", "t", "q", "base"})
 
 
@@ -99,7 +99,7 @@ def event_actions(derivation: Derivation) -> list[Block]:
 
 
 def event_impulse(derivation: Derivation) -> list[Block]:
-    """Return what impulses follow from: M, B where there are constraints, and the gradients of impacts in q."""
+    """Return the terms that impulses follow from: M, B of constraints, and the gradients of impacts in q."""
     tape, nv = derivation.tape, derivation.tree.nv
     pairs = zip(derivation.scene.events, _values(derivation), strict=True)
     values = [value.ref for event, value in pairs if event.action == "impact"]

@@ -1,7 +1,7 @@
 """Forward dynamics: M = L^T D L along the tree with three substitutions, or articulated bodies.
 
 Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5 and chapter 7. The cheaper one is kept, and articulated
-bodies where the elimination of M loses digits.
+bodies if the elimination of M loses digits.
 """
 
 from __future__ import annotations

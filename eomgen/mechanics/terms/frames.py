@@ -19,7 +19,7 @@ from eomgen.system.terms import REFERENCES
 
 
 def frame_mount(derivation: Derivation, frame: FixedFrame) -> Mount:
-    """Return where a frame sits on its link; on a beam on the station at its origin."""
+    """Return the mount of a frame on its link; on a beam, on the station at the frame's origin."""
     position = derivation.quantities.vector(frame.position)
     mount = derivation.tree.mount_at(frame.body, position)
     orientation = multiply(mount.orientation, derivation.algebra.matrix(frame.orientation))

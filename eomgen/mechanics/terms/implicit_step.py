@@ -35,8 +35,8 @@ def iteration(derivation: Derivation) -> list[Block]:
 
 
 def differentiated_iteration(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of K, C, M, and of B and Z of constraints, by forward differentiation, which knows where they
-    are beforehand.
+    """Return the nonzeros of K, C, M, and of B and Z of constraints, by forward differentiation with known
+    positions.
 
     For many bodies of which few carry others: along long branches recursions are cheaper.
     """
@@ -84,14 +84,14 @@ def jacobian_values(derivation: Derivation) -> list[Block]:
 
 
 def _nonzeros(derivation: Derivation, name: str, entries: Entries, what: str) -> Block:
-    """Return the entries of a matrix, row by row, and keep where they belong."""
+    """Return the entries of a matrix, row by row, and keep their positions."""
     indices, refs = pattern({index: ref for index, ref in entries.items() if ref != ZERO})
     derivation.patterns[name] = indices
     return Block(name, (len(refs),), refs, f"nonzeros of {what}")
 
 
 def _packed(derivation: Derivation, block: Block) -> Block:
-    """Return the entries of a matrix that are not zero by structure, row by row, and keep where they belong."""
+    """Return the entries of a matrix that are not zero by structure, row by row, and keep their positions."""
     columns = block.shape[1]
     derivation.patterns[block.name] = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
     refs = tuple(ref for ref in block.refs if ref != ZERO)

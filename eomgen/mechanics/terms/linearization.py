@@ -21,12 +21,12 @@ from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO
 from eomgen.system.system import BASE_LAYOUT, Block
 
-#: Groups of columns: the letter of their blocks, and what the columns are.
+#: Groups of columns: the letter of their blocks, and the quantities of the columns.
 _OF_STATE = (("q", "dq, left-trivialised"), ("v", "dv"), ("a", "da"), ("z", "dz"), ("lam", "dlam"))
 
 
 def linearization(derivation: Derivation) -> list[Block]:
-    """Return M0, C0, K0, B0, E0 and the matrices of internal states, those with rows and columns."""
+    """Return the nonempty ones of M0, C0, K0, B0, E0 and the matrices of internal states."""
     tape, scene = derivation.tape, derivation.scene
     K, C, M = derivation.partials()
     blocks = [
@@ -45,7 +45,7 @@ def linearization(derivation: Derivation) -> list[Block]:
 
 
 def output_partials(derivation: Derivation) -> list[Block]:
-    """Return the partials of the named outputs, Yq, Yv, Ya, Yz, Ylam, Yu, Yw, those with columns."""
+    """Return the nonempty partials of the named outputs among Yq, Yv, Ya, Yz, Ylam, Yu, Yw."""
     tape, tree = derivation.tape, derivation.tree
     values = [Scalar(tape, ref) for ref in derivation.outputs()[0].refs]
     multipliers = 0 if derivation.constraints is None else len(derivation.constraints.tangents)
@@ -140,7 +140,7 @@ class Columns:
 
 
 def _accelerations_of_base() -> list[int]:
-    """Return where the base struct holds the angular and then the linear acceleration."""
+    """Return the offsets of the angular and then the linear acceleration in the base struct."""
     components, start = {}, 0
     for name, size, _ in BASE_LAYOUT:
         components[name], start = range(start, start + size), start + size
@@ -150,7 +150,7 @@ def _accelerations_of_base() -> list[int]:
 def _matrix(
     derivation: Derivation, values: Sequence[Scalar], seeds: Seeds, columns: int, name: str, description: str
 ) -> list[Block]:
-    """Return the partials of values along the directions of seeds as one block; none where it would be empty."""
+    """Return the partials of values along the directions of seeds as one block; none if it would be empty."""
     if not values or not columns:
         return []
     tangents = forward_partials(derivation.tape, [value.ref for value in values], seeds)

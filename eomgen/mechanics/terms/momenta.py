@@ -1,4 +1,4 @@
-"""Generalized momenta, and what changes them: both sides of Lagrange's equations in left-trivialised velocities.
+"""Generalized momenta, and their rates: both sides of Lagrange's equations in left-trivialised velocities.
 
 With the inertial kinetic energy T(q, v, t), p = dT/dv, and ad_v the bracket with v (Hamel 1904; Bloch, Krishnaprasad,
 Marsden and Ratiu, Commun. Math. Phys. 175 (1996) 1):

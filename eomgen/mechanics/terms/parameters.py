@@ -24,7 +24,7 @@ from eomgen.system.system import Block
 
 
 def parameter_partials(derivation: Derivation) -> list[Block]:
-    """Return Rp, then Fp where there are internal states, then Phip, Zp and Ap where there are constraints."""
+    """Return Rp, then Fp if there are internal states, then Phip, Zp and Ap if there are constraints."""
     partials = Partials(derivation)
     (r,) = derivation.residual()
     blocks = [partials.of(r.refs, "Rp", "d(M a + h + b - Q + B^T lam)")]

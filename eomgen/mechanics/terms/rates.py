@@ -84,7 +84,7 @@ def forward_rates(derivation: Derivation, order: int) -> Paths:
     """Return vdot and its time derivatives along the motion of the forced system, (nv, order + 1).
 
     Each derivative of tau is linear in the highest derivative of v, with M before it, and zero along that motion: so
-    every derivative more is one substitution more in the factors of M. Where the tree is too deep for M: jets of vdot
+    every derivative more is one substitution more in the factors of M. If the tree is too deep for M: jets of vdot
     along its flow.
     """
     tree = derivation.tree
@@ -113,7 +113,7 @@ def motion_jets(derivation: Derivation) -> MotionJets:
 def inverse_dynamics_rates(derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Paths:
     """Return tau and its time derivatives, (nv, order + 1): inertia and gravity by recursion, applied loads by jets.
 
-    ``along`` are a and its derivatives where they are not inputs.
+    ``along`` are a and its derivatives if they are not inputs.
     """
     tree = derivation.grouped
     omega, acceleration = base_paths(derivation, order)

@@ -1,4 +1,4 @@
-"""Terms of what inverse dynamics is linear in: tau = Y pi + tau0."""
+"""Terms of the linear form of inverse dynamics: tau = Y pi + tau0."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def regressor_blocks(derivation: Derivation) -> list[Block]:
 
 
 def regressor_parameters(derivation: Derivation) -> list[Block]:
-    """Return pi, (parameters,): what the scene says of the parameters."""
+    """Return pi, (parameters,): the values of the parameters in the scene."""
     scene = derivation.scene
     found = parameter_values(derivation.algebra, scene, derivation.constant)
     names = ", ".join(item.name for item in linear_parameters(scene))

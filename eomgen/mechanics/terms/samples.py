@@ -21,7 +21,7 @@ def samples(derivation: Derivation) -> list[Block]:
 def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
     """Return the sampled states of a scene, in their order.
 
-    A state whose formula names another sampled one takes the value which that one takes at the same time; itself, and
+    A state with a formula of another sampled state takes the value which that one takes at the same time; itself, and
     what is delayed, are what they were. What a controller gives comes after its signals.
 
     Raises

@@ -1,6 +1,6 @@
 """Sparse partials of long recursions: named intermediates are kept as unknowns and not eliminated.
 
-The Jacobian of y = f(x, s(x)) with s given step by step is dense, but that of the pair (y, definitions of s) is sparse:
+The Jacobian of y = f(x, s(x)) with s given step by step is dense, but the pair (y, definitions of s) has a sparse one:
 each step of a recursion knows only its neighbour. Eliminating the intermediates again in a good order is the
 linear-time recursion (Griewank and Walther 2008, chapter 9: the extended system).
 """
@@ -23,7 +23,7 @@ def cut_partials(
 
     Parameters
     ----------
-    cuts : references of operations; leaves, repetitions and what the outputs do not need are passed over
+    cuts : references of operations; leaves, repetitions and operations that no output depends on are skipped
     first : direction of the first cut that is used; they are numbered in the order of the tape
 
     Returns

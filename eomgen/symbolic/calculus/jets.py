@@ -3,8 +3,8 @@
 A jet is the list of normalised coefficients x_k = x^(k) / k!. Recurrences: Griewank and Walther, Evaluating Derivatives
 (2008), table 13.2. Input symbols own their jets: see ``configuration``.
 
-Where a function is not smooth, the branch taken at order 0 is followed (as in ``derivatives``). The recurrences of
-SQRT, LOG, POW, ASIN, ACOS and ATAN2 divide by what vanishes at their singular points.
+If a function is not smooth, the branch taken at order 0 is followed (as in ``derivatives``). The recurrences of
+SQRT, LOG, POW, ASIN, ACOS and ATAN2 have denominators that vanish at their singular points.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Jet = Sequence[Ref]
 def jets(
     tape: Tape, outputs: Sequence[Ref], input_jets: Mapping[Ref | InputSymbol, Jet], order: int
 ) -> list[list[Ref]]:
-    """Return the Taylor coefficients of outputs from those of independent quantities.
+    """Return the Taylor coefficients of outputs, given the coefficients of independent quantities.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ class JetAlgebra:
         return self._sine_cosine[key]
 
     def _from_derivative(self, x: Jet, value: Ref, square: float, linear: bool = False) -> list[Ref]:
-        """Return the jet of z with z' = w x', where w = z if ``linear``, else 1 + square z^2."""
+        """Return the jet of z with z' = w x'; w = z if ``linear``, else 1 + square z^2."""
         slope, z, w = [ZERO, *self.rate(x)], [value], list[Ref]()
         for k in range(1, len(x)):
             if linear:

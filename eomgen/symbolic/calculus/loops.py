@@ -1,8 +1,8 @@
 """Calculus on Maps: the derivative, the adjoint and the jet of a loop are loops again.
 
-The kernel is differentiated once, whatever the number of elements; derivatives of carries are carries (Griewank and
+The kernel is differentiated once for any number of elements; derivatives of carries are carries (Griewank and
 Walther 2008, chapter 3), adjoints of carries run backwards through the elements over stored carries (chapter 4).
-What differentiates the kernel is an argument, since a kernel may hold loops itself.
+The function that differentiates the kernel is an argument, since a kernel may contain loops itself.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ def map_partials(
 ) -> list[Tangent]:
     """Return the tangent of every result of a Map, numbered like its results, from the tangents of nodes.
 
-    One loop carries all directions. Only where that would multiply mostly zeros (no carries, and each element reached
+    One loop carries all directions. Only if most products would be with zeros (no carries, and each element reached
     by few of the directions) the loop gives the local partials of each element instead, which are combined outside; or,
-    where fewer directions reach an element than it gathers numbers that they change, its derivatives along those. What
-    elements have in common alone is combined outside, too, where it is less than the directions that change it.
+    if fewer directions reach an element than the numbers it gathers, its derivatives along these directions. Quantities
+    shared by all elements are combined outside, too, if they are fewer than the directions that change them.
     """
     loop = cast("Map", tape.maps[number])
     outer = {symbol: [signed_tangent(tangents, ref) for ref in refs] for symbol, refs in _outer(loop).items()}
@@ -279,7 +279,7 @@ def _combined_partials(
 
 @dataclass(frozen=True)
 class _LocalDirections:
-    """Directions that reach each element, numbered alike where they change the same of what it gathers.
+    """Directions that reach each element, numbered alike if they change the same gathered numbers.
 
     Attributes
     ----------
@@ -292,7 +292,7 @@ class _LocalDirections:
 
 
 def _local_directions(loop: Map, outer: Mapping[InputSymbol, Sequence[Tangent]]) -> _LocalDirections | None:
-    """Return the directions that reach each element; None where what all share changes too."""
+    """Return the directions that reach each element; None if shared quantities change too."""
     gathered = [column for symbol, column in outer.items() if symbol.block == "gather"]
     if any(any(column) for symbol, column in outer.items() if symbol.block != "gather"):
         return None

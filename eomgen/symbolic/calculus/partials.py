@@ -2,8 +2,8 @@
 
 Griewank and Walther, Evaluating Derivatives (2008), chapter 3. Input symbols own their tangents: see ``configuration``.
 
-Where a function is not smooth, a derivative is chosen: ABS gives sign(x), so 0 at 0; SIGN, LT and LE give 0; MIN and
-MAX take the operand they return, the first one recorded where both are equal; SELECT takes the branch it returns and
+If a function is not smooth, a derivative is chosen: ABS gives sign(x), so 0 at 0; SIGN, LT and LE give 0; MIN and
+MAX take the operand they return, the first one recorded if both are equal; SELECT takes the branch it returns and
 never differentiates its condition. POW with an exponent that varies needs a positive base.
 """
 
@@ -32,7 +32,7 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
     ----------
     seeds : mapping from InputSymbol, or reference of a node, to {direction: derivative}
         Derivatives of the independent quantities; all other inputs are constants. A seeded node that is not an input is
-        treated as independent: what it depends on is not followed.
+        treated as independent: its own operands are not differentiated.
 
     Returns
     -------
@@ -77,8 +77,8 @@ def second_directional(
 ) -> list[Ref]:
     """Differentiate along ``first``, then the result along ``second``.
 
-    The tangents in ``first`` are part of the expression that is differentiated again: where they depend on the
-    configuration, as those of a quaternion do, the order of the two matters (left-trivialised second derivatives do not
+    The tangents in ``first`` are part of the expression that is differentiated again: if they depend on the
+    configuration, as tangents of quaternions do, their order matters (left-trivialised second derivatives do not
     commute).
     """
     return jacobian_vector(tape, jacobian_vector(tape, outputs, first), second)
@@ -129,7 +129,7 @@ def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
 
 
 def node_tangent(tape: Tape, node: int, op: Op, tangents: Mapping[int, Tangent]) -> Tangent:
-    """Return the tangent of an operation from those of its operands."""
+    """Return the tangent of an operation, given the tangents of its operands."""
     operands = tape.operands(node)
     inner = [signed_tangent(tangents, ref) for ref in operands]
     if not any(inner):
@@ -201,7 +201,7 @@ def _local_partials(tape: Tape, node: int, op: Op, active: Iterable[int]) -> lis
 
 
 def _derivative(tape: Tape, node: int, op: Op, x: Ref) -> Ref:
-    """Return f'(x), in terms of the node f(x) where that takes fewer operations."""
+    """Return f'(x), in terms of the node f(x) if fewer operations suffice."""
     match op:
         case Op.SQRT:
             return tape.div(tape.constant(0.5), node)

@@ -10,6 +10,6 @@ Tangent = dict[int, Ref]  # direction -> derivative; directions with a derivativ
 
 
 def signed_tangent(tangents: Mapping[int, Tangent], ref: Ref) -> Tangent:
-    """Return the tangent of a reference from those of nodes."""
+    """Return the tangent of a reference, given the tangents of nodes."""
     tangent = tangents.get(abs(ref), {})
     return tangent if ref > 0 else {direction: -derivative for direction, derivative in tangent.items()}
