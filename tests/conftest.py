@@ -1,4 +1,4 @@
-"""Gives every test its own reproducible random numbers, and tests of the second and third tier their marks."""
+"""Gives every test its own reproducible random numbers, and the cases of parametrised tests their tiers."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ os.environ.setdefault("EOMGEN_PROFILE", "quick")
 
 import gc
 import zlib
+from collections.abc import Generator, Sequence
 
 import numpy as np
 import pytest
-
-from tests.tiers import is_long, is_slow, stale_entries
 
 # Equations are millions of small objects without circles: to look for circles among them takes a quarter of the time.
 gc.set_threshold(50_000, 20, 20)
@@ -27,17 +26,35 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    for item in items:
-        if is_slow(item.nodeid):
-            item.add_marker(pytest.mark.slow)
-        if is_long(item.nodeid):
-            item.add_marker(pytest.mark.slow)
-            item.add_marker(pytest.mark.long)
-    whole_files = not any("::" in argument for argument in config.args)
-    if whole_files and (stale := stale_entries([item.nodeid for item in items])):
-        raise pytest.UsageError(f"tests/tiers.py names what is not there: {'; '.join(stale)}")
+@pytest.hookimpl(wrapper=True)
+def pytest_pycollect_makeitem(collector: pytest.Module) -> Generator[None, object, object]:
+    """Turn the marks with identifiers of cases (listed in pyproject.toml) into `slow` and `long`."""
+    made = yield
+    if isinstance(made, list):
+        _mark_tiers(collector, [item for item in made if isinstance(item, pytest.Function)])
+    return made
+
+
+def _mark_tiers(collector: pytest.Module, cases: Sequence[pytest.Function]) -> None:
+    """Mark the cases of one test.
+
+    Raises
+    ------
+    pytest.Collector.CollectError
+        If a mark has an identifier that none of the cases has.
+    """
+    identifiers = [case.callspec.id if hasattr(case, "callspec") else "" for case in cases]
+    for case, identifier in zip(cases, identifiers, strict=True):
+        for mark in list(case.iter_markers()):
+            tier, _, choice = mark.name.partition("_")
+            if tier not in ("slow", "long") or choice not in ("cases", "except"):
+                continue
+            if unknown := [name for name in mark.args if name not in identifiers]:
+                raise collector.CollectError(f"{mark.name} of {case.originalname} names no case: {', '.join(unknown)}")
+            if (identifier in mark.args) == (choice == "cases"):
+                case.add_marker(tier)
+        if case.get_closest_marker("long"):
+            case.add_marker("slow")
 
 
 @pytest.fixture

@@ -124,6 +124,7 @@ def test_small_wheel_keeps_its_rows(coordinates: str) -> None:
     assert len(assembled(wheel((50.0, 0.0), coordinates, radius=2e-5)).multipliers) == 3
 
 
+@pytest.mark.long
 def test_run_far_away() -> None:
     heights = []
     for place in ((0.0, 0.0), UTM):
@@ -135,6 +136,7 @@ def test_run_far_away() -> None:
     assert heights == pytest.approx([heights[0]] * 4, abs=1e-7)
 
 
+@pytest.mark.slow_except("point_on_line-joint")
 @pytest.mark.parametrize("coordinates", COORDINATES)
 @pytest.mark.parametrize("kind", SLIDES)
 def test_sliding_far_away(kind: str, coordinates: str) -> None:

@@ -30,6 +30,8 @@ from tests.oracles.placed_loops import (
 )
 from tests.oracles.similarity import DECIMAL, UnitsOf, in_units
 
+pytestmark = pytest.mark.slow
+
 #: Planes in which rows that say nothing vanish exactly, nearly, and not at all.
 NAMED = {
     "as drawn": np.eye(3),
@@ -78,6 +80,14 @@ def test_any_plane(loop: str, coordinates: str, rng: np.random.Generator) -> Non
         assert free(assembled(on_free_body(scene))) == 7, closing
 
 
+@pytest.mark.long_cases(
+    "four_bar-absolute",
+    "four_bar-joint",
+    "parallelogram-absolute",
+    "parallelogram-joint",
+    "slider_crank-absolute",
+    "slider_crank-joint",
+)
 @pytest.mark.slow
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("loop", LOOPS)
@@ -135,6 +145,7 @@ def in_these(scene: Mapping[str, Any], units: UnitsOf) -> Data:
     return data
 
 
+@pytest.mark.long_cases("four_bar-absolute", "four_bar-joint", "slider_crank-absolute", "slider_crank-joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("loop", ["four_bar", "slider_crank"])
 def test_a_start_in_other_units(loop: str, coordinates: str, rng: np.random.Generator) -> None:
@@ -259,6 +270,7 @@ def angles_of(model: eomgen.Model, method: str, step: float = 5e-4) -> np.ndarra
     return run.q[:, -3:]
 
 
+@pytest.mark.long_except("drawn-others0-generalized_alpha")
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     ("first", "others"), [("drawn", ("turned", "far")), ("flying", ("flying, turned", "flying, far"))]

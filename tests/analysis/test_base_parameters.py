@@ -26,6 +26,7 @@ def plane_arm(**given: object) -> eomgen.SceneBuilder:
     return builder
 
 
+@pytest.mark.slow
 def test_a_plane_arm_by_hand() -> None:
     model = eomgen.build(plane_arm().build(), TERMS)
     found = model.base_parameters()
@@ -51,6 +52,7 @@ def test_a_plane_arm_by_hand() -> None:
     assert longer.matrix[0, 10] == 1 / 3
 
 
+@pytest.mark.slow
 def test_they_decide_inverse_dynamics_and_no_fewer_do(rng: np.random.Generator) -> None:
     """Of a robot whose number is known to be 36 (Gautier's rules for six revolute joints, one along gravity)."""
     scene = load(robot_file("ur_description/urdf/ur5_robot.urdf"))

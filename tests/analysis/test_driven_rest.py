@@ -79,6 +79,7 @@ def arm_eigenvalue(w: float) -> complex:
     return complex(-half, np.sqrt(k - half * half))
 
 
+@pytest.mark.slow
 def test_a_governor_rests_where_centrifugal_force_balances_weight(governor: eomgen.Model) -> None:
     rest = governor.equilibrium()
     assert rest.q == pytest.approx([0.0, arm_at(12.0)], abs=1e-9)
@@ -87,12 +88,14 @@ def test_a_governor_rests_where_centrifugal_force_balances_weight(governor: eomg
     assert rest.message.startswith("at rest beside the drive of shaft at 12 rad/s after ")
 
 
+@pytest.mark.slow
 def test_a_run_from_equilibrium_stays_at_the_stable_one(governor: eomgen.Model) -> None:
     run = governor.simulate(2.0, 1e-3, start="equilibrium")
     assert run.v[0] == pytest.approx([12.0, 0.0], abs=1e-12)
     assert run.q[:, 1] == pytest.approx(np.full(len(run.q), arm_at(12.0)), abs=1e-8)
 
 
+@pytest.mark.slow
 def test_linear_models_and_root_loci_are_about_rest_beside_the_drive(governor: eomgen.Model) -> None:
     found = governor.linearize().modes().eigenvalues
     assert found == pytest.approx([arm_eigenvalue(12.0)], rel=1e-7)
@@ -116,11 +119,13 @@ def tilts(w: float) -> list[float]:
     return [(root - ALONG * w) / (2.0 * ACROSS), (root + ALONG * w) / (2.0 * ACROSS)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [None, "equilibrium", "steady", "initial"])
 def test_a_driven_rotor_has_its_gyroscopic_forces(rotor: eomgen.Model, at: str | None) -> None:
     assert rotor.linearize(at=at).modes().angular_frequency == pytest.approx(tilts(300.0), rel=1e-9)
 
 
+@pytest.mark.slow_except("steady")
 @pytest.mark.parametrize("at", ["equilibrium", "steady"])
 def test_linear_models_hours_later_are_the_same(rotor: eomgen.Model, at: str) -> None:
     later = rotor.linearize(at=at, t=7200.0)
@@ -146,6 +151,7 @@ def test_a_velocity_that_a_drive_has_is_no_unknown(rotor: eomgen.Model) -> None:
     )
 
 
+@pytest.mark.slow
 def test_gyroscopic_forces_hold_an_oscillator_that_stiffness_does_not() -> None:
     """On a turntable faster than its own frequency: seen from it, an oscillator has the frequencies w -+ sqrt(k/m)."""
     table = {
@@ -169,6 +175,7 @@ def test_gyroscopic_forces_hold_an_oscillator_that_stiffness_does_not() -> None:
     assert model.linearize(at=rest).modes().angular_frequency == pytest.approx([10.0, 30.0], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_drive_whose_rate_changes_leaves_nothing_at_rest() -> None:
     model = eomgen.build(driven_by("150*t**2/2"), profile="quick")
     assert model.equilibrium().q[1] == pytest.approx(0.0, abs=1e-9)  # its rate is zero at t = 0
@@ -182,11 +189,13 @@ def test_a_drive_whose_rate_changes_leaves_nothing_at_rest() -> None:
         model.linearize(t=0.1)
 
 
+@pytest.mark.slow
 def test_rounding_of_a_rate_that_is_zero_is_rest() -> None:
     model = eomgen.build(driven_by("0.3*sin(5*t)"))
     assert model.equilibrium(t=np.pi / 10.0).v.tolist() == [0.0, 0.0]  # the law turns back there
 
 
+@pytest.mark.slow
 def test_forces_that_change_with_the_driven_angle_are_refused_with_their_centre_of_mass() -> None:
     off_axis = copy.deepcopy(ROTOR)
     off_axis["bodies"]["disc"]["center_of_mass"] = [0.01, 0, 0.02]  # 0.02 m above the pivot, so that it tilts
@@ -198,6 +207,7 @@ def test_forces_that_change_with_the_driven_angle_are_refused_with_their_centre_
     assert "centres of mass on the axis of spin (that of disc is 0.01 m off, 0.05 kg m)" in str(refusal.value)
 
 
+@pytest.mark.slow
 def test_a_loop_that_goes_with_the_drive_is_refused() -> None:
     """A slider and crank of radius 0.1 m and rod 0.5 m, in line at the start: its slider turns back and accelerates."""
     crank = {
@@ -231,6 +241,7 @@ def test_a_loop_that_goes_with_the_drive_is_refused() -> None:
         eomgen.build(crank, profile="quick").equilibrium()
 
 
+@pytest.mark.slow
 def test_a_rotor_of_two_blades_has_no_lasting_linear_model() -> None:
     """Unequal inertias across the axis: forces balance at all angles, their slopes change with the angle."""
     blades = copy.deepcopy(ROTOR)
@@ -239,6 +250,7 @@ def test_a_rotor_of_two_blades_has_no_lasting_linear_model() -> None:
         eomgen.build(blades, profile="quick").linearize()
 
 
+@pytest.mark.long
 def test_absolute_coordinates_are_sent_to_steady_motions() -> None:
     scene = copy.deepcopy(GOVERNOR) | {"coordinates": "absolute"}
     scene["bodies"]["ball"]["inertia"] = [1e-3] * 3
@@ -248,6 +260,7 @@ def test_absolute_coordinates_are_sent_to_steady_motions() -> None:
     assert model.linearize(at="steady").reference.what == "steady motion"
 
 
+@pytest.mark.slow
 def test_a_slide_that_a_rope_pulls_evenly_carries_a_pendulum_at_rest() -> None:
     """A distance of changing length: of constant rate in line with a slide, a frame in which the pendulum hangs."""
     scene = {

@@ -56,6 +56,7 @@ def rods(count: int) -> eomgen.Model:
 # -- closed forms ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_deflections_and_frequencies_of_springs_under_weight() -> None:
     model = two_masses()
     found = model.equilibrium(u={"push": -7.0})
@@ -69,6 +70,7 @@ def test_deflections_and_frequencies_of_springs_under_weight() -> None:
     assert found.residual < 1e-12 and found.acceleration < 1e-12
 
 
+@pytest.mark.slow
 def test_a_pendulum_hangs_or_stands() -> None:
     model, rest = pendulum(), {"torque": 0.0}
     rate = np.sqrt(MASS * G * LENGTH / (INERTIA + MASS * LENGTH**2))
@@ -85,6 +87,7 @@ def test_a_pendulum_hangs_or_stands() -> None:
     assert np.sin(held.q[0]) * MASS * G * LENGTH == pytest.approx(2.0, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_chain_of_rods_hangs_by_its_polygon_of_forces_and_nears_the_catenary() -> None:
     depths = []
     for count in (6, 12):
@@ -100,6 +103,7 @@ def test_a_chain_of_rods_hangs_by_its_polygon_of_forces_and_nears_the_catenary()
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_the_base_is_held_where_it_is() -> None:
     data = tomllib.loads(PENDULUM_TOML)
     data |= {"name": "tilted"}
@@ -134,6 +138,7 @@ def lowest(model: eomgen.Model, found: eomgen.analysis.equilibrium.Equilibrium, 
     return energy - model.energy(found.q, rest, rest, 0.0)["potential"]
 
 
+@pytest.mark.slow
 def test_a_body_in_space_on_springs_is_where_its_energy_is_least() -> None:
     model = suspended()
     found = model.equilibrium()
@@ -146,6 +151,7 @@ def test_a_body_in_space_on_springs_is_where_its_energy_is_least() -> None:
     np.testing.assert_allclose(small * 100.0, lowest(model, found, directions), rtol=0.05)  # a minimum, not a slope
 
 
+@pytest.mark.slow
 def test_a_loop_rests_at_its_least_energy_with_its_multipliers() -> None:
     model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
     found = model.equilibrium()
@@ -162,6 +168,7 @@ def test_a_loop_rests_at_its_least_energy_with_its_multipliers() -> None:
     assert other.stable is False and other.frequencies[0] < 0.0
 
 
+@pytest.mark.long
 def test_joint_and_absolute_coordinates_rest_alike() -> None:
     model = eomgen.build(
         tomllib.loads(PENDULUM_TOML) | {"coordinates": "absolute", "name": "on_its_own"}, profile="quick"
@@ -175,6 +182,7 @@ def test_joint_and_absolute_coordinates_rest_alike() -> None:
         assert len(found.multipliers) == 5
 
 
+@pytest.mark.long
 def test_slender_bodies_and_a_bad_start_are_no_trouble() -> None:
     model = eomgen.build(EXAMPLES / "hanging_chain" / "scene.toml")
     found = model.equilibrium()
@@ -186,6 +194,7 @@ def test_slender_bodies_and_a_bad_start_are_no_trouble() -> None:
     assert found.frequencies[10] == pytest.approx(2.404825557695773 / 2.0 * np.sqrt(G / 5.0), rel=0.02)
 
 
+@pytest.mark.slow
 def test_internal_states_rest_too() -> None:
     data = tomllib.loads(PENDULUM_TOML)
     data |= {"name": "servo", "states": {"sum": {"rate": "0.7 - q.hinge"}, "lag": {"rate": "(40 * sum - lag) / 0.05"}}}
@@ -205,6 +214,7 @@ def test_internal_states_rest_too() -> None:
 # -- runs that start settled -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_scene_starts_at_equilibrium() -> None:
     model = two_masses()
     run = model.simulate(inputs={"push": -7.0}, parameters={"load": 4.0})
@@ -226,6 +236,7 @@ def test_a_scene_starts_at_equilibrium() -> None:
         model.simulate(0.1, 1e-3, start="rest")
 
 
+@pytest.mark.slow
 def test_the_command_line_says_what_a_run_started_from(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = PENDULUM_TOML.replace("[simulation]", '[simulation]\nstart = "equilibrium"')
     assert "equilibrium" in text
@@ -250,6 +261,7 @@ def test_the_command_line_says_what_a_run_started_from(tmp_path: Path, capsys: p
         assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["start"] == start
 
 
+@pytest.mark.slow
 def test_a_loop_starts_at_equilibrium() -> None:
     model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
     run = model.simulate(0.3, 1e-3, start="equilibrium", initial={"q": model.initial_q, "v": np.zeros(model.nv)})
@@ -259,6 +271,7 @@ def test_a_loop_starts_at_equilibrium() -> None:
 # -- what has no equilibrium -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_what_nothing_holds_is_named() -> None:
     with pytest.raises(
         eomgen.NumericalError, match=r"nothing holds v\.root\[\d\]: it accelerates with .* m/s\^2, and no"
@@ -272,6 +285,7 @@ def test_what_nothing_holds_is_named() -> None:
         breaking().equilibrium()
 
 
+@pytest.mark.slow
 def test_rigid_modes_are_named() -> None:
     found = eomgen.build(EXAMPLES / "free_spinning_body" / "scene.toml").equilibrium()
     assert len(found.undetermined) == 6 and found.message.endswith(
@@ -280,6 +294,7 @@ def test_rigid_modes_are_named() -> None:
     assert found.stable and np.all(found.frequencies == 0.0)
 
 
+@pytest.mark.long
 def test_forces_without_a_value_and_searches_without_an_end() -> None:
     with pytest.raises(
         eomgen.NumericalError, match=r"the force along v\.slide is not a finite number at the initial state"
@@ -294,6 +309,7 @@ def test_forces_without_a_value_and_searches_without_an_end() -> None:
         eomgen.build(unchecked, profile="quick").equilibrium(parameters={"load": -4.0})
 
 
+@pytest.mark.slow
 def test_calls_that_cannot_be_taken() -> None:
     small = eomgen.build(EXAMPLES / "quarter_car" / "scene.toml", terms=["forward_dynamics"])
     with pytest.raises(
@@ -311,6 +327,7 @@ def test_calls_that_cannot_be_taken() -> None:
 # -- the command line --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_the_command_line_finds_where_a_scene_rests(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene, out = tmp_path / "scene.toml", tmp_path / "rest.json"
     scene.write_text(PENDULUM_TOML.replace("position = [0.4]", "position = [3.0]"), encoding="utf-8")

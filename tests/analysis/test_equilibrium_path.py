@@ -73,6 +73,7 @@ def test_a_truss_snaps_through_at_its_limit_loads(snap: Model) -> None:
     np.testing.assert_array_equal(path.negative, between.astype(int))
 
 
+@pytest.mark.long
 def test_a_path_goes_on_by_time_as_slowly_as_rest_asks(snap: Model) -> None:
     scene = truss()
     scene["forces"]["push"]["force"] = [0.0, 0.0, "-2 * t"]
@@ -144,6 +145,7 @@ def test_what_is_not_there_is_named(snap: Model) -> None:
         path.save("path.txt")
 
 
+@pytest.mark.long
 def test_the_command_line_follows_paths(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = "\n".join(_toml(truss()))
     scene = tmp_path / "truss.toml"
@@ -187,6 +189,7 @@ def euler() -> Model:
     return eomgen.build(column(8), profile="quick")
 
 
+@pytest.mark.long
 def test_a_column_bifurcates_at_eulers_loads_and_goes_on_as_the_elastica(euler: Model) -> None:
     path = euler.equilibrium_path("load", 30.0)
     expected = [np.pi**2 * EI / (4.0 * LENGTH**2) for EI in (500.0, 800.0)]
@@ -213,6 +216,7 @@ def elastica_of_column(load: float) -> list[float]:
     return [LENGTH * (2.0 * ellipe(k**2) / ellipk(k**2) - 1.0), 2.0 * k * LENGTH / ellipk(k**2)]
 
 
+@pytest.mark.long
 def test_columns_buckle_at_eulers_loads_however_they_are_held() -> None:
     """Clamped or hinged at the foot, guided at the top; by extrapolation over the number of elements."""
     feet: list[tuple[float, dict[str, Any]]] = [
@@ -235,6 +239,7 @@ def test_columns_buckle_at_eulers_loads_however_they_are_held() -> None:
         assert extrapolated == pytest.approx(factor * np.pi**2 * 500.0 / LENGTH**2, rel=2e-3)
 
 
+@pytest.mark.long
 def test_a_cantilever_buckles_sideways_at_prandtls_load() -> None:
     """4.013 sqrt(B C) / L^2, B bending about the weak axis, C torsion: Timoshenko and Gere 1961, section 6.3."""
     loads = []
@@ -261,6 +266,7 @@ def follower_tip(load: float, EI: float) -> Array:
     return np.asarray(turn @ [x, y])
 
 
+@pytest.mark.long
 def test_a_force_that_follows_the_end_bends_a_beam_round() -> None:
     ends = []
     for elements in (8, 16):
@@ -307,6 +313,7 @@ def frame(elements: int) -> dict[str, Any]:
     }  # fmt: skip  # a table
 
 
+@pytest.mark.long
 def test_the_frame_of_lee_snaps_at_its_published_load() -> None:
     """18.55 EI / L^2 with inextensible legs (Lee, Manuel and Rossow, J. Engrg. Mech. Div. ASCE 94 (1968) 521)."""
     loads = []
@@ -350,6 +357,7 @@ def arch(elements: int) -> dict[str, Any]:
     }  # fmt: skip  # a table
 
 
+@pytest.mark.long
 def test_a_deep_arch_snaps_at_its_published_load_and_linear_buckling_says_that_it_misleads() -> None:
     """8.97 EI / R^2: DaDeppo and Schmidt, J. Appl. Mech. 42 (1975) 839."""
     loads = []
@@ -369,6 +377,7 @@ def test_a_deep_arch_snaps_at_its_published_load_and_linear_buckling_says_that_i
     assert found.warning
 
 
+@pytest.mark.long
 def test_a_start_that_cannot_rest_is_said(snap: Model) -> None:
     scene = truss()
     del scene["springs"]

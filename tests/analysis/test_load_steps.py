@@ -22,6 +22,8 @@ from tests.mechanics.test_cosserat_beams import elastica
 from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.oracles.evaluation import Array
 
+pytestmark = pytest.mark.slow
+
 EI = 500.0
 LENGTH = 10.0
 
@@ -48,6 +50,7 @@ def tip(model: Model, parameters: Mapping[str, float]) -> Array:
     return pose
 
 
+@pytest.mark.long_except("10000.0")
 @pytest.mark.parametrize("factor", [1e-2, 1.0, 1e4, 1e10])  # slenderness L sqrt(EA/EI) from 4.5 to 4.5e6
 def test_a_moment_rolls_beams_up_whatever_their_slenderness(beam: Model, factor: float) -> None:
     parameters = {"torque": 2.0 * np.pi * EI / LENGTH, "factor": factor}
@@ -57,6 +60,7 @@ def test_a_moment_rolls_beams_up_whatever_their_slenderness(beam: Model, factor:
     np.testing.assert_allclose(pose[:4], [-1.0, 0.0, 0.0, 0.0], atol=1e-9)  # one full turn
 
 
+@pytest.mark.long
 def test_bending_has_the_same_error_whatever_the_slenderness(beam: Model) -> None:
     errors = []
     for factor in (1.0, 1e4, 1e8, 1e10):
@@ -74,6 +78,7 @@ def test_loads_far_beyond_the_bending_stiffness_are_carried(beam: Model) -> None
     assert np.max(np.abs(residual)) < 1e-9 * 1000.0
 
 
+@pytest.mark.long
 def test_a_column_beyond_its_critical_load_is_found_buckled(beam: Model) -> None:
     """Euler's elastica: K(k) = L sqrt(P/EI), the tip at L (2 E/K - 1) along and 2 k L/K across."""
     load = 1.5 * np.pi**2 * EI / (4.0 * LENGTH**2)
@@ -88,6 +93,7 @@ def test_a_column_beyond_its_critical_load_is_found_buckled(beam: Model) -> None
     assert straight.stable is False
 
 
+@pytest.mark.long
 def test_beams_of_many_elements_need_no_terms_by_hand() -> None:
     model = loaded_beam(16)
     assert "partials" not in model.functions
@@ -99,6 +105,7 @@ def test_beams_of_many_elements_need_no_terms_by_hand() -> None:
     assert first > 0.0
 
 
+@pytest.mark.long
 def test_an_element_that_would_turn_by_half_a_turn_ends_load_steps_with_its_name(beam: Model) -> None:
     with pytest.raises(NumericalError, match=r"load steps from the start end at \S+ % of the loads, for the element"):
         beam.equilibrium(parameters={"torque": 9.0 * np.pi * EI / LENGTH})
@@ -131,6 +138,7 @@ def test_places_of_nonzeros_survive_as_text(rng: np.random.Generator) -> None:
     assert len(packed_places(banded)) < 10_000
 
 
+@pytest.mark.long_cases("inextensible", "kirchhoff")
 @pytest.mark.parametrize("model", ["kirchhoff", "inextensible"])
 def test_beams_without_shear_and_stretch_bend_as_the_elastica(model: str) -> None:
     stiffness = dict.fromkeys(("torsion", "bending_y", "bending_z"), EI)
@@ -155,6 +163,7 @@ def test_nodes_that_joints_carry_turn_with_them(rng: np.random.Generator) -> Non
     np.testing.assert_allclose(*derivatives, atol=1e-8)
 
 
+@pytest.mark.long
 def test_linear_models_of_beams_are_about_their_rest() -> None:
     model = eomgen.build(beam_scene(4, {"force": [0.0, 0.0, "10 * load"]}), profile="quick")
     linear = model.linearize()

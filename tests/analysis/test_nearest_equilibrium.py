@@ -15,6 +15,8 @@ from tests.integrators.similar_scenes import four_bar, servo, tree
 from tests.models.scenes import pendulum
 from tests.oracles.similarity import BINARY, DECIMAL, UnitsOf, in_units
 
+pytestmark = pytest.mark.slow
+
 HALF_CAR = Path(__file__).parent / "half_car.toml"
 RESTS = [-0.01881844, 0.00108133, -0.0207645, -0.017004]
 INSIDE_OUT = [-0.55388945, -0.01970462, -0.02076475, -0.01700375]
@@ -128,10 +130,12 @@ def compare_with_damped_runs(seeds: range) -> int:
     return same
 
 
+@pytest.mark.long
 def test_rest_is_where_damped_runs_end() -> None:
     assert compare_with_damped_runs(range(8)) == 8
 
 
+@pytest.mark.long_cases("38", "8")
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(8, 68, 30))
 def test_rest_is_where_damped_runs_end_in_many_scenes(first: int) -> None:
@@ -226,6 +230,7 @@ def test_generated_code_carries_the_notes(tmp_path: Path) -> None:
 # -- other units -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long_except("False-servo", "True-tree", "True-servo")
 @pytest.mark.parametrize("make", [tree, servo, four_bar])
 @pytest.mark.parametrize("any_kind", [False, True])
 def test_rest_is_the_same_in_other_units(make: Any, any_kind: bool) -> None:

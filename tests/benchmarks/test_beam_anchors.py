@@ -16,6 +16,7 @@ def test_elements_reach_the_published_bend() -> None:
     assert report(rows).splitlines()[4].startswith("| bend, parabola | 16 ")
 
 
+@pytest.mark.long
 def test_a_circle_needs_four_elements() -> None:
     (row,) = rows_of("roll-up", (2, 4))
     assert row.elements == 4 and row.error < 1e-12

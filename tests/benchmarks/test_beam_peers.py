@@ -22,6 +22,7 @@ def test_exudyn_has_the_same_beam() -> None:
     assert lines[2].split("|")[2].strip().startswith("8, 0.02, ") and lines[3].split("|")[2].strip() == "-"
 
 
+@pytest.mark.long
 def test_pyelastica_has_a_beam_that_keeps_its_volume() -> None:
     pytest.importorskip("elastica")
     (row,) = rows_of("pyelastica", [(32, 1e-3)], 1)

@@ -21,7 +21,7 @@ def test_points_count_where_the_true_error_is_known() -> None:
     assert line(poor).startswith("X scene") and line(good).startswith(". scene") and line(failed).endswith("t = 0 s")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_estimates_are_near_the_true_errors_and_large_errors_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(eomgen, "build", partial(eomgen.build, profile="fast"))  # minutes of steps
     points = [point for case in CASES[::6] for point in points_of(case)]  # all of them: the script

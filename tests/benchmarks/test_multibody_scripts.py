@@ -11,6 +11,8 @@ import pytest
 from benchmarks import lie_formulations, long_run, multibody_stepping, tops
 from benchmarks.multibody_stepping import TRIED, first_that_meets
 
+pytestmark = pytest.mark.slow
+
 #: Largest errors of position, orientation and multiplier at 2^-11 s, from a code of others: Arnold's and Hante's gena.
 PUBLISHED = {
     "SO(3) joint": (1.97e-2, 3.21e-2, 2.14e1),
@@ -58,6 +60,7 @@ def test_a_step_counts_only_when_smaller_ones_meet_the_target_too() -> None:
     assert first_that_meets(lambda steps: 1.0, 0.5) == 0
 
 
+@pytest.mark.long
 def test_multibody_stepping_reaches_the_references(capsys: pytest.CaptureFixture[str]) -> None:
     assert multibody_stepping.main(["--quick"]) == 0
     said = capsys.readouterr().out.splitlines()
@@ -69,6 +72,7 @@ def test_multibody_stepping_reaches_the_references(capsys: pytest.CaptureFixture
     assert sum(line.startswith("| exponent") for line in said) == 1
 
 
+@pytest.mark.long
 def test_long_run_says_how_every_case_ended(capsys: pytest.CaptureFixture[str]) -> None:
     assert long_run.main(["--steps", "2000", "--cases", "slow top"]) == 0
     said = capsys.readouterr().out.splitlines()

@@ -38,6 +38,7 @@ from eomgen.integrators.methods import method_named
 from tests.models.shear_frame import RESPONSE, SCALE
 
 
+@pytest.mark.long
 def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status = robot_dynamics.main(
         ["--quick", "--work", str(tmp_path), "--functions", "inverse_dynamics", "forward_dynamics"]
@@ -51,13 +52,14 @@ def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pyte
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_regressor_is_pinocchios(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert regressor.main(["--quick", "--work", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(",")[0] for line in lines] == [f"panda eomgen {flags}: right" for flags in ("O3", "fast")]
 
 
+@pytest.mark.slow
 def test_lanes_have_the_bits_of_scalar_code(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert lanes.main(["--quick", "--json", str(tmp_path / "lanes.json")]) == 0
     assert capsys.readouterr().out == "panda inverse_dynamics: the same bits\n"
@@ -65,13 +67,14 @@ def test_lanes_have_the_bits_of_scalar_code(capsys: pytest.CaptureFixture[str], 
     assert row["same_bits"] and row["operations"] > 500
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradients_of_a_run_are_its_tangents(capsys: pytest.CaptureFixture[str]) -> None:
     assert sensitivities.main(["--quick"]) == 0
     said = re.fullmatch(r"24 parameters: gradient and tangents differ by (\S+)\n", capsys.readouterr().out)
     assert said is not None and 0.0 < float(said[1]) <= 1e-11
 
 
+@pytest.mark.long
 def test_steppers_in_lanes_have_the_bits_of_one(capsys: pytest.CaptureFixture[str]) -> None:
     assert lane_steppers.main(["--quick"]) == 0
     said = capsys.readouterr().out
@@ -80,6 +83,7 @@ def test_steppers_in_lanes_have_the_bits_of_one(capsys: pytest.CaptureFixture[st
     assert float(re.findall(r"apart by (\S+)", said)[0]) < 1e-12
 
 
+@pytest.mark.long
 def test_time_derivatives_meet_the_closed_form(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert time_derivatives.main(["--quick", "--work", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -92,6 +96,7 @@ def test_a_wrong_result_is_not_timed() -> None:
     assert robot_dynamics.error_of(expected[:1], expected) == float("inf")
 
 
+@pytest.mark.long
 def test_generation_time_measures_every_stage(capsys: pytest.CaptureFixture[str]) -> None:
     assert generation_time.main(["--quick"]) == 0
     said = capsys.readouterr().out
@@ -101,6 +106,7 @@ def test_generation_time_measures_every_stage(capsys: pytest.CaptureFixture[str]
     assert float(re.findall(r"difference from Kane's method: (\S+)", said)[0]) < 1e-12
 
 
+@pytest.mark.slow
 def test_stepping_reaches_the_reference(capsys: pytest.CaptureFixture[str]) -> None:
     assert stepping.main(["--quick"]) == 0
     rows = [line.split("|") for line in capsys.readouterr().out.splitlines() if line.startswith("| pendulum")]
@@ -109,11 +115,13 @@ def test_stepping_reaches_the_reference(capsys: pytest.CaptureFixture[str]) -> N
     assert errors["generalized_alpha"] < 1e-2
 
 
+@pytest.mark.slow
 def test_a_controlled_robot_moves_as_pinocchio_says(capsys: pytest.CaptureFixture[str]) -> None:
     assert stepper_overhead.main(["--quick"]) == 0
     assert "after 1000 samples: q differs from Pinocchio's by " in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_adaptive_steps_agree_with_radau() -> None:
     for run, setting, bound in (
         (adaptive_steps.own("generalized_alpha_adaptive"), 1e-4, 2e-4),
@@ -129,6 +137,7 @@ def test_tables_line_up() -> None:
     assert text.splitlines() == ["| name   | ns    |", "|--------|-------|", "| a      | 1     |", "| longer | 12345 |"]
 
 
+@pytest.mark.long
 def test_all_contestants_spin_the_beam_up(capsys: pytest.CaptureFixture[str]) -> None:
     assert spin_up_beam.main(["--quick"]) == 0
     rows = [line.split("|")[1:-1] for line in capsys.readouterr().out.splitlines() if line.startswith("|")][2:]
@@ -139,6 +148,7 @@ def test_all_contestants_spin_the_beam_up(capsys: pytest.CaptureFixture[str]) ->
     assert max(errors["SciPy, DOP853"], errors["SciPy, Radau"]) <= errors["eomgen, generalized_alpha"]
 
 
+@pytest.mark.long
 def test_steps_in_passes_are_compared(tmp_path: Path) -> None:
     assert steps_in_passes.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
     found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
@@ -173,6 +183,7 @@ def test_implicit_steps_reach_what_is_asked(monkeypatch: pytest.MonkeyPatch) -> 
     assert all(row["reached"] <= 1e-2 and row["s"] > 0 for row in rows)
 
 
+@pytest.mark.slow
 def test_heyoka_has_the_equations_of_the_frame() -> None:
     pytest.importorskip("heyoka")
     runs = [way(1e-12) for way, _ in frame_peers.heyoka_ways(frame_peers.frame_in_heyoka(SOFT), START, END)]
@@ -180,6 +191,7 @@ def test_heyoka_has_the_equations_of_the_frame() -> None:
     assert [missed(run.call()) for run in runs] == pytest.approx([0.0] * 6, abs=1e-11)
 
 
+@pytest.mark.long
 def test_compiled_rates_and_jacobian_serve_scipy_and_cvode() -> None:
     ffi, library = frame_peers.compiled(SOFT, False)
 
@@ -214,6 +226,7 @@ def test_the_first_tolerance_that_meets_an_error_is_taken() -> None:
     }
 
 
+@pytest.mark.slow
 def test_the_top_is_held_against_its_reference() -> None:
     top = steps_in_passes.Top()
     end = steps_in_passes.end_of(top.run(method="rk4", step=1e-4))
@@ -222,6 +235,7 @@ def test_the_top_is_held_against_its_reference() -> None:
     assert top.missed(other_sign) == pytest.approx(top.missed(end), rel=1e-3)
 
 
+@pytest.mark.long
 def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert real_time_steps.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
     assert "| rosenbrock " in capsys.readouterr().out
@@ -235,6 +249,7 @@ def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.
     assert found["corrected_predictor"] != found["corrected_predictor, first matrix"]
 
 
+@pytest.mark.long
 def test_late_steps_are_those_of_the_run(tmp_path: Path) -> None:
     model = eomgen.build(real_time_steps.EXAMPLES / "robot_arm" / "scene.toml")
     solution = model.simulate(0.4, 1e-3, method="rosenbrock", error_estimate=False)
@@ -264,6 +279,7 @@ def test_late_steps_are_told_from_a_late_machine() -> None:
     assert found["each step's median"]["beyond"] == pytest.approx(23 / 20_000)
 
 
+@pytest.mark.long
 def test_springs_between_masses_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert relative_springs.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
     assert "| 1e+30      | 7e+13   | 6.7e-01   |" in capsys.readouterr().out
@@ -272,6 +288,7 @@ def test_springs_between_masses_are_compared(tmp_path: Path, capsys: pytest.Capt
     assert max(row["step"] for row in rows) < 1e-15 and max(row["tdg3"] for row in rows) < 1e-13
 
 
+@pytest.mark.long
 def test_exact_beams_of_more_elements_are_built(tmp_path: Path) -> None:
     how = ["--model", "kirchhoff", "--method", "rattlie"]
     assert beam_kernels.main(["--quick", *how, "--json", str(tmp_path / "out.json")]) == 0
@@ -283,7 +300,7 @@ def test_exact_beams_of_more_elements_are_built(tmp_path: Path) -> None:
     assert beam_kernels.exponent([2, 4, 8], [3.0, 12.0, 48.0]) == pytest.approx(2.0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_large_scenes_are_built(tmp_path: Path) -> None:
     assert large_scenes.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
     (chain,) = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["scenes"]
@@ -292,6 +309,7 @@ def test_large_scenes_are_built(tmp_path: Path) -> None:
     assert len(net.bodies) == 30 and len(net.elements) == 2 * 10 + 3 * 9 + 2 * 3
 
 
+@pytest.mark.long
 def test_bars_of_more_elements_are_built(tmp_path: Path) -> None:
     assert equal_elements.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
     bars = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["bars"]

@@ -38,6 +38,7 @@ def entry(folder: Path, name: str, before: str = "pass", results: str = "[1.0, 2
     return Entry(name, str(script), patience=60.0 if "sleep" not in before else 1.5)
 
 
+@pytest.mark.long
 def test_only_contestants_with_the_right_numbers_are_timed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(environments, "FOLDER", tmp_path)
     (tmp_path / "eomgen").mkdir()
@@ -75,6 +76,7 @@ def test_only_contestants_with_the_right_numbers_are_timed(tmp_path: Path, monke
     assert (found["slower"].value or 0.0) > 2.0 * (found["right"].value or 1.0)
 
 
+@pytest.mark.slow
 def test_a_reference_that_is_missing_gives_way_to_the_next(tmp_path: Path) -> None:
     references = [entry(tmp_path, "absent", before="import no_such_peer"), entry(tmp_path, "next", results="[3.0]")]
     told = entry(
@@ -188,6 +190,8 @@ SMALL = (
 )
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("inverse_dynamics_panda", "inverse_dynamics_panda_many")
 @pytest.mark.parametrize("name", SMALL)
 def test_rows_are_right_in_small(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status = suite.main(["--quick", "--here", "--rows", name, "--folder", str(tmp_path), "--work", str(tmp_path)])

@@ -95,6 +95,8 @@ new MutationObserver(() => console.info(`view ${canvas.dataset.view}`)).observe(
 </script>"""
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("dark", "light")
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_bodies_are_where_the_projection_says_at_two_times(
     page: Path, browser: Browser, tmp_path: Path, theme: str
@@ -156,6 +158,7 @@ document.body.dataset.told = JSON.stringify(told);
 """
 
 
+@pytest.mark.slow
 def test_every_control_does_what_it_says(page: Path, browser: Browser, tmp_path: Path) -> None:
     copy = tmp_path / "controls.html"
     copy.write_text(page.read_text(encoding="utf-8").replace("</body>", CONTROLS + "</body>"), encoding="utf-8")
@@ -200,6 +203,7 @@ document.body.dataset.told = JSON.stringify({ margins: told, kept: camera.azimut
 """
 
 
+@pytest.mark.slow
 def test_the_first_view_holds_all_that_is_drawn_in_windows_of_every_size(
     page: Path, browser: Browser, tmp_path: Path
 ) -> None:
@@ -213,6 +217,7 @@ def test_the_first_view_holds_all_that_is_drawn_in_windows_of_every_size(
     assert told["kept"], "a view that the user has turned stays when the window changes"
 
 
+@pytest.mark.long
 def test_a_run_that_failed_says_so_and_one_row_is_enough(browser: Browser, tmp_path: Path) -> None:
     solution = breaking().simulate()
     assert not solution.success
@@ -224,6 +229,7 @@ def test_a_run_that_failed_says_so_and_one_row_is_enough(browser: Browser, tmp_p
     assert re.search(r'<input id="slider"[^>]*disabled', document) and browser.said == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("faces", ["see-through", "solid"])
 def test_a_beam_is_drawn_along_its_bent_axis(browser: Browser, tmp_path: Path, faces: str) -> None:
     """A force bends it by P x^2 (3 L - x) / 6 EI, 0.3 m at the tip; where it would be straight is nothing."""

@@ -12,6 +12,8 @@ import pytest
 import eomgen
 from tests.browser.chromium import Browser
 
+pytestmark = pytest.mark.slow
+
 if TYPE_CHECKING:
     import nbformat
 

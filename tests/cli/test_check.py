@@ -55,6 +55,7 @@ def test_check_prints_json(scene_file: Path, capsys: pytest.CaptureFixture[str])
     assert form["name"] == "partials.C" and form["verdict"] == "agrees" and len(form["errors"]) == len(data["ladder"])
 
 
+@pytest.mark.slow
 def test_check_says_where_formulas_are_not_smooth(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = PENDULUM_TOML.replace('effort = "torque"', 'effort = "torque - 0.1 * abs(q.hinge - 0.4)"')
     assert text != PENDULUM_TOML
@@ -76,6 +77,7 @@ up = { type = "prismatic", parent = "base", child = "lift", axis = [0, 0, 1], in
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("row", "absent"),
     [

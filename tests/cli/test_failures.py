@@ -117,6 +117,7 @@ def test_terms_that_there_are_not(scene_file: Path, capsys: pytest.CaptureFixtur
     assert message == "usage error: no term is called 'forces', 'mas'; try: force and mass\n"
 
 
+@pytest.mark.slow
 def test_model(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--coordinates", "absolute", "--method", "rk4", "--out", str(tmp_path / "out")]
     code, printed, message = _run(["simulate", str(scene_file), *words], capsys)
@@ -133,6 +134,7 @@ def test_toolchain(
     assert message.startswith("toolchain error: ") and "no-such-compiler" in message
 
 
+@pytest.mark.slow
 def test_numerical(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, out = tmp_path / "breaking.toml", tmp_path / "out"
     path.write_text(BREAKING, encoding="utf-8")
@@ -187,6 +189,7 @@ road = "0.001 * force(speed * t)"
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "law",
     [
@@ -261,6 +264,7 @@ sys.exit(0 if run.success else 130)
 """
 
 
+@pytest.mark.long
 def test_ctrl_c_from_outside_leaves_a_partial_result(scene_file: Path, tmp_path: Path) -> None:
     saved = tmp_path / "partial.npz"
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -281,6 +285,7 @@ def test_ctrl_c_from_outside_leaves_a_partial_result(scene_file: Path, tmp_path:
     assert partial.interrupted and partial.message.startswith("interrupted at t = ") and partial.t[-1] > 0.0
 
 
+@pytest.mark.long
 def test_a_mistake_in_a_process_of_its_own_shows_no_traceback_but_on_request(scene_file: Path) -> None:
     scene_file.write_text("format = 1\nname = \n", encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}

@@ -41,6 +41,7 @@ def top(tmp_path: Path) -> str:
     return str(path)
 
 
+@pytest.mark.slow
 def test_a_table_of_modes(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["linearize", QUARTER_CAR, "--t", "30"]) == 0
     shown = capsys.readouterr()
@@ -98,6 +99,7 @@ def test_ctrl_c_is_one_line(
     assert (told.out, told.err.strip()) == ("", "interrupted")  # on a line of its own, behind the ^C of a terminal
 
 
+@pytest.mark.long
 def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "out"
     wanted = ["--root-locus", "damper=100:6000:7:log", "--band", "0.5:20"]
@@ -153,6 +155,7 @@ def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str
     np.testing.assert_allclose(values[:, 3] + 1j * values[:, 4], expected, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_about_a_steady_motion(top: str, capsys: pytest.CaptureFixture[str]) -> None:
     wanted = ["--at", "steady", "--velocity", "spin=80", "--coordinate", "nutation=0.6", "--json"]
     assert main(["linearize", top, *wanted]) == 0
@@ -163,6 +166,7 @@ def test_about_a_steady_motion(top: str, capsys: pytest.CaptureFixture[str]) -> 
     assert "neither stable nor unstable: 5 modes without decay or growth" in shown.err
 
 
+@pytest.mark.slow
 def test_about_the_initial_state_and_a_time_of_a_run(top: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["linearize", top, "--at", "initial"]) == 0
     shown = capsys.readouterr()
@@ -173,6 +177,7 @@ def test_about_the_initial_state_and_a_time_of_a_run(top: str, capsys: pytest.Ca
     assert (data["about"], data["t"]) == ("motion", 0.5)
 
 
+@pytest.mark.slow
 def test_roots_in_python_follow_an_equilibrium() -> None:
     """A mass on a spring that hangs at m g / k: the equilibrium moves with the stiffness."""
     builder = eomgen.SceneBuilder("hanging").parameter("stiffness", 100.0, tunable=True).body("m", 2.0)
@@ -190,6 +195,7 @@ def test_roots_in_python_follow_an_equilibrium() -> None:
         model.root_locus("stifness", [5.0])
 
 
+@pytest.mark.slow
 def test_a_ride_over_classes_and_speeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "ride"
     words = ["--ride", "body_acceleration:Wk", "--ride", "tyre_load", "--classes", "A,C", "--speeds", "10,20"]
@@ -211,6 +217,7 @@ def test_a_ride_over_classes_and_speeds(tmp_path: Path, capsys: pytest.CaptureFi
     assert (folder / "spectra.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_a_campbell_diagram_of_a_tilting_disc(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """I_d w^2 = k + I_p W w, forward with w positive: 2x at k / (4 I_d - 2 I_p), backward 1x at k / (I_d + I_p)."""
     path, folder = tmp_path / "rotor.toml", tmp_path / "out"

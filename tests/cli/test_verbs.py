@@ -36,6 +36,7 @@ def test_help_lists_every_verb_and_each_has_its_own(capsys: pytest.CaptureFixtur
     assert capsys.readouterr().out == f"eomgen {eomgen.__version__}\n"
 
 
+@pytest.mark.slow
 def test_simulate_says_what_the_constraints_made_of_the_start(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -183,6 +184,7 @@ def test_simulate_writes_everything_and_says_where(
             assert (out / file).read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_the_table_has_steps_of_its_own_apart_from_rows_and_errors_of_outputs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -246,6 +248,7 @@ def test_timing_repeats_the_run_step_by_step(
     assert timing["call_median"] <= timing["call_late"]
 
 
+@pytest.mark.slow
 def test_simulate_prints_json_on_request(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["simulate", str(scene_file), "--out", str(tmp_path / "out"), "--t-end", "0.1", "--no-plots", "--json"]
     assert main([*words, "--method", "rk4"]) == 0
@@ -262,6 +265,7 @@ def test_generate_prints_the_files(scene_file: Path, tmp_path: Path, capsys: pyt
     assert "shaken_step.c" in {Path(line).name for line in lines}
 
 
+@pytest.mark.slow
 def test_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["schema"]) == 0
     schema = json.loads(capsys.readouterr().out)
@@ -280,6 +284,7 @@ def test_doctor_reports_the_compiler(capsys: pytest.CaptureFixture[str], monkeyp
     assert "BROKEN" in captured.out and "models cannot be built: compiler" in captured.err
 
 
+@pytest.mark.long
 def test_a_reader_that_goes_away_is_no_error(scene_file: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(Path(eomgen.__file__).parents[1])}
     words = [sys.executable, "-m", "eomgen", "info", str(scene_file)]

@@ -61,6 +61,7 @@ def expected(system: System, refs: list[Ref], inputs: dict[str, np.ndarray]) -> 
     return np.array(rows)
 
 
+@pytest.mark.slow_except("double-4e-15")
 @pytest.mark.parametrize(
     ("real", "tolerance"), [("double", 4e-15), ("float", 4e-6), ("lanes", 4e-15), ("complex", 4e-15)]
 )
@@ -85,6 +86,7 @@ def test_double_agrees_with_fifty_digits(tmp_path: Path) -> None:
     assert {op.name for op, error in zip(ops, errors, strict=True) if not error <= 1e-15} == set()
 
 
+@pytest.mark.slow
 def test_complex_step_on_the_compiled_code_gives_derivatives(tmp_path: Path) -> None:
     """d/dq0 by a step of 1e-200 i in C, against central differences of the NumPy evaluation."""
     system, refs, ops = every_operation()
@@ -109,6 +111,7 @@ def test_negative_bases_of_powers_keep_their_derivative(tmp_path: Path) -> None:
     assert found[0].imag * 1e200 == pytest.approx(3 * 1.5**2, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_not_a_number_passes_through_and_selection_does_not_mix(tmp_path: Path) -> None:
     tape = Tape()
     q = [tape.input("q", k) for k in range(2)]
@@ -124,6 +127,7 @@ def test_not_a_number_passes_through_and_selection_does_not_mix(tmp_path: Path) 
         assert np.isnan(found[2, 1])
 
 
+@pytest.mark.slow_except("quick-double")
 @pytest.mark.parametrize("real", ["double", "float", "complex", "lanes"])
 @pytest.mark.parametrize("profile", ["quick", "fast"])
 def test_not_a_number_passes_through_comparisons_and_choices(real: str, profile: str, tmp_path: Path) -> None:
@@ -143,6 +147,7 @@ def test_not_a_number_passes_through_comparisons_and_choices(real: str, profile:
         assert np.array_equal(values.real, wanted, equal_nan=True)
 
 
+@pytest.mark.slow_except("quick-double")
 @pytest.mark.parametrize("real", ["double", "float", "complex", "lanes"])
 @pytest.mark.parametrize("profile", ["quick", "fast"])
 def test_not_a_number_passes_through_min_max_abs_and_sign(real: str, profile: str, tmp_path: Path) -> None:

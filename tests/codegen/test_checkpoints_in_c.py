@@ -56,6 +56,7 @@ int main(int argc, char **argv)
 """
 
 
+@pytest.mark.slow_except("rk4")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "taylor", "hermite", "rosenbrock", "rattlie"])
 def test_a_program_goes_on_where_another_stopped(method: str, tmp_path: Path) -> None:
     scene = cart()
@@ -95,6 +96,7 @@ int main(void)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["taylor", "hermite"])
 def test_inputs_are_held_over_a_step(method: str, tmp_path: Path) -> None:
     scene = cart()

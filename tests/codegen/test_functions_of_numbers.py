@@ -63,6 +63,7 @@ def units(x: np.ndarray, found: np.ndarray, exact: Callable[[mpmath.mpf], mpmath
     return max(errors)
 
 
+@pytest.mark.slow_cases("quick-double")
 def test_exponentials_are_within_one_unit(functions: Callable[..., np.ndarray], rng: np.random.Generator) -> None:
     multiples = np.log(2.0) * (rng.integers(-1070, 1020, 300) + 0.5)  # where the reduction leaves most
     x = np.concatenate([rng.uniform(-745, 709.7, 600), rng.normal(size=300), multiples, 10.0 ** np.arange(-20, 0)])
@@ -162,6 +163,7 @@ def test_special_arguments(functions: Callable[..., np.ndarray]) -> None:
         np.testing.assert_allclose(found[:, column], expected[:, column], rtol=3e-16, err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lanes", [8, pytest.param(16, marks=pytest.mark.slow)])
 def test_more_lanes_than_a_register_has_give_the_same_bits(
     lanes: int,

@@ -26,6 +26,7 @@ def test_every_folder_belongs_to_a_scene() -> None:
     assert strangers() == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", ["1", "20261120"])
 def test_hash_seeds_do_not_change_a_byte(seed: str) -> None:
     text = "from tests.golden import generated_files; import hashlib, json; "

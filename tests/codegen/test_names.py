@@ -16,6 +16,7 @@ from eomgen.system.terms import TERMS
 names = st.text(alphabet=st.sampled_from('aZ5fe_ .é*/\\"\n0_Z'), max_size=8)
 
 
+@pytest.mark.slow
 @given(names, names)
 @settings(max_examples=400, deadline=None)
 def test_mangling_is_injective_and_legal(first: str, second: str) -> None:
@@ -29,6 +30,7 @@ def test_ordinary_names_stay_readable() -> None:
     assert mangle("a_Zb") == "p_a_Z5f_Zb"
 
 
+@pytest.mark.long
 @given(st.text(max_size=60))
 @settings(max_examples=300, deadline=None)
 def test_comments_cannot_end_or_continue(text: str) -> None:

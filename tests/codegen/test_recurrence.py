@@ -125,6 +125,7 @@ def test_waves_of_constant_frequency_cost_no_product() -> None:
     assert len(series.left) == 2 and len(series.previous) == 4
 
 
+@pytest.mark.slow
 def test_without_the_inertia_matrix_forward_dynamics_serves() -> None:
     full = eomgen.build(flyer_scene(), method="taylor")
     lean = eomgen.build(flyer_scene(), terms=["forward_dynamics"], method="taylor")

@@ -67,6 +67,7 @@ def compile_and_run(folder: Path, *flags: str) -> str:
     return subprocess.run([str(folder / "program")], check=True, capture_output=True, text=True).stdout
 
 
+@pytest.mark.slow_except("hostile-flags1")
 @pytest.mark.parametrize(
     "flags",
     [
@@ -126,6 +127,7 @@ int main() {
 """
 
 
+@pytest.mark.slow
 def test_headers_serve_cpp_and_take_no_names_of_the_caller(tmp_path: Path) -> None:
     compiler = shutil.which("c++")
     assert compiler is not None, "the test needs a C++ compiler"
@@ -175,6 +177,7 @@ def test_headers_of_steppers_use_no_short_names(header: Path) -> None:
     assert not re.findall(r"\breal\b|\bK\(", public)
 
 
+@pytest.mark.long
 def test_bytes_do_not_depend_on_the_hash_seed() -> None:
     script = (
         "import hashlib\n"
@@ -313,6 +316,7 @@ def test_the_fingerprint_changes_with_the_code_only() -> None:
     assert np.all([character in "0123456789abcdef" for character in fingerprint(pendulum())])
 
 
+@pytest.mark.long
 def test_the_manifest_s_command_gives_the_bits_of_the_library(tmp_path: Path) -> None:
     system = tangled(operations=150, functions=2)
     program = to_program(system)

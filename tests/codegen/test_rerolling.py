@@ -99,6 +99,7 @@ def loops_of(system: System, name: str = "all") -> list[int]:
     return [statement.data[0] for part in function.parts for statement in part.statements if statement.kind == "repeat"]
 
 
+@pytest.mark.slow_except("1-60")
 @pytest.mark.parametrize("part_limit", [1500, 60])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_loops_give_the_numbers_of_the_tape(seed: int, part_limit: int, cache: Path, eager: None) -> None:
@@ -122,6 +123,7 @@ def test_loops_read_values_of_other_turns_and_inputs_with_their_sign(cache: Path
     assert np.max(np.abs(found - wanted)) < 1e-13 and np.ptp(wanted[3:]) > 0.1
 
 
+@pytest.mark.long
 def test_loops_and_straight_code_give_the_same_bits(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     system = repetitive()
     straight = compile_program(to_program(system), cache, profile="reproducible")
@@ -220,6 +222,8 @@ def chain_of(links: int) -> System:
     return derive(planar_chain(links))
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("inverse_dynamics")
 @pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics", "iteration", "coupling", "energy"])
 def test_the_text_of_a_chain_does_not_grow_with_its_links(name: str) -> None:
     def statements(links: int) -> int:

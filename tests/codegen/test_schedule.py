@@ -58,6 +58,8 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("cache")
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("1-40-1000000000")
 @pytest.mark.parametrize(
     ("part_limit", "nest_limit", "file_limit"), [(1500, 6, 10**9), (37, 6, 10**9), (37, 1, 500), (1, 40, 10**9)]
 )
@@ -72,6 +74,7 @@ def test_numbers_are_those_of_the_tape(part_limit: int, nest_limit: int, file_li
         assert np.max(np.abs(found - wanted)) < 1e-12 * max(1.0, np.max(np.abs(wanted)))
 
 
+@pytest.mark.long
 def test_chunked_and_whole_give_the_same_bits(cache: Path) -> None:
     system = tangled(operations=150, functions=2)
     whole = compile_program(to_program(system), cache, profile="reproducible")

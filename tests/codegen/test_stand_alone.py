@@ -39,6 +39,8 @@ def run(program: Path, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([str(program), *words], check=False, capture_output=True, text=True)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("generalized_alpha-False")
 @pytest.mark.parametrize("formula", [True, False])
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "taylor", "hermite", "rosenbrock", "rattlie"])
 def test_program_runs_as_simulate_does(method: str, formula: bool, tmp_path: Path) -> None:
@@ -58,6 +60,7 @@ def test_program_runs_as_simulate_does(method: str, formula: bool, tmp_path: Pat
         assert last[:4] == pytest.approx([0.5, solution.q[-1, 0], solution.v[-1, 0], solution.a[-1, 0]], rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [("0.0105", "1e-3", "7"), ("0.4", "1", "1"), ("0.3", "0.1", "2")])
 def test_program_ends_where_it_is_told_to(words: tuple[str, ...], tmp_path: Path) -> None:
     eomgen.generate(cart(), tmp_path / "c", method="rk4")
@@ -69,6 +72,7 @@ def test_program_ends_where_it_is_told_to(words: tuple[str, ...], tmp_path: Path
     assert [float(row[1]) for row in rows] == pytest.approx(solution.q[:, 0], rel=1e-13)
 
 
+@pytest.mark.slow
 def test_program_refuses_what_it_cannot_take(tmp_path: Path) -> None:
     eomgen.generate(cart(), tmp_path / "c")
     program = compiled(tmp_path / "c")

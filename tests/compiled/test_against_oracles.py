@@ -44,6 +44,7 @@ def compiled_evaluator(system: System, library: Library) -> Evaluate:
     return run
 
 
+@pytest.mark.slow_except("anymal_b")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_compiled_robots_against_pinocchio(name: str, tmp_path: Path, rng) -> None:
     path, root, lock = ROBOTS[name]
@@ -76,6 +77,8 @@ def _scene(name: str) -> Scene:
     return load(EXAMPLES / name / "scene.toml")
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("random 6")
 @pytest.mark.parametrize(
     "name", ["robot_arm", "active_vehicle", "double_pendulum_on_shaking_base", "random 1", "random 6"]
 )

@@ -42,6 +42,7 @@ def model() -> eomgen.Model:
     return eomgen.build(cantilever())
 
 
+@pytest.mark.slow_except("2.5")
 @pytest.mark.parametrize("scale", [1.0, 2.5])
 def test_static_deflection_of_a_cantilever(scale: float) -> None:
     """Under weight and a load at the tip it sinks by q L^4 / 8 EI + P L^3 / 3 EI, which cubic and quartic shapes hold
@@ -68,6 +69,7 @@ def test_parameters_at_which_a_beam_is_none_are_refused(parameters: Any) -> None
     assert str(caught.value) == f"usage error: scene (beams.beam.{key}): the {what} is {at}; try: a number above 0"
 
 
+@pytest.mark.slow
 def test_a_run_beyond_order_1_blames_the_beam_and_not_the_step() -> None:
     scene: dict[str, Any] = {
         "format": 1,
@@ -169,6 +171,7 @@ def test_rates_of_elastic_trees_are_those_of_differences() -> None:
     np.testing.assert_allclose(found, (tau(h) - tau(-h)) / (2.0 * h), rtol=1e-7, atol=1e-7)
 
 
+@pytest.mark.long
 def test_an_elastic_pendulum_keeps_its_energy() -> None:
     """rk4 over 2 s: what is missing in energy is what damping took, to the integrator's order."""
     total = []
@@ -181,6 +184,8 @@ def test_an_elastic_pendulum_keeps_its_energy() -> None:
     assert total[1] < 1e-5 and total[0] / total[1] > 3.5
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("1", "2")
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_beam_in_free_flight_keeps_its_momenta(order: int) -> None:
     """Linear and angular momentum in the world, with a mass off its axis; also where kinetic energy is truncated."""
@@ -222,6 +227,7 @@ def test_a_beam_in_free_flight_keeps_its_momenta(order: int) -> None:
     assert np.ptp(run.q[:, 7]) > 0.02
 
 
+@pytest.mark.slow
 def test_a_stiff_beam_moves_as_the_rigid_body_that_it_is() -> None:
     """A pendulum of 1e8 times the stiffness at 1 ms, spectral radius 0.6: the rod of the same mass, to the beam's
     static sag."""

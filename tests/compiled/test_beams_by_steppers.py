@@ -20,6 +20,8 @@ from eomgen.errors import ModelError
 from tests.models.cache import shared_cache
 from tests.models.flexible_four_bar import flexible_four_bar
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["shared_cache"]
 
 Array = NDArray[np.float64]
@@ -53,6 +55,7 @@ def at_random_steps(made: eomgen.Model, method: str, largest: float, seed: int, 
     return float(np.sqrt(np.sum(np.power(taken, 3)) / np.sum(taken))), worst
 
 
+@pytest.mark.long_cases("cosserat-generalized_alpha-4", "kirchhoff-rattlie-8", "kirchhoff-rosenbrock-4")
 @pytest.mark.parametrize(
     ("model", "method", "seeds"),
     [
@@ -73,6 +76,7 @@ def test_order_2_through_a_loop_at_steps_that_vary(model: str, method: str, seed
     assert orders == pytest.approx([2.0, 2.0, 2.0], abs=0.15)
 
 
+@pytest.mark.long_cases("cosserat", "kirchhoff")
 @pytest.mark.parametrize("model", ["cosserat", "kirchhoff"])
 def test_order_2_through_a_loop_at_steps_by_tolerances(model: str) -> None:
     exact, method = four_bar_over_time(model), "generalized_alpha_adaptive"
@@ -87,6 +91,7 @@ def test_order_2_through_a_loop_at_steps_by_tolerances(model: str) -> None:
     assert orders[-1] == pytest.approx([2.0, 2.0, 2.0], abs=0.1)
 
 
+@pytest.mark.long_cases("generalized_alpha-2-9", "lsrt2-2-9", "tdg1-3-8", "tdg2-5-8", "tdg3-7-6")
 @pytest.mark.parametrize(
     ("method", "order", "finer"),
     [("generalized_alpha", 2, 9), ("lsrt2", 2, 9), ("tdg1", 3, 8), ("tdg2", 5, 8), ("tdg3", 7, 6)],
@@ -106,6 +111,7 @@ def test_beams_that_shear_and_stretch_fly_by_methods_of_higher_order(method: str
     assert np.min(orders) > order - 0.3 and np.max(orders) < order + 0.8
 
 
+@pytest.mark.long_except("rk4")
 @pytest.mark.parametrize("method", ["tdg1", "tdg2_adaptive", "rk4"])
 def test_methods_without_constraints_refuse_beams_without_shear(method: str) -> None:
     made = eomgen.build(spaghetti.scene(2), method="generalized_alpha", profile="quick")

@@ -30,6 +30,7 @@ def slopes(errors: Any) -> Any:
 # -- roll-up -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_strip_rolls_up_as_a_planar_model_does() -> None:
     """Its damping is 200, as Cd = 100 of Hante, Tumiotto and Arnold, whose forces are C strain + 2 Cd rate."""
     times = np.array([2.5, 5.0, 7.5, 10.0])
@@ -46,6 +47,7 @@ def test_a_strip_rolls_up_as_a_planar_model_does() -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.long
 def test_how_close_a_strip_is_rolled_up_after_30_s_is_what_its_damping_leaves() -> None:
     """For Cd = 100 a gap of 1e-3 at 30 s is asked for, but the equations have 3.5e-3 there with elements of one wrench,
     and 2.6e-3 with ours; below 1e-3 are both at 50 s, and at 30 s with Cd = 200."""
@@ -60,6 +62,7 @@ def test_how_close_a_strip_is_rolled_up_after_30_s_is_what_its_damping_leaves() 
 # -- flying spaghetti --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_steps_of_the_flying_spaghetti_are_those_of_the_published_scheme() -> None:
     """So is the way of its centre of mass, which on SE(3) is met to order 2 only: steps turn nodes and move them at
     once, along screws. Linear momentum is exact in both."""
@@ -79,6 +82,7 @@ def test_steps_of_the_flying_spaghetti_are_those_of_the_published_scheme() -> No
     np.testing.assert_allclose(own, gaps, atol=1e-8)
 
 
+@pytest.mark.long
 def test_a_centre_of_mass_flies_straight_where_nodes_travel_and_turn_apart() -> None:
     data = spaghetti.scene(4)
     data["beams"]["noodle"]["group"] = "R3xSO3"
@@ -96,6 +100,8 @@ def test_a_centre_of_mass_flies_straight_where_nodes_travel_and_turn_apart() -> 
     assert slopes(ranges) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("inextensible-8-7-0", "kirchhoff-16-8-2")
 @pytest.mark.parametrize(
     ("kind", "elements", "coarsest", "unresolved"), [("kirchhoff", 16, 8, 2), ("inextensible", 8, 7, 0)]
 )
@@ -124,6 +130,7 @@ def test_noodles_are_of_order_2_at_steps_that_resolve_them(
 # -- right-angle cantilever --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_right_angle_cantilever_takes_long_steps() -> None:
     """0.2 s are 1/30 of a slow swing and 30 periods of stretch; relative and absolute tolerances are ODIN's."""
     model = eomgen.build(cantilever.scene(5), profile="quick")

@@ -105,6 +105,7 @@ def test_a_force_on_a_point_does_the_work_that_its_jacobian_says(rng: np.random.
     np.testing.assert_allclose(model.force(q, v), expected, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_what_a_model_was_built_without_is_compiled_when_it_is_called_for(rng: np.random.Generator) -> None:
     few, whole = eomgen.build(flyer_scene(), terms=["forward_dynamics"], profile="quick"), flying()
     q, v, a = some_state(few, rng)
@@ -118,6 +119,7 @@ def test_what_a_model_was_built_without_is_compiled_when_it_is_called_for(rng: n
     assert few.terms == ("forward_dynamics",)
 
 
+@pytest.mark.slow_cases("<lambda>-usage error: there is no body 'amr'; try: arm")
 @pytest.mark.parametrize(
     ("call", "text"),
     [

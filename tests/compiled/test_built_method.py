@@ -14,6 +14,7 @@ from eomgen.pipeline import content, pipeline
 from tests.models.scenes import PENDULUM_TOML, pendulum_scene
 
 
+@pytest.mark.slow
 def test_a_run_takes_the_method_that_the_model_was_built_with() -> None:
     built = eomgen.build(pendulum_scene(), method="runge_kutta", profile="quick")
     run = built.simulate(0.2, 1e-2)

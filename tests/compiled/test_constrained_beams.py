@@ -32,6 +32,8 @@ THROWN_END = {
 }
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("4")
 @pytest.mark.parametrize("elements", list(THROWN_END))
 def test_the_thrown_end_is_where_another_implementation_has_it(elements: int) -> None:
     model = eomgen.build(spaghetti.scene(elements), method="rattlie", profile="quick")
@@ -40,6 +42,7 @@ def test_the_thrown_end_is_where_another_implementation_has_it(elements: int) ->
     np.testing.assert_allclose(run.poses["noodle"][1:, 4:], THROWN_END[elements], atol=1e-6)
 
 
+@pytest.mark.long
 def test_rounding_of_places_stops_no_step_of_rattlie() -> None:
     """Steps that move less than places are rounded to: gaps of 1e-15 m by 6e-5 s are most of what changes."""
     model = eomgen.build(spaghetti.scene(2), method="rattlie", profile="quick")
@@ -53,6 +56,8 @@ def slopes(errors: Any) -> Any:
     return np.log2(np.asarray(errors)[:-1] / np.asarray(errors)[1:])
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("inextensible-8-0.1", "kirchhoff-9-0.15")
 @pytest.mark.parametrize(("model", "coarsest", "within"), [("kirchhoff", 9, 0.15), ("inextensible", 8, 0.1)])
 def test_positions_velocities_and_section_forces_are_of_order_2(model: str, coarsest: int, within: float) -> None:
     """Against a method of order 4, at steps that resolve what stretches (160 rad/s, where the model stretches)."""
@@ -72,6 +77,7 @@ def test_positions_velocities_and_section_forces_are_of_order_2(model: str, coar
         assert slopes(errors)[-1] == pytest.approx([2.0, 2.0, 2.0], abs=within), method
 
 
+@pytest.mark.long
 def test_multipliers_jump_by_order_1_and_their_means_are_of_order_2() -> None:
     data, jumps, errors = spaghetti.scene(4, model="inextensible"), [], []
     exact = eomgen.build(data, method="rk4_partitioned", profile="quick").simulate(
@@ -116,6 +122,7 @@ def at_random_steps(made: Any, largest: float, seed: int, exact: Any) -> list[fl
     return worst
 
 
+@pytest.mark.long
 def test_order_at_steps_that_vary() -> None:
     data = spaghetti.scene(4, model="inextensible")
     run = eomgen.build(data, method="rk4_partitioned", profile="quick").simulate(
@@ -134,6 +141,7 @@ def test_order_at_steps_that_vary() -> None:
     assert orders[2] > 1.8
 
 
+@pytest.mark.long
 def test_free_flight_keeps_what_mechanics_says() -> None:
     """Linear and angular momentum to rounding, energy without drift; its range and the way of the centre of mass by
     order 2, as steps turn nodes and move them at once."""
@@ -157,6 +165,8 @@ def test_free_flight_keeps_what_mechanics_says() -> None:
     assert slopes(gaps) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("cosserat", "inextensible", "kirchhoff")
 @pytest.mark.parametrize("model", ["cosserat", "kirchhoff", "inextensible"])
 def test_a_sudden_moment_rolls_a_damped_beam_up(model: str) -> None:
     """It comes to rest as a circle, its end turned once: at the quaternion of the clamp with the other sign."""

@@ -12,12 +12,14 @@ from eomgen.lie import product
 from tests.models.scenes import absolute, flyer
 
 
+@pytest.mark.slow
 def test_sizes_and_names_of_rows() -> None:
     model = absolute()
     assert (model.nq, model.nv, len(model.multipliers)) == (21, 18, 8)
     assert model.multipliers[0].startswith("ball") and model.multipliers[-1].startswith("slide")
 
 
+@pytest.mark.slow
 def test_the_jacobian_is_the_left_trivialised_derivative_of_the_constraints(rng: np.random.Generator) -> None:
     model = absolute()
     q = product.update(model.factors, model.initial_q, rng.normal(scale=0.3, size=model.nv))
@@ -34,6 +36,7 @@ def test_the_jacobian_is_the_left_trivialised_derivative_of_the_constraints(rng:
     np.testing.assert_allclose(batch[1], 0.0, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_multipliers_enter_the_residual_by_the_transposed_jacobian(rng: np.random.Generator) -> None:
     model = absolute()
     q, v, a, lam = model.initial_q, *rng.normal(size=(2, model.nv)), rng.normal(size=8)
@@ -52,6 +55,7 @@ def test_multipliers_enter_the_residual_by_the_transposed_jacobian(rng: np.rando
     np.testing.assert_allclose(K @ w, (ahead - behind) / (2.0 * small), atol=1e-6)
 
 
+@pytest.mark.slow
 def test_wrong_multipliers_and_missing_velocities_are_named() -> None:
     model = absolute()
     rest = np.zeros(model.nv)
@@ -62,6 +66,7 @@ def test_wrong_multipliers_and_missing_velocities_are_named() -> None:
     np.testing.assert_allclose(flyer().evaluate("residual", flyer().initial_q, flyer().initial_v)["r"], 0.0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_accelerations_meet_the_constraints_and_the_equations(rng: np.random.Generator) -> None:
     model = absolute()
     v = model.consistent(model.initial_q, rng.normal(size=model.nv)).v
@@ -103,6 +108,8 @@ def test_explicit_methods_say_why_they_refuse_constraints() -> None:
         absolute().simulate(0.1, 1e-3, method="rk4")
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("generalized_alpha_f1", "generalized_alpha_index3", "generalized_alpha_index3_f2")
 @pytest.mark.parametrize("method", ["generalized_alpha_index3", "generalized_alpha_f1", "generalized_alpha_index3_f2"])
 def test_other_forms_reach_the_same_end(method: str) -> None:
     model = absolute()
@@ -112,6 +119,7 @@ def test_other_forms_reach_the_same_end(method: str) -> None:
     np.testing.assert_allclose(found.q[-1], expected.q[-1], atol=1e-5)
 
 
+@pytest.mark.long
 def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -> None:
     builder = (
         eomgen.SceneBuilder("shaken").parameter("shake", 0.1, tunable=True).base(position=["shake * cos(6 * t)", 0, 0])
@@ -130,6 +138,7 @@ def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -
         np.testing.assert_allclose(found.outputs["tip"][-1], expected.outputs["tip"][-1], atol=1e-5)
 
 
+@pytest.mark.long
 def test_a_model_of_few_terms_runs_by_its_own_method_and_by_others() -> None:
     model = eomgen.build(absolute().scene, ["poses"], profile="quick")
     for method in ("generalized_alpha", "rk4_partitioned"):

@@ -32,6 +32,7 @@ spaghetti: Any = SimpleNamespace(
 )
 
 
+@pytest.mark.long
 def test_a_thrown_beam_flies_as_mechanics_says_and_at_second_order() -> None:
     model = eomgen.build(spaghetti.scene(8, model="cosserat"), profile="quick")
     gaps, ends, lost = [], [], []
@@ -50,6 +51,7 @@ def test_a_thrown_beam_flies_as_mechanics_says_and_at_second_order() -> None:
     assert lost[2] < 2e-4 * 875.0
 
 
+@pytest.mark.long
 def test_slender_beams_do_not_lock() -> None:
     stiffness = ROLL_UP | dict.fromkeys(("stretch", "shear_y", "shear_z"), "1e4 * factor")
     scene = beam_scene(4, {"force": [0.0, "15 * load", 0.0]}, {"stiffness": stiffness})
@@ -82,6 +84,14 @@ def sizes_of_c(elements: int, kind: str, name: str) -> dict[str, int]:
     return counts | {name: waiting[name] for name in ("residual", "iteration") if name in waiting}
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases(
+    "cosserat-generalized_alpha-40",
+    "kirchhoff-generalized_alpha-40",
+    "kirchhoff-generalized_alpha_index3-40",
+    "kirchhoff-rattlie-40",
+    "kirchhoff-rosenbrock-60",
+)
 @pytest.mark.parametrize(
     ("kind", "name", "fewest"),
     [
@@ -135,6 +145,7 @@ def test_half_a_turn_in_a_few_of_many_rows_is_seen() -> None:
     assert turned_by(0.9 * angles) == ""
 
 
+@pytest.mark.long
 def test_a_run_in_which_an_element_turns_too_far_has_not_succeeded() -> None:
     scene = beam_scene(2, {"torque": [0.0, 0.0, "2000 * load"]}, {"stiffness_damping": 0.02})
     run = eomgen.build(scene, profile="quick").simulate(4.0, 2e-3, error_estimate=False)
@@ -142,6 +153,7 @@ def test_a_run_in_which_an_element_turns_too_far_has_not_succeeded() -> None:
     assert re.search(r"element \d of the beam rope turns by more than half a turn at t = ", run.message)
 
 
+@pytest.mark.long
 def test_branches_on_a_turning_hub_move_alike_in_both_coordinates() -> None:
     section = {
         "elastic_modulus": 2e7, "density": 1200.0, "area": 1e-3, "second_moments": [8e-8, 8e-8],
@@ -181,6 +193,7 @@ def test_branches_on_a_turning_hub_move_alike_in_both_coordinates() -> None:
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_run_that_leaves_the_numbers_says_so_and_nothing_else() -> None:
     model = eomgen.build(beam_scene(2, {"force": [0.0, "15 * load", 0.0]}), method="rk4", profile="quick")
     with warnings.catch_warnings():
@@ -190,6 +203,7 @@ def test_a_run_that_leaves_the_numbers_says_so_and_nothing_else() -> None:
     assert "a value became infinite or not a number; try: a step smaller than 1 s" in run.message
 
 
+@pytest.mark.long
 def test_a_bent_beam_at_rest_rests_and_its_outputs_are_not_in_doubt() -> None:
     scene = beam_scene(3, {"force": [0.0, "15 * (load - 1)", 0.0]}, {"curvature": [0.03, 0.0, 0.07]})
     scene["outputs"] = {"moment": {"section_moment": "rope", "at": 0.0}, "clamp": {"reaction_moment": "clamp"}}

@@ -17,6 +17,8 @@ from tests.codegen.hand_made import call, compile_system
 from tests.codegen.test_render import STRICT
 from tests.models.cache import shared_cache
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["shared_cache"]
 
 POINTS = [[0, 0], [0.1, 0.02], [0.25, -0.01], [0.5, 0.03], [1, 0], [1.3, 0.01], [3, 0]]

@@ -49,6 +49,7 @@ TOLERANCE = {"complex": 1e-12, "lanes": 0.0, "float": 2e-3}
 STEPS = 25
 
 
+@pytest.mark.long_except("quarter_car/scene.toml")
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does(scene: str, tmp_path: Path) -> None:
     path = ROOT / "examples" / scene
@@ -84,6 +85,17 @@ def test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does(s
     assert np.abs(last - expected.q[-1]).max() <= 1e-9 * scale
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases(
+    "active_vehicle/scene.toml",
+    "elastic_slider_crank/scene.toml",
+    "elastic_vehicle/scene.toml",
+    "heavy_top/se3.toml",
+    "jerk_limited_arm/scene.toml",
+    "robot_arm/scene.toml",
+    "sea_arm/scene.toml",
+    "slider_crank_spatial/scene.toml",
+)
 @pytest.mark.parametrize("scene", [scene for scene in SCENES if scene not in LARGE])
 def test_four_number_types_agree_on_every_function(scene: str, tmp_path: Path, rng: np.random.Generator) -> None:
     system = eomgen.derive(ROOT / "examples" / scene)

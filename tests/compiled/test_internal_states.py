@@ -17,6 +17,8 @@ from tests.oracles.states import quaternion_product, rotation_of
 from tests.oracles.stepper import integrate
 from tests.oracles.system_equations import equations_of
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["shared_cache"]
 
 ALPHA, RK4 = "generalized_alpha", "rk4"
@@ -316,6 +318,7 @@ def test_constrained_compiled_steps_are_those_of_the_slow_stepper(pinned: eomgen
 # -- long trees --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_long_trees_carry_states() -> None:
     """40 links, one lagging torque at a joint, one lagging force that sees the tip: sparse matrix against explicit
     steps."""

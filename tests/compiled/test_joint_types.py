@@ -44,6 +44,7 @@ def model(kind: str) -> eomgen.Model:
     return eomgen.build(load_toml(text, coordinates="absolute" if kind == "absolute" else None))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["joint", "absolute", "loop"])
 @pytest.mark.parametrize("pitch", [0.3, -0.1])
 def test_a_nut_falls_along_its_screw(kind: str, pitch: float) -> None:

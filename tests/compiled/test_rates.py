@@ -47,6 +47,7 @@ def derivatives(expression: sympy.Expr, order: int, times: Array = AT) -> list[A
     ]
 
 
+@pytest.mark.slow
 def test_pendulum_on_a_shaking_base_to_the_fourth_order(model: eomgen.Model) -> None:
     q, v, a, j, s, *higher = derivatives(MOTION, 6)
     expected = derivatives(effort(), 4)
@@ -109,6 +110,7 @@ def test_base_of_the_caller(model: eomgen.Model) -> None:
         assert relative_error(found[k], expected[k]) <= 1e-13
 
 
+@pytest.mark.long
 def test_free_motion_and_coriolis_matrices_in_compiled_code(rng: np.random.Generator) -> None:
     """The jerk makes tau_dot vanish, vdot a little later is what its derivatives say, and C v is h both times."""
     terms = ["rates", "forward_dynamics", "forward_rates", "coupling", "coriolis", "coriolis_skew", "mass_rates"]

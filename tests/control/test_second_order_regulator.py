@@ -53,6 +53,7 @@ def blocks(plant: Plant, weights: Weights, P11: Array, P12: Array, P22: Array) -
         ]
 
 
+@pytest.mark.slow_except("4-2-True")
 @pytest.mark.parametrize("symmetric", [True, False])
 @pytest.mark.parametrize(("n", "m"), [(1, 1), (2, 1), (4, 2), (6, 6), (12, 3)])
 def test_the_block_equations_hold(n: int, m: int, symmetric: bool, rng: np.random.Generator) -> None:
@@ -126,6 +127,7 @@ def test_published_gains_of_the_quarter_car(travel: float, tyre: float, gains: t
     assert max(blocks(plant, weights, found.P11, found.P12, found.P22)) <= 1e-10
 
 
+@pytest.mark.slow
 def test_the_cost_is_what_a_motion_costs(rng: np.random.Generator) -> None:
     """x^T P x against the cost of the closed loop added up along its exact motion."""
     plant = random_plant(rng, 2, 1)

@@ -186,6 +186,7 @@ def test_regulator_and_observer_keep_their_eigenvalues(sample: float | None) -> 
     np.testing.assert_allclose(whole.closed_loop.A, joined, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_covariance_of_an_estimate_is_that_of_its_error() -> None:
     space = random_model(3, 1, 2, 1)
     noise, measured = {"w1": 0.7}, {"y1": 0.05, "y2": 0.3}
@@ -208,6 +209,7 @@ def test_the_covariance_of_an_estimate_is_that_of_its_error() -> None:
     np.testing.assert_allclose(sampled.covariance, P, rtol=1e-8)
 
 
+@pytest.mark.slow_except("1.0")
 @pytest.mark.parametrize("delay_in_samples", [0.0, 0.3, 1.0, 2.4])
 def test_held_inputs_exactly(delay_in_samples: float) -> None:
     """States at samples against the exponential of the matrix, piece by piece."""
@@ -236,6 +238,7 @@ def test_held_inputs_exactly(delay_in_samples: float) -> None:
         np.testing.assert_allclose(state[:3], s, rtol=1e-11, atol=1e-13)
 
 
+@pytest.mark.slow_except("1.0")
 @pytest.mark.parametrize("delay_in_samples", [0.0, 0.4, 1.0, 1.6])
 def test_a_sampled_regulator_minimises_the_integral(delay_in_samples: float) -> None:
     """What is left of the cost is the integral along the motion; other gains cost more."""
@@ -281,6 +284,7 @@ def test_a_sampled_regulator_minimises_the_integral(delay_in_samples: float) -> 
     assert all(cost(law.gains + change) > best for change in 0.05 * np.vstack([np.eye(n), -np.eye(n)])[:, np.newaxis])
 
 
+@pytest.mark.slow
 def test_a_fast_sampled_regulator_is_that_of_continuous_time() -> None:
     space = random_model(4, 1, 1, 1)
     slow, fast = lqr(space, {"y1": 3.0}, {"u1": 0.1}), lqr(space, {"y1": 3.0}, {"u1": 0.1}, sample=1e-5)
@@ -319,6 +323,7 @@ def test_margins_of_a_loop_with_known_ones() -> None:
     np.testing.assert_allclose(margins.modulus_margin, np.abs(1 + 2 / (s * (s + 1) * (s + 2))).min(), rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_margins_that_optimal_feedback_always_has() -> None:
     for seed in range(4):
         law = lqr(random_model(5, 2, 2, 0, seed), np.eye(5), np.diag([0.2, 1.0]))

@@ -117,6 +117,8 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
     assert system.counts["mass"].statements > 0 or made.coordinates == "absolute"
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("urdf_robots.md")
 @pytest.mark.parametrize("page", ["README.md", "python.md", "urdf_robots.md"])
 def test_python_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

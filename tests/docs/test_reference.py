@@ -67,6 +67,7 @@ def test_a_table() -> None:
     assert every_unit(meaning_of(Sample.model_fields["strength"])) == ("N/m", "N m/rad")
 
 
+@pytest.mark.slow
 def test_the_command_renews_a_page(tmp_path: Path) -> None:
     page = tmp_path / "scene.md"
     shutil.copy(PAGE, page)

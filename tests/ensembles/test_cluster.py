@@ -23,6 +23,8 @@ from eomgen.ensembles.samples import Block, Failed
 from eomgen.errors import FileError, UsageError
 from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
+pytestmark = pytest.mark.slow
+
 #: Prints how many pages a worker fetches for arrays like one that it has dropped.
 FAULTS = """
 import distributed
@@ -113,7 +115,7 @@ def test_a_killed_worker_costs_its_part_alone(
     assert set(client.run(_rooms).values()) == {0}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_machine_without_the_model_compiles_it_once(cart: eomgen.Model, local: Ensemble, tmp_path: Path) -> None:
     with two_workers(EOMGEN_CACHE=str(tmp_path / "cache")) as client:
         assert bits(cart.simulate_many(**OPTIONS, cluster=client)) == bits(local)
@@ -258,6 +260,7 @@ def test_other_c_than_the_senders_is_refused(cart: eomgen.Model) -> None:
     assert "other C comes of the scene here" in refusal.problems[0].what
 
 
+@pytest.mark.long
 def test_parts_are_cut_into_blocks_with_their_failures() -> None:
     """Parts of 1, 5, 2 and 3 samples, the fourth and the last of which failed, in blocks of 4."""
     values = np.arange(11.0)[:, np.newaxis]

@@ -46,6 +46,7 @@ def cart(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
     return eomgen.build(scene(tmp_path_factory.mktemp("cart"), 3))
 
 
+@pytest.mark.slow
 def test_wheels_of_a_track_follow_its_seed(cart: eomgen.Model, tmp_path: Path) -> None:
     """As scenes with these seeds; generalized-alpha takes functions in its steps otherwise than compiled formulas."""
     for method, off in (("rk4", 1e-12), (None, 1e-4)):
@@ -56,6 +57,7 @@ def test_wheels_of_a_track_follow_its_seed(cart: eomgen.Model, tmp_path: Path) -
         assert abs(other - same) > 1e-3 * abs(same)
 
 
+@pytest.mark.slow
 def test_factors_multiply_what_the_scene_says(cart: eomgen.Model, tmp_path: Path) -> None:
     vary = {"scale.wind": "values(1, 2)", "scale.rear": "values(1, 2)"}
     found = cart.simulate_many(vary=vary).results["output.place.final"]
@@ -77,6 +79,11 @@ def test_random_seeds_are_whole_and_reproducible(cart: eomgen.Model) -> None:
     np.testing.assert_array_equal(again, found.results["output.place.final"][:3])
 
 
+@pytest.mark.slow_except(
+    "options1-a seed is a whole number from 0 on, and integers(-3, 9) has others",
+    "options10-said10",
+    "options2-a seed is a whole number from 0 on, and the column has others",
+)
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -75,6 +75,7 @@ def same(one: eomgen.Ensemble, other: eomgen.Ensemble) -> None:
         np.testing.assert_array_equal(one.mean(column), other.mean(column))
 
 
+@pytest.mark.slow_except("{'record_every': 25, 'points': 2}", "{'t_end': 0.37, 'points': 5}")
 @pytest.mark.parametrize(
     "options",
     [
@@ -108,6 +109,7 @@ def test_results_are_those_of_runs_one_after_the_other(
     assert set(lanes) == {"EOMGEN_LANES is off"}
 
 
+@pytest.mark.slow
 def test_a_sample_that_explodes_is_judged_alone_and_the_others_stay(swing: eomgen.Model, lanes: list[object]) -> None:
     """RK4 is stable up to 2.83 by the step: a heavy rod on its spring has 2.1, a light one 3.5."""
     springs = {**SCENE, "efforts": {"coil": {"joint": "hinge", "effort": "-20 * q.hinge"}}}
@@ -142,6 +144,7 @@ def test_what_cannot_run_side_by_side_says_why(
     assert set(lanes) == {why}
 
 
+@pytest.mark.slow
 def test_what_starts_at_equilibrium_is_told_by_the_option_and_the_scene(
     swing: eomgen.Model, lanes: list[object]
 ) -> None:
@@ -178,6 +181,7 @@ def limp_beam(stiffness: str) -> dict[str, object]:
     }
 
 
+@pytest.mark.slow
 def test_a_beam_that_bends_beyond_what_beams_are_for_fails_in_lanes_too(lanes: list[object]) -> None:
     model = eomgen.build(limp_beam("stiffness"), method="rk4", profile="quick")
     table = {"stiffness": [50.0, 0.5, 100.0]}
@@ -188,6 +192,7 @@ def test_a_beam_that_bends_beyond_what_beams_are_for_fails_in_lanes_too(lanes: l
     assert np.isfinite(ensemble.results["q.rod.final"][[0, 2]]).all()
 
 
+@pytest.mark.long
 def test_elements_of_beams_that_turn_too_far_fail_in_lanes_too(lanes: list[object]) -> None:
     scene = beam_scene(2, {"torque": [0.0, 0.0, "2000 * load"]}, {"stiffness_damping": 0.02})
     model = eomgen.build(scene, profile="quick")
@@ -197,6 +202,8 @@ def test_elements_of_beams_that_turn_too_far_fail_in_lanes_too(lanes: list[objec
     assert re.search(r"element \d of the beam rope turns by more than half a turn", ensemble.failed[0].reason)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("absolute", "joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_samples_begin_on_their_constraints(
     coordinates: str, lanes: list[object], monkeypatch: pytest.MonkeyPatch
@@ -239,6 +246,8 @@ def pushed(request: pytest.FixtureRequest) -> eomgen.Model:
     return eomgen.build(scene, method=request.param, profile="reproducible")
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("lsrt2-function")
 @pytest.mark.parametrize(
     "options",
     [
@@ -262,6 +271,7 @@ def test_inputs_may_change_with_time(
     assert beside.deviation("q.hinge")[-1] > 1e-3
 
 
+@pytest.mark.slow_except("rk4")
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
 def test_inputs_by_formulas_are_those_of_each_sample(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     pull = {"unit": "N m", "formula": "mass * cos(3 * t)"}
@@ -276,6 +286,7 @@ def test_inputs_by_formulas_are_those_of_each_sample(method: str, monkeypatch: p
         assert (beside.deviation("input.pull")[-1] > 1e-3) == ("mass" in vary) and "side by side" in beside.how
 
 
+@pytest.mark.slow_except("rk4")
 def test_a_law_beyond_all_bounds_fails_alone(pushed: eomgen.Model) -> None:
     table = {"scale.push": [1.0, 1e300, 2.0]}
     ensemble = found(pushed, vary=None, table=table, samples=3)
@@ -284,6 +295,8 @@ def test_a_law_beyond_all_bounds_fails_alone(pushed: eomgen.Model) -> None:
     assert np.isfinite(ensemble.results["q.hinge.final"][[0, 2]]).all()
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("generalized_alpha", "rk4_partitioned")
 @pytest.mark.parametrize("method", ["rk4_partitioned", "generalized_alpha"])
 def test_bases_and_drives_are_laws_of_each_sample(
     method: str, lanes: list[object], monkeypatch: pytest.MonkeyPatch
@@ -319,6 +332,8 @@ EVENTS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("stop-rk4-7")
 @pytest.mark.parametrize(
     ("action", "method", "every"),
     [("stop", "rk4", 7), ("stop", "generalized_alpha", 1), ("impact", "rk4", 1), ("switch", "rk45", 3)],
@@ -351,6 +366,8 @@ def test_samples_meet_events_of_their_own(
     assert np.any(beside.results["output.drag.final"] != 0.0) == (action == "switch")
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("0.001", "1.0")
 @pytest.mark.parametrize("size", [1e-3, 1.0])
 def test_constraints_are_held_to_a_part_of_the_machine(size: float, lanes: list[object]) -> None:
     scene: dict[str, Any] = {**SCENE, "gravity": [0, 0, -9.81 * size], "parameters": dict(SCENE["parameters"])}
@@ -383,6 +400,7 @@ int law(double t, const double *signals, double *values, double *memory)
 """
 
 
+@pytest.mark.long
 def test_controllers_in_c_are_called_for_each_sample(
     lanes: list[object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -127,6 +127,7 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
     assert again.done == 60 and bits(again) == straight
 
 
+@pytest.mark.slow_except("0.5-64")
 @pytest.mark.parametrize(("step", "block"), [(0.5, 64), (1e-3, 16), (1e-4, 5)])
 def test_blocks_of_short_runs_are_larger(cart: eomgen.Model, step: float, block: int) -> None:
     """Runs of a few evaluations, of some 1000, and of some 10 000 of the 50 000 that are worth a block."""
@@ -208,6 +209,7 @@ def test_a_solution_is_kept_also_when_its_sample_is_done(cart: eomgen.Model, tmp
     assert len(list((tmp_path / "runs").iterdir())) == 2
 
 
+@pytest.mark.slow
 def test_columns_of_a_sample_are_kept_as_parquet(cart: eomgen.Model, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     cart.simulate_many(table={"push": [1.0, 2.0]}, folder=tmp_path, keep=[1], keep_as="parquet")
@@ -309,6 +311,7 @@ def test_what_cannot_be_run_is_told_before_the_first_sample(
     assert said in str(caught.value)
 
 
+@pytest.mark.slow
 def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene, out = tmp_path / "cart.toml", tmp_path / "out"
     scene.write_text(CART, encoding="utf-8")
@@ -335,6 +338,7 @@ def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.Capture
     assert "line 2: the row has 1 cell, and there are 2 names; try: a cell for each name" in capsys.readouterr().err
 
 
+@pytest.mark.slow_cases("semicolons")
 @pytest.mark.parametrize(
     ("text", "said"),
     [

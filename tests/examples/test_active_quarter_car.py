@@ -28,6 +28,7 @@ def script() -> dict[str, Any]:
     return runpy.run_path(str(FOLDER / "compare.py"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suspension", "printed"),
     [
@@ -45,6 +46,7 @@ def test_stationary_values_are_the_published_ones(
         assert abs(value - float(digits)) <= 10.0 ** -len(digits.partition(".")[2]), (value, digits)
 
 
+@pytest.mark.slow
 def test_the_wheel_carries_the_body_at_one_frequency(model: eomgen.Model, script: dict[str, Any]) -> None:
     """z_s/z_r = -m_u/m_s at w^2 = k_t/m_u, whatever the suspension does: in the linear models of the compiled scene."""
     s = 1j * np.sqrt(160000.0 / 36.0)
@@ -56,6 +58,7 @@ def test_the_wheel_carries_the_body_at_one_frequency(model: eomgen.Model, script
         assert abs(z[linear.coordinates.index("body")] + 0.15) <= 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suspension", ["passive", "skyhook", "LQR"])
 def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
     parameters = {**model.parameters, **script["suspensions"](model)[suspension]}
@@ -72,6 +75,7 @@ def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[s
     assert np.abs(found - acceleration).max() < 1e-4 * np.abs(acceleration).max()
 
 
+@pytest.mark.slow
 def test_the_clipped_suspension_is_a_damper(model: eomgen.Model, script: dict[str, Any]) -> None:
     run = model.simulate(10.0, 1e-3, parameters=script["suspensions"](model)["clipped"])
     rate = run.v[:, model.v_names.index("v.body")] - run.v[:, model.v_names.index("v.wheel")]
@@ -80,6 +84,7 @@ def test_the_clipped_suspension_is_a_damper(model: eomgen.Model, script: dict[st
     assert coefficient.min() == pytest.approx(300.0, rel=1e-6) and coefficient.max() == pytest.approx(3000.0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_simulated_values_are_near_the_stationary_ones(model: eomgen.Model, script: dict[str, Any]) -> None:
     """60 s of the road: the README's 400 s are within 5 %, these within what their length allows."""
     values = {name: script["simulated"](model, p, 60.0) for name, p in script["suspensions"](model).items()}

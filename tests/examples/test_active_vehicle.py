@@ -51,6 +51,7 @@ def _roads() -> list[tuple[np.ndarray, np.ndarray]]:
     return [(w, left_front), (w, right_front), (w, left_rear), (w, right_rear)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("skyhook", [0.0, 3000.0])
 def test_rests_on_a_flat_road_under_its_weight(model: Model, skyhook: float) -> None:
     rest = model.forward_dynamics(model.initial_q, model.initial_v, 7.0, FLAT, parameters={"skyhook": skyhook})
@@ -61,6 +62,7 @@ def test_rests_on_a_flat_road_under_its_weight(model: Model, skyhook: float) -> 
     assert np.all(raised[3:] > 10.0)  # a road one centimetre higher pushes the wheels up by 190000 * 0.01 / 59
 
 
+@pytest.mark.slow_cases("0.0")
 @pytest.mark.parametrize("skyhook", [0.0, 3000.0])
 def test_partials_at_rest_are_the_textbook_matrices(model: Model, skyhook: float) -> None:
     found = model.partials(model.initial_q, model.initial_v, np.zeros(7), 7.0, FLAT, parameters={"skyhook": skyhook})
@@ -75,6 +77,7 @@ def test_inertia_matrix_is_symmetric_and_positive_away_from_rest(model: Model, r
     assert np.linalg.eigvalsh(M).min() > 0.9 * WHEEL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("skyhook", [0.0, 3000.0])
 def test_motion_is_the_steady_response_of_linear_theory(model: Model, skyhook: float) -> None:
     run = model.simulate(22.0, 5e-4, method="rk4", parameters={"skyhook": skyhook})
@@ -97,6 +100,7 @@ def test_motion_is_the_steady_response_of_linear_theory(model: Model, skyhook: f
         assert np.sqrt(np.mean((found - expected) ** 2)) < 2e-4 * np.sqrt(np.mean(expected**2))
 
 
+@pytest.mark.slow_cases("0.0")
 @pytest.mark.parametrize("skyhook", [0.0, 3000.0])
 def test_energy_changes_by_the_work_of_dampers_actuators_and_road(model: Model, skyhook: float) -> None:
     run = model.simulate(5.0, 5e-4, method="rk4", parameters={"skyhook": skyhook})
@@ -139,6 +143,7 @@ def test_skyhook_calms_the_body_without_costing_travel_or_grip(model: Model) -> 
         assert np.all(run.outputs["tyre_load"] + weight > 0.0)
 
 
+@pytest.mark.slow
 def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
     out = tmp_path / "demo out"
     environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
@@ -160,6 +165,7 @@ def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) ->
         )
 
 
+@pytest.mark.long
 def test_demonstration_says_what_to_do_about_a_folder_it_cannot_make(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}

@@ -38,12 +38,14 @@ def elastic_arm() -> eomgen.Model:
     return eomgen.build(EXAMPLES / "sea_arm" / "scene.toml", method="rk4")
 
 
+@pytest.mark.long
 def test_feedforward_alone_tracks(links: eomgen.Model, elastic_arm: eomgen.Model) -> None:
     demo = _demo("sea_arm")
     _, deviation = demo.tracked(elastic_arm, demo.Feedforward(links), 2e-4)
     assert deviation.max() < 1e-10
 
 
+@pytest.mark.slow
 def test_feedforward_without_the_second_derivative_fails(links: eomgen.Model, elastic_arm: eomgen.Model) -> None:
     demo = _demo("sea_arm")
     run, deviation = demo.tracked(elastic_arm, demo.Feedforward(links, complete=False), 2e-4)
@@ -52,6 +54,7 @@ def test_feedforward_without_the_second_derivative_fails(links: eomgen.Model, el
     assert deviation.max() > 1e-3
 
 
+@pytest.mark.slow
 def test_feedforward_tracks_under_another_solver(links: eomgen.Model, elastic_arm: eomgen.Model) -> None:
     demo = _demo("sea_arm")
     feedforward = demo.Feedforward(links)
@@ -66,6 +69,7 @@ def test_feedforward_tracks_under_another_solver(links: eomgen.Model, elastic_ar
     assert np.abs(found.y[7:14, -1] - demo.motion(0.3)[0]).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_rates_of_torque_are_those_of_pinocchio(links: eomgen.Model) -> None:
     demo = _demo("jerk_limited_arm")
     move = demo.Move(links, 0.9)
@@ -78,6 +82,7 @@ def test_rates_of_torque_are_those_of_pinocchio(links: eomgen.Model) -> None:
         np.testing.assert_allclose(move.torques(np.array(t))[1], slope, rtol=1e-7, atol=1e-7)
 
 
+@pytest.mark.long
 def test_fastest_move_keeps_to_its_limits_and_is_tracked(links: eomgen.Model) -> None:
     demo = _demo("jerk_limited_arm")
     move, hasty = demo.fastest(links, ARM_RATE), demo.fastest(links, ARM_RATE, ("rate of torque",))

@@ -39,6 +39,7 @@ def impacts() -> tuple[list[float], list[float], float]:
         speeds.append(v)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "tolerance"), [("taylor", 1e-12), ("generalized_alpha", 1e-12), ("rk45", 1e-12)])
 def test_impacts_are_at_the_roots_of_parabolas(method: str, tolerance: float) -> None:
     times, speeds, caught = impacts()

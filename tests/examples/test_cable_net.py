@@ -70,6 +70,7 @@ def knots_of(q: Array) -> Array:
     return q.reshape(-1, 7)[:, 4:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drop", [0.0, 0.3])
 def test_a_cable_rests_on_its_polygon_of_forces(drop: float) -> None:
     rest = eomgen.build(cable(6, drop), profile="quick").equilibrium()
@@ -77,6 +78,7 @@ def test_a_cable_rests_on_its_polygon_of_forces(drop: float) -> None:
     assert len(rest.undetermined) == 18  # nothing turns the knots
 
 
+@pytest.mark.long
 def test_every_cable_of_the_net_rests_as_one_alone() -> None:
     """Ties between cables at rest are as long as they are without force; what moves the net is the blow alone."""
     model = eomgen.build(EXAMPLE)
@@ -85,6 +87,7 @@ def test_every_cable_of_the_net_rests_as_one_alone() -> None:
     np.testing.assert_allclose(places[..., ::2], [polygon(10, 0.0, 0.02, 200.0, 0.095)] * 10, rtol=0.0, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_the_net_loses_the_energy_that_its_dampers_take() -> None:
     errors = []
     model = eomgen.build(EXAMPLE)
@@ -97,6 +100,7 @@ def test_the_net_loses_the_energy_that_its_dampers_take() -> None:
     assert errors[1] < 1e-4 and 3.0 < errors[0] / errors[1] < 5.0
 
 
+@pytest.mark.long
 def test_the_stepper_of_a_cable_does_not_grow_with_its_knots(tmp_path: Path) -> None:
     """The text is the same but for the counts in it: whatever has the loops of 40 knots has those of 60."""
     sizes, statements = [], []

@@ -70,6 +70,8 @@ def responses(car: FullCar, omega: np.ndarray) -> dict[str, np.ndarray]:
     return rows
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("passive")
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_linear_model_is_the_one_of_first_principles(
     model: eomgen.Model, script: dict[str, Any], suspension: str
@@ -89,6 +91,7 @@ def test_linear_model_is_the_one_of_first_principles(
         np.testing.assert_allclose(linear.undamped_frequencies / (2 * np.pi), car.frequencies(), rtol=1e-9)
 
 
+@pytest.mark.long
 def test_stiff_body_is_the_rigid_car_of_seven_degrees_of_freedom(model: eomgen.Model, script: dict[str, Any]) -> None:
     stiff = {"bending_stiffness": 2.5e10, "twisting_stiffness": 6.0e10}
     linear = model.linearize(parameters=parameters_of(model, script, "passive") | stiff)
@@ -104,6 +107,8 @@ def test_stiff_body_is_the_rigid_car_of_seven_degrees_of_freedom(model: eomgen.M
     assert max(np.abs(soft - eigenvalue).min() / np.abs(eigenvalue) for eigenvalue in rigid[rigid.imag > 0]) > 1e-3
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("LQR", "passive", "skyhook")
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
     """The compiled scene is not linear, but its turns of a degree hardly show."""
@@ -123,6 +128,8 @@ def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[s
         assert np.abs(found - values).max() < 5e-3 * np.abs(values).max(), name
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("passive")
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_covariance_is_the_integral_of_the_spectrum(
     model: eomgen.Model, script: dict[str, Any], suspension: str
@@ -142,6 +149,7 @@ def test_covariance_is_the_integral_of_the_spectrum(
     np.testing.assert_allclose(found, car.factors * wanted, rtol=1e-4)
 
 
+@pytest.mark.long
 def test_simulated_values_are_near_the_stationary_ones(model: eomgen.Model, script: dict[str, Any]) -> None:
     """100 s of the road: the README's 400 s are within 5 %, these within what their length allows."""
     car, found = script["FULL_CAR"], {}
@@ -153,6 +161,8 @@ def test_simulated_values_are_near_the_stationary_ones(model: eomgen.Model, scri
         assert found["LQR"][row] < found["skyhook"][row] < found["passive"][row]
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("full_car-bending_y, stretch", "scene-bending_y, stretch, torsion")
 @pytest.mark.parametrize(
     ("scene", "absent"), [("scene", "bending_y, stretch, torsion"), ("full_car", "bending_y, stretch")]
 )
@@ -166,6 +176,7 @@ def test_info_counts_what_the_body_does_not_do(scene: str, absent: str, capsys: 
         assert operations < without
 
 
+@pytest.mark.long
 def test_the_scene_by_its_own_settings_is_known_to_two_percent_of_every_rate_and_does_not_warn(
     model: eomgen.Model,
 ) -> None:

@@ -27,6 +27,7 @@ def distances(path: Path) -> tuple[float, float, eomgen.Solution]:
     return float(np.linalg.norm(tip, axis=1).max()), float(np.linalg.norm(middle, axis=1).max()), run
 
 
+@pytest.mark.slow
 def test_it_swings_as_geometrically_exact_beams_do_and_keeps_its_energy() -> None:
     tip, middle, run = distances(SCENE)
     assert tip < 3e-4 and middle < 4e-4
@@ -34,6 +35,8 @@ def test_it_swings_as_geometrically_exact_beams_do_and_keeps_its_energy() -> Non
     assert np.ptp(run.outputs["energy"]) < 1e-6 * kinetic
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("order = 2\\n-0.0-0.00015", "stiffening = false\\n-0.001-0.01")
 @pytest.mark.parametrize(
     ("change", "least", "most"), [("order = 2\n", 0.0, 1.5e-4), ("stiffening = false\n", 1e-3, 1e-2)]
 )

@@ -16,6 +16,8 @@ from tests.models.cache import shared_cache
 from tests.oracles.elastic_crank import Crank
 from tests.oracles.test_elastic_crank import SAMPLES, TIMES
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["shared_cache"]
 
 FOLDER = Path(__file__).parents[2] / "examples" / "elastic_slider_crank"
@@ -32,6 +34,7 @@ def elastic(run: Solution) -> np.ndarray:
     return np.hstack([run.outputs["bending"], run.outputs["stretch"]])
 
 
+@pytest.mark.long_cases("False-5e-07", "True-2e-06")
 @pytest.mark.parametrize(("published", "step"), [(True, 2e-6), (False, 5e-7)])
 def test_partitioned_coordinates_give_the_samples_of_both_variants(model: Model, published: bool, step: float) -> None:
     """The stretch of the consistent rod vibrates with 95 krad/s, and the steps must be fine enough for that."""

@@ -32,6 +32,7 @@ def script() -> dict[str, Any]:
     return runpy.run_path(str(FOLDER / "compare.py"))
 
 
+@pytest.mark.long
 def test_passive_car_has_the_published_frequencies_and_its_matrices(
     model: eomgen.Model, script: dict[str, Any]
 ) -> None:
@@ -44,6 +45,7 @@ def test_passive_car_has_the_published_frequencies_and_its_matrices(
     assert np.abs(linear.modes().eigenvalues - (-1.3026745981 + 86.1256718623j)).min() < 1e-8
 
 
+@pytest.mark.slow
 def test_three_elastic_modes_have_the_published_frequencies(tmp_path: Path) -> None:
     text = (FOLDER / "scene.toml").read_text(encoding="utf-8")
     text = text.replace("modes = 2", "modes = 3").replace("ride_front + ", "").replace("ride_rear + ", "")
@@ -53,6 +55,8 @@ def test_three_elastic_modes_have_the_published_frequencies(tmp_path: Path) -> N
     np.testing.assert_allclose(frequencies, FREQUENCIES[3], rtol=1e-9)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("passive")
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
     """The compiled scene is not linear, but its turns of half a degree hardly show."""
@@ -70,6 +74,7 @@ def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[s
         assert np.abs(run.outputs[name][late] - wanted).max() < close * np.abs(wanted).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_covariance_is_the_integral_of_the_spectrum(
     model: eomgen.Model, script: dict[str, Any], suspension: str
@@ -89,6 +94,7 @@ def test_covariance_is_the_integral_of_the_spectrum(
     np.testing.assert_allclose(car.factors * np.sqrt(variances), script["expected"](model, car, parameters), rtol=1e-4)
 
 
+@pytest.mark.long
 def test_simulated_values_are_near_the_stationary_ones(model: eomgen.Model, script: dict[str, Any]) -> None:
     """100 s of the road: the README's 400 s are within 5 %, these within what their length allows."""
     car = script["HALF_CAR"]

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 import eomgen
 
@@ -33,6 +34,7 @@ def floating() -> dict[str, Any]:
     return scene  # type: ignore[no-any-return]  # of a program that is run
 
 
+@pytest.mark.long
 def test_it_bends_as_bars_with_floating_frames_do() -> None:
     runs = []
     for scene in (crank.scene(6), floating()):

@@ -65,6 +65,8 @@ def reference():
     return solve_ivp(rhs, (0.0, UNTIL), np.zeros(8), "DOP853", t, rtol=1e-9, atol=1e-12, max_step=4e-3).y[:4].T
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("rk4-0.001-5e-07")
 @pytest.mark.parametrize(
     ("method", "step", "bound"), [("rk4", 1e-3, 5e-7), ("rk4", 5e-4, 5e-8), ("generalized_alpha", 1e-3, 1e-3)]
 )
@@ -78,6 +80,7 @@ def test_motion(method: str, step: float, bound: float, reference: np.ndarray) -
     assert np.max(np.abs(found - reference)) <= bound * np.max(np.abs(reference))
 
 
+@pytest.mark.slow
 def test_the_rear_wheel_follows_a_wheelbase_later() -> None:
     solution = eomgen.build(FOLDER / "scene.toml").simulate(UNTIL, 1e-3)
     front, rear = solution.outputs["road"].T

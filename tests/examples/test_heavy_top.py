@@ -79,6 +79,7 @@ def errors(run: Solution) -> Array:
     )
 
 
+@pytest.mark.slow
 def test_reference_meets_the_published_digits() -> None:
     R, _, multipliers = reference()
     np.testing.assert_allclose(R[16].apply(ARM), AT_1, atol=1e-10)
@@ -96,6 +97,7 @@ ERRORS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FORMULATIONS)
 def test_errors_and_orders_of_each_formulation(name: str) -> None:
     model = _model(name)
@@ -110,6 +112,7 @@ def test_errors_and_orders_of_each_formulation(name: str) -> None:
         np.testing.assert_allclose(slopes, 2.0, atol=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FORMULATIONS)
 def test_output_is_the_centre_of_mass_and_reaches_the_published_positions(name: str) -> None:
     run = _model(name).simulate()
@@ -121,6 +124,7 @@ def test_output_is_the_centre_of_mass_and_reaches_the_published_positions(name: 
     np.testing.assert_allclose(np.linalg.norm(place, axis=1), 1.0, atol=3e-13)
 
 
+@pytest.mark.slow_except("r3xso3")
 @pytest.mark.parametrize("name", [name for name in FORMULATIONS if name != "joint_coordinates"])
 def test_start_has_the_published_multipliers_and_constraints_stay_closed(name: str) -> None:
     run = _model(name).simulate(0.2, 2.0**-13)
@@ -133,11 +137,13 @@ def test_start_has_the_published_multipliers_and_constraints_stay_closed(name: s
         assert velocity < 1e-8
 
 
+@pytest.mark.slow
 def test_se3_solves_with_the_same_factors_all_along() -> None:
     assert _model("se3").simulate(1.0, 1e-3).stats["factorizations"] <= 5
     assert _model("r3xso3").simulate(1.0, 1e-3).stats["factorizations"] > 100
 
 
+@pytest.mark.slow
 def test_joint_coordinates_reach_the_published_digits_with_runge_kutta_munthe_kaas() -> None:
     model = _model("joint_coordinates")
     runs = [model.simulate(2.0, step, method="rk4") for step in (1e-4, 5e-5)]

@@ -68,7 +68,7 @@ def test_the_quarter_car_is_known_from_one_run(quarter_car: Callable[[int], eomg
     assert found.notes == () and {one.state for one in found.estimates} == {"determined"}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_intervals_of_the_quarter_car_hold_the_truth(quarter_car: Callable[[int], eomgen.Identification]) -> None:
     check_coverage(quarter_car, QUARTER_CAR)
 
@@ -86,7 +86,7 @@ def test_the_arm_is_known_from_one_run_within_a_second(arm: Callable[[int], eomg
     assert min(spent) < 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_intervals_of_the_arm_hold_the_truth(arm: Callable[[int], eomgen.Identification]) -> None:
     check_coverage(arm, arm_parameters())
 
@@ -103,6 +103,7 @@ def check_coverage(identified: Callable[[int], eomgen.Identification], true: dic
     assert held.min() >= 90 and whole >= 90, f"{held}, {whole}"
 
 
+@pytest.mark.long_cases("identified_arm-told1", "identified_quarter_car-told0")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "told"),

@@ -91,6 +91,8 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("slider_crank_spatial")
 @pytest.mark.parametrize(("name", "machine", "up", "end", "steps", "limit"), CASES, ids=[case[0] for case in CASES])
 def test_loop_moves_as_its_energy_integral_says(
     name: str, machine: Machine, up: int, end: float, steps: tuple[float, float], limit: float
@@ -131,6 +133,8 @@ PLACES = [
 ]
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("four_bar", "slider_crank_planar", "slider_crank_spatial")
 @pytest.mark.parametrize(("name", "point", "place", "end", "step"), PLACES, ids=[case[0] for case in PLACES])
 def test_both_coordinates_place_the_last_body_as_the_closed_form_does(
     name: str, point: str, place: Callable[[np.ndarray], np.ndarray], end: float, step: float
@@ -142,6 +146,7 @@ def test_both_coordinates_place_the_last_body_as_the_closed_form_does(
         assert np.ptp(run.outputs["energy"]) < 3e-3 * run.outputs["energy"][0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["slider_crank_planar", "slider_crank_spatial"])
 def test_absolute_coordinates_give_the_same_motion(name: str) -> None:
     machine, up, end, (step, _) = next(case[1:5] for case in CASES if case[0] == name)
@@ -156,6 +161,7 @@ def test_absolute_coordinates_give_the_same_motion(name: str) -> None:
     assert gaps[0] / gaps[1] == pytest.approx(4.0, rel=0.1)  # both are of second order
 
 
+@pytest.mark.slow
 def test_multiplier_of_the_piston_pin_is_the_force_on_the_piston() -> None:
     end, errors = 0.02, []
     model = _model("slider_crank_planar")
@@ -180,6 +186,7 @@ def test_multiplier_of_the_piston_pin_is_the_force_on_the_piston() -> None:
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_four_bar_says_which_rows_it_left_out_and_how_far_the_guess_was_off(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(EXAMPLES / "four_bar" / "scene.toml"), "--json"]) == 0
     notes = json.loads(capsys.readouterr().out)["notes"]

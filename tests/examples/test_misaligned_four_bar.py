@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import eomgen
 from tests.models.cache import shared_cache
@@ -50,6 +51,7 @@ def rests(elements: int, angles: Array) -> Array:
     return np.array(found)
 
 
+@pytest.mark.long
 def test_it_rests_as_bars_of_constant_strain_do_on_either_side_of_the_pass() -> None:
     run = eomgen.build(SCENE).simulate(5.0)
     rows = np.rint(TIMES / 1e-3).astype(int)

@@ -58,6 +58,7 @@ def state(run: eomgen.Solution) -> np.ndarray:
     return np.concatenate([run.q[-1], run.v[-1], run.z[-1]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "steps", "order", "tolerance"),
     [("generalized_alpha", (600, 1200), 2.0, 0.1), ("rk4", (300, 600), 4.0, 0.2)],
@@ -74,6 +75,7 @@ def test_without_limits_it_is_linear(
     assert np.all(np.abs(slopes - order) <= tolerance), slopes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tracking", [0.3, 1e6])
 def test_with_limits_it_is_what_its_equations_say(model: eomgen.Model, tracking: float) -> None:
     exact = solve_ivp(

@@ -71,6 +71,8 @@ def test_rests_on_a_flat_road(model: Model) -> None:
     assert np.abs(model.forward_dynamics(model.initial_q, model.initial_v, 5.0, {"road": 0.0})).max() < 1e-12
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("0.0", "2000.0")
 @pytest.mark.parametrize("skyhook", [0.0, 2000.0])
 def test_steady_motion_is_the_sum_of_harmonic_responses(model: Model, skyhook: float) -> None:
     run = model.simulate(16.0, 5e-4, method="rk4", parameters={"skyhook": skyhook})
@@ -90,6 +92,7 @@ def _long_run(model: Model, skyhook: float) -> Solution:
     return model.simulate(800.0, parameters={"skyhook": skyhook}, record_every=5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("skyhook", [0.0, 2000.0])
 def test_root_mean_squares_of_a_long_run(model: Model, skyhook: float) -> None:
     run = _long_run(model, skyhook)

@@ -118,6 +118,7 @@ def test_the_reference_is_the_one_of_the_readme(reference: Reference) -> None:
     assert reference.touchdown == pytest.approx(0.2281729222, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_lift_off_and_touchdown_converge_to_the_located_ones(model: Model, reference: Reference) -> None:
     """The lift-off with order 2; the touchdown, behind the kinks of the flight, scatters about it."""
     expected, errors = [reference.lift_off, reference.touchdown], []

@@ -23,7 +23,7 @@ def _linear(example: str, output: str, *of_scene: float) -> eomgen.RandomVibrati
     return eomgen.random_vibration(eomgen.build(scene), output, thresholds=[0.01], points=False)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_quarter_car_has_the_spread_of_its_frequency_responses() -> None:
     """The deviation is the integral of the road's spectrum times the square of what a wave of one frequency makes of
     the travel at 2.5 s, from rest; the modes leave out 1 % of the variance of the road, in short waves."""
@@ -80,6 +80,7 @@ def test_the_frame_has_the_spread_of_lyapunovs_equation() -> None:
     assert found[1] == pytest.approx(deviation, rel=5e-3)
 
 
+@pytest.mark.long_cases("frame_in_earthquake-first passage of 60 mm", "quarter_car_on_random_road-with stops")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "says"),

@@ -16,6 +16,8 @@ import eomgen
 strip: Any = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[2] / "examples" / "roll_up" / "roll_up.py")))
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("5-1.0", "8-2.0")
 @pytest.mark.parametrize(("elements", "turns"), [(5, 1.0), (8, 2.0)])
 def test_ends_of_circles_meet(elements: int, turns: float) -> None:
     model = eomgen.build(strip.scene(elements), profile="quick")

@@ -24,6 +24,7 @@ AXIS_AT_10 = np.array([-0.04713223, 0.02674869, 0.99853045])
 SPIN_AT_10 = np.array([-0.0306183994, 0.0286529742, 50.0])
 
 
+@pytest.mark.slow_except("joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_symmetric_top_of_simo_and_wong(coordinates: str) -> None:
     model, errors = _model("symmetric_top", coordinates), []
@@ -52,6 +53,7 @@ def _half_period() -> float:
     return float(2.0 * ellipk((b - a) * (energy * c - momentum) / ((c - b) * (momentum - energy * a))) / pace)
 
 
+@pytest.mark.slow_except("joint")
 @pytest.mark.parametrize("group", ["joint", "SE3", "R3xSO3"])
 def test_free_body_flips_after_the_time_of_the_elliptic_integral(group: str) -> None:
     scene = tomllib.loads((EXAMPLES / "free_spinning_body" / "scene.toml").read_text(encoding="utf-8"))
@@ -76,6 +78,7 @@ def test_free_body_flips_after_the_time_of_the_elliptic_integral(group: str) -> 
 TIP_OF_TEN_BALLS = np.array([4.01797631458471, 2.30376330975567, -1.22645240826615])  # at 0.5 s, by MuJoCo at 25 us
 
 
+@pytest.mark.long
 def test_hanging_chain_reaches_the_tip_of_another_engine() -> None:
     joint, absolute = _model("hanging_chain"), _model("hanging_chain", "absolute")
     exact = joint.simulate(0.5, method="rk4", parameters={"shake": 0.0})
@@ -90,6 +93,7 @@ def test_hanging_chain_reaches_the_tip_of_another_engine() -> None:
         assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
 
 
+@pytest.mark.slow
 def test_hanging_chain_on_its_moving_base_is_the_same_in_both_coordinates() -> None:
     joint, absolute, gaps = _model("hanging_chain"), _model("hanging_chain", "absolute"), []
     for step in (2e-3, 1e-3):

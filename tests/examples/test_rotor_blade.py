@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 import eomgen
 from tests.models.cache import shared_cache
@@ -19,6 +20,7 @@ blade: Any = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[2] / "e
 SPEED = 1.0
 
 
+@pytest.mark.slow
 def test_it_vibrates_and_bends_as_its_section_says() -> None:
     found, tips, turning = [], [], []
     for elements in (4, 8):

@@ -47,10 +47,12 @@ def error_of(method: str, step: float) -> float:
     return float(np.max(np.abs(np.hstack([solution.q, solution.v]) - by_hand(200))))
 
 
+@pytest.mark.slow
 def test_it_is_its_own_equations() -> None:
     assert error_of("taylor", 1e-3) < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "order", "step"), [("rk4", 4, 1e-3), ("generalized_alpha", 2, 5e-4)])
 def test_orders_are_kept_between_samples(method: str, order: int, step: float) -> None:
     """At steps whose errors do not move the encoder onto another line."""
@@ -58,6 +60,7 @@ def test_orders_are_kept_between_samples(method: str, order: int, step: float) -
     assert np.log2(coarse / fine) == pytest.approx(order, abs=0.1), (coarse, fine)
 
 
+@pytest.mark.slow
 def test_it_settles_within_its_encoder() -> None:
     solution = eomgen.build(SCENE).simulate(error_estimate=False)
     assert solution.success, solution.message

@@ -97,6 +97,7 @@ def exact_end() -> tuple[Array, Array, Array, Array]:
     return M, K, modes @ (start * np.cos(1.5 * omega)), modes @ (-omega * start * np.sin(1.5 * omega))
 
 
+@pytest.mark.slow_except("consistent-True")
 @pytest.mark.parametrize("free_end", [False, True])
 @pytest.mark.parametrize("mass", ["consistent", "lumped"])
 def test_its_terms_are_those_of_its_elements(mass: str, free_end: bool, rng: np.random.Generator) -> None:
@@ -136,6 +137,8 @@ def error_of_pulse(method: str, steps: int) -> float:
     return float(np.sqrt((dq @ K @ dq + dv @ M @ dv) / (start @ K @ start)))
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("trapezoidal")
 @pytest.mark.parametrize("key", PULSES, ids=lambda key: key[0])
 def test_a_pulse_has_the_errors_of_methods_written_by_hand(key: tuple[str, int]) -> None:
     (method, solves), expected = key, PULSES[key]
@@ -143,22 +146,27 @@ def test_a_pulse_has_the_errors_of_methods_written_by_hand(key: tuple[str, int])
     assert found == pytest.approx(expected, rel=0.05 if method.startswith("tdg") else 0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "steps", "error"), THRESHOLDS, ids=[row[0] for row in THRESHOLDS])
 def test_small_steps_meet_their_thresholds(method: str, steps: int, error: float) -> None:
     assert error_of_pulse(method, steps) < error
 
 
+@pytest.mark.slow
 def test_discontinuous_steps_are_as_exact_as_average_accelerations_where_both_are_coarse() -> None:
     """12 % worse at 440 solves, 4 % at 300, as exact at 700, 0.56 of the error at 1500."""
     for solves, most in ((300, 1.1), (440, 1.15), (600, 1.1), (700, 1.0), (1500, 0.6)):
         assert error_of_pulse("tdg1", solves // 4) < most * error_of_pulse("trapezoidal", solves)
 
 
+@pytest.mark.slow
 def test_average_accelerations_keep_the_energy() -> None:
     run = pulse().simulate(1.5, 1.5 / 300, **options("trapezoidal"))
     assert np.ptp(run.energy["total"]) < 1e-8 * run.energy["total"][0]
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("trapezoidal")
 @pytest.mark.parametrize("method", SHOCKS)
 def test_a_shock_overshoots_as_by_methods_written_by_hand(method: str) -> None:
     run = shock().simulate(8.0, 2.0 / ELEMENTS, **options(method))
@@ -170,6 +178,8 @@ def test_a_shock_overshoots_as_by_methods_written_by_hand(method: str) -> None:
     assert found == pytest.approx(SHOCKS[method], rel=0.01)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("consistent-generalized_alpha", "lumped-rosenbrock")
 @pytest.mark.parametrize(("mass", "method"), [("consistent", "generalized_alpha"), ("lumped", "rosenbrock")])
 def test_the_statements_of_its_c_do_not_grow_with_its_elements(mass: str, method: str) -> None:
     def statements(elements: int) -> int:
@@ -194,6 +204,7 @@ def test_bars_that_are_none_are_refused(arguments: tuple[Any, ...], message: str
     assert str(caught.value).endswith(message)
 
 
+@pytest.mark.long
 def test_the_demo_writes_tables_a_figure_and_c(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
     demo = [sys.executable, str(FOLDER / "demo.py"), "--out", str(tmp_path)]

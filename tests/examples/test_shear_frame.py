@@ -48,6 +48,7 @@ def ends(run: eomgen.Solution, row: int = -1) -> np.ndarray:
     return np.concatenate([run.q[row], run.v[row]])
 
 
+@pytest.mark.slow
 def test_weak_and_strong_shaking_have_the_digits_of_another_solver() -> None:
     run = frame().simulate(20.0, 0.05, method="taylor", tolerance=1e-14)
     np.testing.assert_allclose(ends(run, 200), RESPONSE, rtol=0, atol=5e-12)
@@ -64,6 +65,7 @@ def test_the_scene_runs_as_its_file_says() -> None:
     assert np.array_equal(run.outputs["floors"], run.q[:, :3]) and np.array_equal(run.outputs["angle"], run.q[:, 3])
 
 
+@pytest.mark.slow
 def test_the_stiff_storey_follows_its_load_and_the_others_keep_the_order() -> None:
     stiff = [
         ends(frame().simulate(10.0, step, method="rosenbrock", parameters=STIFF, error_estimate=False)) - STIFF_AT_10
@@ -81,6 +83,7 @@ def slow_error(method: str, step: float) -> float:
     return float(np.abs(np.delete(end - STIFF_AT_10, [0, 4]) / STIFF_SCALE).max())
 
 
+@pytest.mark.slow
 def test_passes_step_over_what_is_stiff_at_high_order() -> None:
     """h omega = 400 and 320. A prototype had 1.4e-5 and 1.9e-8 at 400: it corrected accelerations in every pass, which
     takes three times as long a step."""
@@ -89,6 +92,7 @@ def test_passes_step_over_what_is_stiff_at_high_order() -> None:
     assert slow_error("tdg3", 0.032) < 5e-8
 
 
+@pytest.mark.slow_except("rk4")
 @pytest.mark.parametrize("method", ["rk4", "hermite"])
 def test_explicit_steps_beyond_their_limit_fail(method: str) -> None:
     """h omega = 3."""
@@ -96,6 +100,7 @@ def test_explicit_steps_beyond_their_limit_fail(method: str) -> None:
     assert not run.success
 
 
+@pytest.mark.slow
 def test_small_explicit_steps_have_the_digits_of_the_stiff_frame() -> None:
     run = frame().simulate(10.0, 2e-5, method="rk4", parameters=STIFF, record_every=500_000, error_estimate=False)
     np.testing.assert_allclose(np.delete(ends(run), [0, 4]), np.delete(STIFF_AT_10, [0, 4]), rtol=0, atol=2e-9)
@@ -103,6 +108,7 @@ def test_small_explicit_steps_have_the_digits_of_the_stiff_frame() -> None:
     assert not stopped.success and "rk4" not in stopped.message and "unstable at this step" in stopped.message
 
 
+@pytest.mark.slow
 def test_the_demo_writes_its_table_and_its_figure(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
     demo = [sys.executable, str(FOLDER / "demo.py"), "--out", str(tmp_path)]

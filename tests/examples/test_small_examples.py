@@ -50,6 +50,17 @@ def test_each_folder_has_a_readme_with_its_picture_and_reference(name: str) -> N
     assert "## Reference" in readme
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases(
+    "active_quarter_car/scene.toml",
+    "cable_net/scene.toml",
+    "elastic_pendulum/scene.toml",
+    "elastic_vehicle/full_car.toml",
+    "jerk_limited_arm/scene.toml",
+    "misaligned_four_bar/scene.toml",
+    "spin_up_beam/exact.toml",
+    "unbalanced_shaft/scene.toml",
+)
 @pytest.mark.parametrize("scene", SCENES)
 def test_each_scene_runs_as_it_says(scene: str) -> None:
     model = eomgen.build(EXAMPLES / scene)
@@ -58,6 +69,18 @@ def test_each_scene_runs_as_it_says(scene: str) -> None:
     assert np.all(np.isfinite(run.q)) and run.outputs
 
 
+@pytest.mark.slow_except("quarter_car")
+@pytest.mark.long_cases(
+    "cable_net",
+    "elastic_pendulum",
+    "elastic_slider_crank",
+    "elastic_vehicle",
+    "hanging_chain",
+    "heavy_top",
+    "misaligned_four_bar",
+    "shear_frame_with_pendulum",
+    "unbalanced_shaft",
+)
 @pytest.mark.parametrize("name", [name for name in WITH_SCENES if name != "active_vehicle"])
 def test_commands_of_the_readme_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     readme = (EXAMPLES / name / "README.md").read_text(encoding="utf-8")
@@ -85,6 +108,7 @@ def _double_pendulum(t: float, y: np.ndarray) -> list[float]:
     return [w1, w2, *np.linalg.solve(matrix, right)]
 
 
+@pytest.mark.slow
 def test_double_pendulum_follows_the_textbook() -> None:
     model, end = _model("double_pendulum_on_shaking_base"), 5.0
     first, second, *_ = _reference(_double_pendulum, [0.8, 0.5, 0.0, 0.0], end)
@@ -123,6 +147,7 @@ def test_pendulum_on_shaking_base_sways_at_kapitza_s_frequency() -> None:
     assert slow == pytest.approx(math.sqrt((0.02 * 150.0) ** 2 / (2.0 * 0.25**2) - G / 0.25), rel=0.03)
 
 
+@pytest.mark.slow
 def test_spherical_pendulum_sweeps_its_cone() -> None:
     mass, length, across, along, tilt, end = 2.0, 0.7, 0.03, 0.008, 0.6, 4.0
     rate = math.sqrt(mass * G * length / ((across + mass * length**2 - along) * math.cos(tilt)))
@@ -184,6 +209,7 @@ def _arm_motion(model: Model, samples: int) -> tuple[np.ndarray, ...]:
     return q, reach * pace * np.sin(pace * t) / 2.0, reach * pace**2 * np.cos(pace * t) / 2.0
 
 
+@pytest.mark.slow
 def test_robot_arm_agrees_with_pinocchio() -> None:
     import pinocchio as pin
 
@@ -212,6 +238,7 @@ def test_robot_arm_agrees_with_pinocchio() -> None:
     np.testing.assert_allclose(model.forward_dynamics(q, v, u=inputs), expected, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_a_robot_arm_with_axes_beside_z_moves_as_one_with_axes_along_z() -> None:
     """Axes as a CAD program writes them. In the C they once turned about x: M off by 1, torques by 13 N m, poses by 0.3
     m."""
@@ -230,6 +257,7 @@ def test_a_robot_arm_with_axes_beside_z_moves_as_one_with_axes_along_z() -> None
     np.testing.assert_allclose(runs[1].q, runs[0].q, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_four_bar_whose_drive_is_beside_the_normal_of_its_plane_turns_as_one_in_it() -> None:
     """The loop is closed by a hinge in space, whose rows lock a crank 1e-9 off if they are taken at their word."""
     machine = tomllib.loads((EXAMPLES / "four_bar" / "scene.toml").read_text(encoding="utf-8"))
@@ -239,6 +267,7 @@ def test_a_four_bar_whose_drive_is_beside_the_normal_of_its_plane_turns_as_one_i
     np.testing.assert_allclose(second.q, first.q, rtol=0, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_robot_arm_follows_the_torques_of_inverse_dynamics() -> None:
     model = _model("robot_arm")
     deviations = []

@@ -41,6 +41,7 @@ def tip_at(run: Solution, times: np.ndarray) -> np.ndarray:
     return run.outputs["tip_deflection"][rows]
 
 
+@pytest.mark.slow
 def test_set_a_has_the_published_peak_and_vibration() -> None:
     run = run_of("scene")
     tip = run.outputs["tip_deflection"]
@@ -50,12 +51,16 @@ def test_set_a_has_the_published_peak_and_vibration() -> None:
     assert tip_at(run, np.array([5.0, 7.5, 10.0])) == pytest.approx([-0.468806, -0.559599, -0.362788], abs=2e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("scene-beam0", "set_b-beam1")
 @pytest.mark.parametrize(("name", "beam"), [("scene", SET_A), ("set_b", SET_B)])
 def test_both_sets_follow_the_linear_equation(name: str, beam: object) -> None:
     exact = simulate(beam, 3).deflection(TIMES.tolist())  # type: ignore[arg-type]  # a Beam
     assert np.abs(tip_at(run_of(name), TIMES) - exact).max() < 2e-6
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("5")
 @pytest.mark.parametrize("modes", [1, 2, 5])
 def test_any_number_of_modes_follows_the_linear_equation(modes: int, tmp_path: Path) -> None:
     text = (FOLDER / "scene.toml").read_text(encoding="utf-8")
@@ -69,6 +74,7 @@ def test_any_number_of_modes_follows_the_linear_equation(modes: int, tmp_path: P
     assert np.abs(tip_at(run, times) - exact).max() < 1e-7
 
 
+@pytest.mark.slow
 def test_stretch_is_that_of_a_turning_rod_and_changes_bending_little() -> None:
     run = run_of("with_stretch")
     mean = run.outputs["tip_elongation"][run.t > 16.0].mean()
@@ -79,6 +85,7 @@ def test_stretch_is_that_of_a_turning_rod_and_changes_bending_little() -> None:
     assert 1e-5 < np.abs(change).max() < 3e-4
 
 
+@pytest.mark.slow
 def test_without_stiffening_it_runs_away_as_its_equation_says() -> None:
     run = run_of("without_stiffening")
     assert not run.success and "but the beam blade bends by slopes of 1.09e+04" in run.message
@@ -88,6 +95,7 @@ def test_without_stiffening_it_runs_away_as_its_equation_says() -> None:
     np.testing.assert_allclose(tip_at(run, np.array([5.0, 10.0, 12.0])), exact, rtol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # EXUDYN renames settings with each version
 def test_geometrically_exact_beams_of_exudyn_agree_to_a_millimetre() -> None:
     coarse, fine = spin_up(SET_A, 8), spin_up(SET_A, 16)
@@ -96,6 +104,7 @@ def test_geometrically_exact_beams_of_exudyn_agree_to_a_millimetre() -> None:
     assert np.abs(tip_at(run_of("scene"), fine.t.round(3)) - limit).max() < 1e-3
 
 
+@pytest.mark.long
 def test_our_geometrically_exact_beams_go_where_exudyns_are() -> None:
     scene = tomllib.loads((FOLDER / "exact.toml").read_text(encoding="utf-8"))
     times = np.linspace(1.0, 18.0, 341)
@@ -125,6 +134,7 @@ def test_planar_scene_holds_nothing_of_the_spatial_beam(tmp_path: Path) -> None:
     assert spatial.counts["inverse_dynamics"].flops == 122
 
 
+@pytest.mark.long
 def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
     out = tmp_path / "demo out"
     result = subprocess.run(
@@ -141,6 +151,7 @@ def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) ->
     assert float(rows["set A, with stretch"]["greatest_deflection_m"]) == pytest.approx(float(saved.min()))
 
 
+@pytest.mark.slow
 def test_demonstration_says_what_to_do_about_a_folder_it_cannot_make(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     command = [*DEMO, "--out", str(tmp_path / "file" / "out")]

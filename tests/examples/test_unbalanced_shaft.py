@@ -84,6 +84,7 @@ def linear_deflection() -> Array:
     return np.abs(middle @ (run.y[:3] + 1j * run.y[3:6]))
 
 
+@pytest.mark.long
 def test_it_passes_its_critical_speed_as_linear_modes_do() -> None:
     model = eomgen.build(SCENE)
     run = model.simulate()
@@ -94,6 +95,7 @@ def test_it_passes_its_critical_speed_as_linear_modes_do() -> None:
     assert found[until].max() == pytest.approx(expected[until].max(), rel=0.01)
 
 
+@pytest.mark.long
 def test_eight_elements_are_enough() -> None:
     scene, ends = tomllib.loads(SCENE.read_text(encoding="utf-8")), []
     for elements in (8, 16):

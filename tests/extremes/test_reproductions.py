@@ -18,6 +18,8 @@ import eomgen
 from tests.integrators.similar_scenes import similar
 from tests.oracles.similarity import UnitsOf
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ARM = {"mass": 1.0, "center_of_mass": [0.3, 0.1, 0.2], "inertia": [0.02, 0.03, 0.04]}
 SLIDER = {"type": "prismatic", "axis": [1, 0, 0]}
@@ -51,6 +53,7 @@ def test_1_an_axis_beside_a_coordinate_axis_turns_about_itself(joint: str, besid
     assert askew.force(q, 0 * q) == pytest.approx(straight.force(q, 0 * q), abs=1e-6)
 
 
+@pytest.mark.long
 def test_2_angles_in_absolute_coordinates_go_on_beyond_half_a_turn() -> None:
     hinge = {"type": "revolute", "axis": [0, 1, 0], "stiffness": 0.3, "initial": {"velocity": 6.0}}
     scene = one(hinge, outputs={"angle": {"formula": "q.h"}})
@@ -72,6 +75,7 @@ def test_3_values_that_a_scene_refuses_are_refused_at_the_run() -> None:
         model.simulate(1.0, 1e-3, parameters={"T": -0.01})
 
 
+@pytest.mark.long_cases("0.0-0.001")
 @pytest.mark.parametrize(("place", "step"), [(0.0, 1e-3), (0.0, 1e-7), (1e4, 1e-5), (1e6, 1e-4)])
 def test_4_multipliers_of_index_3_are_those_of_the_equations_or_doubted(place: float, step: float) -> None:
     joint = {"type": "spherical", "position": ["X", 0, 0], "initial": {"velocity": [1, 2, 3]}}
@@ -183,6 +187,7 @@ def test_12_a_length_of_zero_at_the_run_is_refused() -> None:
         model.simulate(0.1, 1e-3, parameters={"d": 0.0})
 
 
+@pytest.mark.long_cases("0.0002")
 @pytest.mark.parametrize("step", [2e-4, 2e-5, 4e-6])
 def test_13_constrained_motions_in_single_precision_hold_or_say_what_is_rounding(step: float) -> None:
     scene = EXAMPLES / "slider_crank_spatial" / "scene.toml"
@@ -263,6 +268,7 @@ def test_16_overdamped_joints_creep(damping: float) -> None:
     assert run.q[-1, 0] == pytest.approx(0.5 + 3.68 / damping, abs=0.02 / damping)
 
 
+@pytest.mark.long
 def test_13_single_precision_is_told_to_be_double_where_smaller_steps_are_worse() -> None:
     scene = EXAMPLES / "slider_crank_spatial" / "scene.toml"
     run = eomgen.build(scene, real="float", profile="fast").simulate(2.0, 1e-5, record_every=10000)
@@ -288,6 +294,7 @@ def test_17_the_stabilised_form_does_not_depend_on_the_unit_of_length(length: fl
     assert runs[1].q[:, 4:] / length == pytest.approx(runs[0].q[:, 4:], abs=1e-9)
 
 
+@pytest.mark.long_cases("units0")
 @pytest.mark.parametrize("units", [(1e5, 1.0), (1e-9, 1.0), (1.0, 1e-9), (1.0, 1e9), (1e8, 1e-3), (1e-12, 1.0)])
 def test_18_machines_of_any_size_are_brought_onto_their_constraints(units: tuple[float, float]) -> None:
     length, time = units

@@ -24,6 +24,7 @@ def example(name: str) -> eomgen.Model:
     return eomgen.build(EXAMPLES / name / "scene.toml")
 
 
+@pytest.mark.slow_except("four_bar-run0-text0")
 @pytest.mark.parametrize(
     ("name", "run", "text"),
     [
@@ -85,6 +86,7 @@ def test_what_is_refused(name: str, run: dict[str, Any], text: str) -> None:
         example(name).simulate(**run)
 
 
+@pytest.mark.slow
 def test_what_nothing_in_a_wheel_turns_for_is_left_out() -> None:
     slider = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], "stiffness": 1.0}
     scene = {"format": 1, "name": "cart", "gravity": [0, 0, 0], "bodies": {"b": {"mass": 1.0}}, "joints": {"x": slider}}

@@ -26,6 +26,8 @@ def matches(found: str, expected: str) -> bool:
     return re.fullmatch(r"[^\n]*?".join(map(re.escape, expected.split("{any}"))), found) is not None
 
 
+@pytest.mark.slow_except("Feedback-Modal control of forces that lag")
+@pytest.mark.long_cases("Linear models-No equilibrium to linearise about")
 @pytest.mark.parametrize(
     "entry", [entry for _, entry in ENTRIES], ids=[f"{title}-{entry.title}" for title, entry in ENTRIES]
 )

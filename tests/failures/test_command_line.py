@@ -38,6 +38,8 @@ def test_a_folder_that_cannot_be_written_is_named(scene: Path, capsys: pytest.Ca
     )
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("words0")
 @pytest.mark.parametrize("words", [["schema"], ["info", "SCENE", "--json"], ["info", "SCENE"]])
 def test_a_full_disk_behind_stdout_is_an_error_of_output(scene: Path, words: list[str]) -> None:
     command = [sys.executable, "-m", "eomgen", *(str(scene) if word == "SCENE" else word for word in words)]
@@ -58,6 +60,7 @@ def test_closed_streams_are_no_error(scene: Path, monkeypatch: pytest.MonkeyPatc
     assert main(["info", str(scene.with_name("none.toml"))]) == 7
 
 
+@pytest.mark.slow
 def test_a_warning_is_one_line_without_python(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -40,6 +40,7 @@ def exact(frequency: float) -> float:
     return 50.0 / w - 50.0 * math.sin(w) / w**2
 
 
+@pytest.mark.slow_except("rosenbrock")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "rosenbrock"])
 def test_an_input_faster_than_the_steps_is_told(method: str) -> None:
     solution = cart().simulate(1.0, 1e-3, inputs={"push": sine(1000.0)}, method=method)
@@ -48,6 +49,7 @@ def test_an_input_faster_than_the_steps_is_told(method: str) -> None:
     assert "N off the line through them, and varies by 67.5 N in all; try: a step much smaller" in solution.message
 
 
+@pytest.mark.slow
 def test_a_force_that_depends_on_time_is_told_too() -> None:
     formula = cart("push + 100 * sin(2 * pi * 1000 * t)")
     told = f"the force along rail, which depends on t, {UNSEEN} 67.5 N off"
@@ -78,6 +80,7 @@ def test_what_the_steps_see_is_not_told(push: Any, method: str) -> None:
     assert UNSEEN not in message(cart(), {"push": push}, method=method)
 
 
+@pytest.mark.slow
 def test_steps_of_a_methods_own_and_smaller_steps_resolve_it() -> None:
     formula = cart("push + 100 * sin(2 * pi * 1000 * t)")
     for options in ({"method": "rk45", "tolerance": 1e-8}, {"method": "taylor", "tolerance": 1e-8}):
@@ -88,6 +91,7 @@ def test_steps_of_a_methods_own_and_smaller_steps_resolve_it() -> None:
     assert UNSEEN not in finer.message
 
 
+@pytest.mark.slow
 def test_waves_of_the_scene_end_steps_where_they_jump() -> None:
     wave = cart_with(wave={"shape": "square", "period": 2e-4, "low": -50, "high": 100})
     assert UNSEEN not in wave.simulate(0.1, 1e-3, error_estimate=False).message

@@ -18,6 +18,8 @@ from eomgen.spectra import Road, RoadExcitation
 from tests.failures.failure import SCENE
 from tests.failures.mistakes import arm, changed, pushed, scene_of, slider
 
+pytestmark = pytest.mark.slow
+
 SERVO = """
 [controllers.servo]
 type = "sampled"

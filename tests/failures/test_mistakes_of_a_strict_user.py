@@ -19,6 +19,8 @@ from eomgen.control import kalman, lqr
 from tests.failures.failure import SCENE
 from tests.failures.mistakes import arm
 
+pytestmark = pytest.mark.slow
+
 
 @functools.cache
 def spring() -> eomgen.Model:

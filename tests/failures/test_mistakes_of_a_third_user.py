@@ -20,6 +20,8 @@ from tests.failures.mistakes import arm, changed, run_of, scene_of, slider
 from tests.failures.test_mistakes_of_a_second_user import refused
 from tests.failures.test_silent_calls import ROBOT
 
+pytestmark = pytest.mark.slow
+
 
 @cache
 def space() -> Any:

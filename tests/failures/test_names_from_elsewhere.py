@@ -22,6 +22,8 @@ from tests.failures.failure import SCENE
 from tests.failures.mistakes import arm, changed, scene_of, slider
 from tests.failures.test_mistakes_of_a_second_user import SERVO, refused
 
+pytestmark = pytest.mark.slow
+
 
 def formula(text: str) -> Callable[[], Any]:
     return changed('effort = "motor"', f'effort = "{text}"')

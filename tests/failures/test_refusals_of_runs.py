@@ -38,6 +38,7 @@ def texts_of_runs() -> list[Refusal]:
     return [refusal for file in files if file not in left_out for refusal in refusals_in(file)]
 
 
+@pytest.mark.long
 def test_every_text_is_read_by_a_test() -> None:
     refusals = texts_of_runs()
     assert len(refusals) > 150
@@ -135,6 +136,7 @@ def scene_by_hand() -> None:
     eomgen.build(dataclasses.replace(from_data(slider()), content=b""))
 
 
+@pytest.mark.slow_cases("state_of_another_compilation-text6")
 @pytest.mark.parametrize(
     ("call", "text"),
     [
@@ -222,6 +224,7 @@ def test_models_made_by_hand_compile_no_terms_for_constraints() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk45", "generalized_alpha"])
 def test_a_motion_that_goes_to_infinity_at_once_ends_where_its_steps_do(method: str) -> None:
     """x = 1/(1 - t) by its equation of motion."""
@@ -230,6 +233,7 @@ def test_a_motion_that_goes_to_infinity_at_once_ends_where_its_steps_do(method: 
     assert not run.success and 0.8 < run.t[-1] < 1.05 and text in run.message
 
 
+@pytest.mark.long
 def test_a_row_that_takes_too_many_steps_ends_the_run() -> None:
     stiff = eomgen.build(slider(joint={"stiffness": 1e14, "initial": {"position": 1.0}}), profile="quick")
     run = stiff.simulate(10.0, 10.0, method="rk45", tolerance=1e-9)
@@ -251,6 +255,7 @@ def stopping() -> eomgen.Model:
     return eomgen.build(slider(joint={"initial": {"velocity": 1.0}}, events=events), profile="quick")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("made", "method", "number", "text"),
     [

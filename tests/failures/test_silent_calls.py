@@ -146,6 +146,7 @@ def test_units_of_another_kind_in_a_urdf_are_noted() -> None:
     assert f"{text}; moments of inertia of URDF are in kg m^2" in grams
 
 
+@pytest.mark.slow
 def test_a_linear_model_at_given_inputs_says_why_it_is_about_the_initial_state() -> None:
     with pytest.warns(RuntimeWarning, match="linear about the initial state, with the inputs that are given: "):
         found = slider().linearize(u=np.array([3.0]))

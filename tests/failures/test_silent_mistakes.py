@@ -13,6 +13,8 @@ from eomgen.cli import main
 from tests.failures.failure import SCENE
 from tests.failures.mistakes import arm, pushed, scene_of
 
+pytestmark = pytest.mark.slow
+
 CORD = '[points.o]\nbody = "base"\nposition = [0.5, 0, 0]\n[springs.cord]\nfirst = "tip"\nsecond = "o"\n'
 SHOULDER = "axis = [0, 1, 0]\n"
 HELICAL = ('"revolute"', '"helical"')

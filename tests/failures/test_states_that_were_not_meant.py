@@ -51,6 +51,7 @@ def without_warnings(call: Callable[[], object]) -> None:
         call()
 
 
+@pytest.mark.slow_except("3.14", "3.1")
 @pytest.mark.parametrize("angle", [math.pi, 3.14, 3.1])
 def test_the_linear_model_of_a_pendulum_that_stands_is_not_that_of_one_that_hangs(angle: float) -> None:
     with pytest.warns(

@@ -9,6 +9,8 @@ import pytest
 
 import eomgen
 
+pytestmark = pytest.mark.slow
+
 
 def slider(**keys: Any) -> eomgen.SceneBuilder:
     builder = eomgen.SceneBuilder("slider").body("m", 1.0)

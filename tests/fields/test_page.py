@@ -15,6 +15,7 @@ from eomgen.scene.hamiltonian.fields import DATA_KINDS, OPERATOR_KINDS, Chains
 PAGE = Path(__file__).parents[2] / "docs" / "fields.md"
 
 
+@pytest.mark.slow
 def test_the_page_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = PAGE.read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)

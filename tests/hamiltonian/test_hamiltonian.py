@@ -130,6 +130,7 @@ def _reference(compiled: HamiltonianModel, t_end: float) -> Array:
     return np.asarray(solve_ivp(rate, (0, t_end), start, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1])
 
 
+@pytest.mark.slow_except("henon_heiles-omf4-kick-4-0.2", "swinging-suzuki4-drift-4-0.04")
 @pytest.mark.parametrize(
     ("name", "method", "first", "order", "step"),
     [
@@ -201,6 +202,7 @@ def test_a_composition_is_symplectic() -> None:
     np.testing.assert_allclose(derivative.T @ form @ derivative, form, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_compensated_sums_lose_less_over_many_steps() -> None:
     compiled = model("henon_heiles")
     options: dict[str, Any] = {"method": "yoshida8", "record_every": 1000, "initial": {"x": 0.05, "p_x": 0.1}}
@@ -324,6 +326,7 @@ def test_a_model_is_built_with_a_method_for_its_runs() -> None:
     assert model("swinging").simulate(0.1).metadata["method"] == "gauss6"
 
 
+@pytest.mark.slow
 def test_signs_of_brackets_are_those_of_their_terms() -> None:
     data = changed(hamiltonian="p_x**2/2 + p_y**2/2 - (-(x**2 - y) - 3*(x + p_x)/coupling)")
     document = hamiltonian_from_data(data)
@@ -334,6 +337,7 @@ def test_signs_of_brackets_are_those_of_their_terms() -> None:
     assert compiled.energy([x, y], [p_x, p_y], {"coupling": 2.0}) == pytest.approx(expected, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_a_motion_is_saved(tmp_path: Path) -> None:
     run = model("henon_heiles").simulate(1.0)
     lines = run.save(tmp_path / "run.csv").read_text().splitlines()
@@ -345,6 +349,7 @@ def test_a_motion_is_saved(tmp_path: Path) -> None:
         run.save(tmp_path / "run.mat")
 
 
+@pytest.mark.slow
 def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     folder = tmp_path / "c"
     names = {file.name for file in eomgen.generate(HENON_HEILES, folder, method="suzuki4")}  # type: ignore[arg-type]
@@ -359,6 +364,7 @@ def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     np.testing.assert_allclose(rows[:, 5], run.energy["total"], rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "system.toml"
     file.write_text(
@@ -396,6 +402,7 @@ def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.Captur
     assert json.loads(capsys.readouterr().out)["tolerance"] == 1e-6
 
 
+@pytest.mark.slow
 def test_python_takes_such_files_by_the_same_verbs(tmp_path: Path) -> None:
     document: Any = eomgen.load(HENON_HEILES)  # type: ignore[arg-type]
     assert document.separable and document.coordinates[0].momentum == "p_x"

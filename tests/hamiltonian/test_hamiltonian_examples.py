@@ -33,6 +33,7 @@ def model(name: str) -> Any:
     return eomgen.build(SYSTEMS[name])
 
 
+@pytest.mark.slow
 def test_the_star_moves_by_its_equations() -> None:
     def rate(_: float, state: Array) -> list[float]:
         y, x, p_y, p_x = state
@@ -45,6 +46,7 @@ def test_the_star_moves_by_its_equations() -> None:
     assert run.energy["total"][0] == pytest.approx(1 / 8, rel=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "bound"), [("leapfrog", 3.6e-3), ("omf4", 1.7e-8), ("yoshida6", 5.2e-7)])
 def test_energy_errors_over_1e6_steps(method: str, bound: float) -> None:
     run = model("henon_heiles").simulate(
@@ -98,6 +100,7 @@ def _newton(days: float) -> Array:
     return np.asarray(found.reshape(2, 6, 3)[0])
 
 
+@pytest.mark.slow
 def test_the_planets_move_by_newtons_equations() -> None:
     run = model("outer_solar_system").simulate(
         20_000.0, 10.0, method="yoshida6", record_every=100, error_estimate=False
@@ -123,6 +126,7 @@ def test_jupiter_goes_round_in_its_period() -> None:
     assert period == pytest.approx(4332.6, rel=3e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_commands_of_the_readme_run(name: str, tmp_path: Path) -> None:
     assert main(["simulate", str(SYSTEMS[name]), "--out", str(tmp_path), "--no-plots"]) == 0

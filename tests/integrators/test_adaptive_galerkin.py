@@ -23,6 +23,7 @@ __all__ = ["shared_cache"]
 METHODS = ("tdg1", "tdg1_star", "tdg2", "tdg3")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", ["pendulum", "flyer", "controlled", "tumbler"])
 def test_errors_follow_the_tolerance_on_every_group(name: str, method: str) -> None:
@@ -39,6 +40,7 @@ def best() -> np.ndarray:
     return np.hstack([run.q, run.v])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "tolerances"), [("tdg2", (1e-4, 1e-6, 1e-8)), ("tdg3", (1e-4, 1e-6, 1e-8, 1e-10))])
 def test_rows_within_steps_follow_the_tolerance(method: str, tolerances: tuple[float, ...]) -> None:
     """1001 rows of the shear frame, from 100 to 2000 steps."""
@@ -49,6 +51,7 @@ def test_rows_within_steps_follow_the_tolerance(method: str, tolerances: tuple[f
         assert run.stats["rejections"] < 0.02 * run.stats["own_steps"] + 1
 
 
+@pytest.mark.slow
 def test_steps_pass_over_what_is_stiff() -> None:
     """The first storey 1e6 times as stiff: its frequency times the longest step is above 100, rows are as accurate."""
     made = eomgen.build(shear_frame(ground_stiffness=2e11))
@@ -62,6 +65,7 @@ def test_steps_pass_over_what_is_stiff() -> None:
     assert fine.q[-1, slow] == pytest.approx([0.1373634437235, 0.2291467307201, -2.157586602157], abs=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["tdg1", "tdg2", "tdg3"])
 def test_jumps_are_met(method: str) -> None:
     """A force that jumps within a row: a step ends there, so no step is rejected for it, and errors stay."""
@@ -73,6 +77,7 @@ def test_jumps_are_met(method: str) -> None:
     assert run.stats["rejections"] <= 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["tdg2", "tdg3"])
 def test_a_checkpoint_within_a_step_goes_on_with_the_same_bits(method: str, tmp_path: Path) -> None:
     made, file = model("controlled"), tmp_path / "run.ckpt"

@@ -61,6 +61,8 @@ def errors(found: eomgen.Solution, true: eomgen.Solution) -> Array:
     return np.array([np.abs(ours - other).max() for ours, other in pairs if ours.size])
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("rail", "rods_r3xso3", "rods_se3")
 @pytest.mark.parametrize("name", SCENES)
 def test_the_error_is_in_proportion_to_the_tolerance(name: str) -> None:
     tolerances = np.array([1e-5, 1e-6, 1e-7])
@@ -75,6 +77,7 @@ def test_the_error_is_in_proportion_to_the_tolerance(name: str) -> None:
         assert all(found.stats["max_constraint"] < 1e-11 for found in runs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case", [{"rho_inf": 0.0}, {"rho_inf": 1.0}, {"method": "hht", "alpha": 0.2}, {"method": "wbz"}]
 )
@@ -109,6 +112,7 @@ def estimates(made: eomgen.Model, rows: eomgen.Solution, n: int, step: float) ->
     return of_q, of_v, of_z
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulum", "flyer", "controlled"])
 def test_the_estimate_tends_to_the_true_local_error(name: str) -> None:
     made, apart = model(name), []
@@ -124,6 +128,8 @@ def test_the_estimate_tends_to_the_true_local_error(name: str) -> None:
     assert np.all(np.array(apart[1:]) < 0.7 * np.array(apart[:-1]))
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("rods_r3xso3", "rods_se3")
 @pytest.mark.parametrize("name", ["rods_r3xso3", "rods_se3"])
 def test_so_it_does_on_constraints(name: str) -> None:
     made, apart = model(name), []
@@ -144,6 +150,7 @@ def stepper(made: eomgen.Model, step: float, tolerance: float) -> Stepper:
     return Stepper(library, stepper_settings(library.layout["method"], step, method, {}), made.parameter_array())
 
 
+@pytest.mark.slow
 def test_the_compiled_estimate_is_the_one_of_the_formulas() -> None:
     """One step over a row; of the first step the velocity's error is by the trapezoidal rule."""
     made, step, tolerance = model("flyer"), 2e-3, 1e-2
@@ -164,6 +171,8 @@ def test_the_compiled_estimate_is_the_one_of_the_formulas() -> None:
     assert ours.state[ours.places["own_error"]][0] == pytest.approx(np.hypot(parts[0], 0.2 * parts[1]), rel=1e-5)
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("flyer")
 @pytest.mark.parametrize("name", ["flyer", "rods_r3xso3", "rods_se3"])
 def test_so_it_is_at_small_tolerances(name: str) -> None:
     made, tolerances = model(name), np.array([1e-7, 1e-8])
@@ -175,6 +184,7 @@ def test_so_it_is_at_small_tolerances(name: str) -> None:
     assert 2.0 * np.log10(coarse / fine) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulum", "flyer", "rods_se3", "rods_r3xso3", "controlled"])
 def test_steps_that_change_at_random_keep_order_two(name: str) -> None:
     """Steps are set by hand between rows, from half to one and a half of each other; the tolerance asks for nothing."""
@@ -215,6 +225,7 @@ def stiff_scene() -> eomgen.Scene:
     return builder.joint("hinge", "revolute", "a", "c", axis=[0, 1, 0], initial={"position": 0.5}).build()
 
 
+@pytest.mark.slow
 def test_a_stiff_transient_takes_a_fifth_of_the_steps() -> None:
     made = eomgen.build(stiff_scene(), method=ADAPTIVE)
     true = made.simulate(5.0, 0.05, method="rk45", tolerance=1e-9, **QUIET)
@@ -224,6 +235,7 @@ def test_a_stiff_transient_takes_a_fifth_of_the_steps() -> None:
     assert 5 * ours.stats["own_steps"] < fixed.stats["steps"]
 
 
+@pytest.mark.slow
 def test_a_jump_ends_a_step_and_the_end_is_exact() -> None:
     made = eomgen.build(pushed("3 if t > late else 0"), method=ADAPTIVE)
     true = made.simulate(1.23, 0.6, method="rk45", tolerance=1e-12, **QUIET)
@@ -232,6 +244,7 @@ def test_a_jump_ends_a_step_and_the_end_is_exact() -> None:
     assert errors(found, true)[0] < 1e-5 and found.stats["rejections"] < 30
 
 
+@pytest.mark.slow
 def test_a_tolerance_makes_the_method_choose_its_steps() -> None:
     made = eomgen.build(TREES["controlled"]())
     given = made.simulate(0.4, 0.1, rho_inf=0.5, tolerance=1e-4, **QUIET)
@@ -274,6 +287,7 @@ def test_a_scene_says_so_too() -> None:
     assert np.abs(found.q[:, 0] - 0.3 * np.cos(np.sqrt(40.0) * found.t)).max() < 3e-4
 
 
+@pytest.mark.slow_except("controlled")
 @pytest.mark.parametrize("name", ["controlled", "rods_r3xso3"])
 def test_checkpoints_go_on_with_the_same_bits(name: str, tmp_path: Path) -> None:
     made = model(name)
@@ -283,12 +297,14 @@ def test_checkpoints_go_on_with_the_same_bits(name: str, tmp_path: Path) -> None
     assert np.array_equal(rest.q[-1], whole.q[-1]) and rest.stats["own_steps"] == whole.stats["own_steps"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-9])
 def test_extreme_tolerances_hold(tolerance: float) -> None:
     found = model("rods_r3xso3").simulate(0.4, 0.02, tolerance=tolerance, **QUIET)
     assert found.success and errors(found, exact("rods_r3xso3"))[0] < max(tolerance, 1e-8)
 
 
+@pytest.mark.slow
 def test_states_between_rows_are_as_good() -> None:
     for name in ("flyer", "rods_se3"):  # without multipliers in the rows, and with them
         found, true = model(name).simulate(0.4, 0.1, tolerance=1e-6, **QUIET), exact(name)
@@ -296,6 +312,8 @@ def test_states_between_rows_are_as_good() -> None:
         assert found.at(true.t).z.shape == true.z.shape
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("rods_se3")
 @pytest.mark.parametrize("name", ["controlled", pytest.param("rods_se3", marks=pytest.mark.slow)])
 def test_generated_c_chooses_the_same_steps(name: str, tmp_path: Path) -> None:
     eomgen.generate(SCENES[name](), tmp_path / "c", method=ADAPTIVE)
@@ -306,6 +324,7 @@ def test_generated_c_chooses_the_same_steps(name: str, tmp_path: Path) -> None:
     assert rows[-1, 0] == 0.4
 
 
+@pytest.mark.slow
 def test_angles_over_turns_follow_steps_within_which_they_turn_far() -> None:
     made = wound_spring()
     turning = started(0.0, 40.0)
@@ -315,6 +334,7 @@ def test_angles_over_turns_follow_steps_within_which_they_turn_far() -> None:
     assert found.outputs["angle"] == pytest.approx(fixed.outputs["angle"], abs=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [ADAPTIVE, "rk45"])
 def test_single_precision_takes_the_tolerances_it_can(method: str) -> None:
     made = eomgen.build(TREES["flyer"](), method=method, real="float")
@@ -323,6 +343,7 @@ def test_single_precision_takes_the_tolerances_it_can(method: str) -> None:
     assert np.abs(found.q - exact("flyer").q).max() < 3e-4 and found.stats["own_steps"] < 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
 @pytest.mark.parametrize("force", ["3 * t", "t**4", "exp(-1 / (t + 1e-3))"])
 def test_a_motion_from_rest_begins_in_steps_of_the_size_of_its_own_time(method: str, force: str) -> None:
@@ -357,6 +378,7 @@ def stiff_chain() -> eomgen.Scene:
     return builder.build()
 
 
+@pytest.mark.slow
 def test_a_first_step_that_explodes_is_forgotten() -> None:
     """Nothing moves yet, and steps begin with the spacing of rows, which is far too long for the spring."""
     made = eomgen.build(stiff_chain(), method=ADAPTIVE)
@@ -367,6 +389,7 @@ def test_a_first_step_that_explodes_is_forgotten() -> None:
         assert np.abs(found.q[-1] - true.q[-1]).max() < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
 def test_rounding_at_rest_asks_for_no_steps(method: str) -> None:
     """A weight hangs at rest on springs but for rounding."""

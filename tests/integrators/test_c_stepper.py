@@ -54,6 +54,7 @@ def rows_of(path):
     return np.hstack([path.t[1:, None], path.q[1:], path.v[1:], path.vdot[1:]])
 
 
+@pytest.mark.slow_except("shaken-rkmk")
 @METHODS
 @pytest.mark.parametrize("make", [heavy_top, tied_body, shaken])
 def test_c_gives_what_numpy_gives(built, method, make):
@@ -67,6 +68,7 @@ def test_c_gives_what_numpy_gives(built, method, make):
     assert np.abs((outcome.rows - expected) / scale).max() <= 1e-12
 
 
+@pytest.mark.slow
 def test_a_named_case_gives_what_numpy_gives(tmp_path):
     model, method = tied_body(), GeneralizedAlpha(case=hht(alpha=0.2))
     stepper = build(tmp_path, model, method, TIED, ())
@@ -136,6 +138,7 @@ def test_one_factorization_serves_a_thousand_steps(built):
     assert state["max_residual"] < 1e-3  # of terms of size 1e4, before the last increment
 
 
+@pytest.mark.slow
 def test_poor_factors_are_renewed(built):
     model = edge()
     stepper = built(model, ALPHA, EDGE_PARAMETERS)
@@ -166,6 +169,7 @@ def test_results_do_not_depend_on_how_a_run_is_cut(built, method):
     assert np.array_equal(whole, np.vstack(parts))
 
 
+@pytest.mark.slow_cases("rkmk")
 @METHODS
 def test_a_checkpoint_continues_bit_by_bit(built, method):
     model = tied_body()
@@ -229,6 +233,7 @@ def test_a_table_of_inputs_replaces_the_formulas(built, method):
     assert stepper.run(50, table=table).rows == pytest.approx(expected, rel=1e-10, abs=1e-10)
 
 
+@pytest.mark.slow_except("rkmk")
 @METHODS
 def test_inputs_without_formula_need_a_table(tmp_path, method):
     model = tied_body()
@@ -241,6 +246,7 @@ def test_inputs_without_formula_need_a_table(tmp_path, method):
     assert stepper.run(3).status == 4
 
 
+@pytest.mark.slow
 @METHODS
 def test_quaternions_keep_their_length_and_are_not_flipped(built, method):
     model = free_motion(["SO3", "SE3", "R", "R", "R3xSO3", "R"])
@@ -255,6 +261,7 @@ def test_quaternions_keep_their_length_and_are_not_flipped(built, method):
     assert rows[:, 1].min() < -0.99
 
 
+@pytest.mark.slow_except("rkmk")
 @METHODS
 def test_steady_motion_is_followed_exactly_on_every_group(built, method, rng):
     model = free_motion(["SO3", "SE3", "R", "R", "R3xSO3", "R"])
@@ -277,6 +284,7 @@ void test_tangent(const real *x, real *out) { free_tangent_se3(x, out); }
 """
 
 
+@pytest.mark.slow
 def test_group_functions_in_c_are_those_of_numpy(tmp_path, rng):
     library = build(tmp_path, free_motion(["SE3"]), ALPHA, extra=WRAPPERS).library
     for angle in (0.0, 1e-9, 1e-3, 0.4, 0.999, 1.001, 3.141, 3.142, 4.5):
@@ -313,6 +321,7 @@ void test_inverse(const real *q, const real *v, const real *D, real step, real *
 """
 
 
+@pytest.mark.slow
 def test_iteration_matrix_in_c_is_the_derivative_of_the_step(tmp_path, rng):
     model, step = tied_body(), 0.3
     library = build(tmp_path, model, ALPHA, TIED, extra=SOLVER).library
@@ -331,6 +340,7 @@ def test_iteration_matrix_in_c_is_the_derivative_of_the_step(tmp_path, rng):
     assert inverse @ np.array(columns) == pytest.approx(np.eye(7), abs=1e-8)  # both transposed
 
 
+@pytest.mark.slow
 @METHODS
 def test_single_precision_runs_too(built, method):
     model = tied_body()
@@ -340,6 +350,7 @@ def test_single_precision_runs_too(built, method):
     assert stepper.run(50).rows[:, :16] == pytest.approx(expected[:, :16], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_other_number_types_leave_the_stepper_out(tmp_path):
     for name in ("COMPLEX", "LANES"):
         model = heavy_top()

@@ -64,6 +64,8 @@ SCENES = {
 }
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("disc-stabilised-F0", "disc-index3-F0")
 @pytest.mark.parametrize(
     ("name", "method"),
     [
@@ -103,6 +105,8 @@ def test_c_gives_what_numpy_gives(compiled, name, method):
         ), key
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("trapezoidal", "wbz")
 @pytest.mark.parametrize("case", [trapezoidal(), wbz(alpha=0.3)], ids=lambda case: case.name)
 def test_named_cases_keep_order_two_and_the_constraints_in_the_stabilised_form(compiled, case):
     stepper = compiled("links", two_links, GeneralizedAlpha(case=case))
@@ -118,6 +122,7 @@ def test_named_cases_keep_order_two_and_the_constraints_in_the_stabilised_form(c
     assert slope([4.0, 2.0, 1.0], errors) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.long
 def test_every_solver_is_held_against_numpy(compiled):
     kinds = {name: compiled(name, SCENES[name]).program.method["solver"]["kind"] for name in ("disc", "chain")}
     assert kinds == {"disc": "unrolled", "chain": "tables"}
@@ -126,6 +131,7 @@ def test_every_solver_is_held_against_numpy(compiled):
 # -- initialisation ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("group", "linear"), [("R3xSO3", (0, -21.3017325444, -30.9608307692)), ("SE3", (0, 0, 661.346169230769))]
 )
@@ -135,6 +141,7 @@ def test_consistent_start_of_the_heavy_top(compiled, group, linear):
     assert state["lam"] == pytest.approx([0.0, -319.525988166, -317.262461538], rel=1e-11, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_algorithmic_acceleration_starts_with_the_right_derivative(compiled):
     # J w' = m X x f - w x J w with f = R^T gravity, f' = -w x f
     stepper, errors = top(compiled, "SE3"), []
@@ -154,6 +161,7 @@ def test_algorithmic_acceleration_starts_with_the_right_derivative(compiled):
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_state_off_the_constraints_is_brought_onto_them(compiled):
     stepper = top(compiled, "R3xSO3")
     q, v = np.array(stepper.system.initial_q), np.array(stepper.system.initial_v)
@@ -181,6 +189,8 @@ TABLE = {
 }
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("R3xSO3-index3", "SE3-stabilised")
 @pytest.mark.parametrize(("group", "form"), TABLE)
 def test_errors_and_orders_of_the_heavy_top(compiled, group, form):
     stepper, errors = top(compiled, group, GeneralizedAlpha(0.9, form)), {}
@@ -197,6 +207,7 @@ def test_errors_and_orders_of_the_heavy_top(compiled, group, form):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", ["F1", "F2"])
 @pytest.mark.parametrize(("group", "form"), [("R3xSO3", "stabilised"), ("R3xSO3", "index3"), ("SE3", "stabilised")])
 def test_other_groupings_of_the_increment_are_of_second_order_too(compiled, variant, group, form):
@@ -222,6 +233,7 @@ SPATIAL = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("group", "form"), SPATIAL)
 def test_the_spatial_variant_is_of_second_order_with_small_constants(compiled, group, form):
     stepper, errors = top(compiled, group, GeneralizedAlpha(0.9, form, "spatial")), []
@@ -235,6 +247,7 @@ def test_the_spatial_variant_is_of_second_order_with_small_constants(compiled, g
     assert errors[0][1] <= SPATIAL[group, form] * TABLE[group, form][11][1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("group", "form"), SPATIAL)
 def test_the_spatial_variant_bears_turns_of_a_third_of_a_radian_per_step(compiled, group, form):
     stepper = top(compiled, group, GeneralizedAlpha(0.9, form, "spatial"))
@@ -245,6 +258,7 @@ def test_the_spatial_variant_bears_turns_of_a_third_of_a_radian_per_step(compile
     assert outcome.state["max_constraint"] <= 1e-12
 
 
+@pytest.mark.slow
 def test_without_rotations_the_spatial_variant_is_the_plain_one(compiled):
     plain, spatial = (
         compiled("hinges", lambda: chain(2), GeneralizedAlpha(0.9, "stabilised", variant))
@@ -257,6 +271,8 @@ def test_without_rotations_the_spatial_variant_is_the_plain_one(compiled):
     assert np.array_equal(rows[0], rows[1])
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("R3xSO3-1e-05", "SE3-1e-06")
 @pytest.mark.parametrize(("group", "floor"), [("R3xSO3", 1e-5), ("SE3", 1e-6)])
 def test_order_down_to_steps_of_1e_5_and_what_rounding_leaves_of_multipliers(compiled, group, floor):
     stepper, steps, exact, errors = top(compiled, group), [8e-5, 4e-5, 2e-5, 1e-5], top_solution(FAST), []
@@ -297,6 +313,7 @@ def multiplier_errors(stepper, steps, **settings):
 TRANSIENT_STEPS = (1e-3, 5e-4, 2.5e-4)
 
 
+@pytest.mark.slow
 def test_index_3_without_perturbed_start_loses_an_order(compiled):
     errors = multiplier_errors(top(compiled, "R3xSO3", INDEX_3), TRANSIENT_STEPS, perturb=0.0)
     assert errors == pytest.approx([123.0, 60.3, 29.9], rel=0.05)
@@ -345,6 +362,7 @@ def test_index_3_refuses_spectral_radii_near_one(compiled):
     assert stepper.start(rho_inf=0.95).status == 0
 
 
+@pytest.mark.slow
 def test_a_group_of_rigid_motions_needs_one_factorization(compiled):
     counts = {}
     for group, method in (("SE3", STABILISED), ("SE3", INDEX_3), ("R3xSO3", INDEX_3)):
@@ -358,6 +376,7 @@ def test_a_group_of_rigid_motions_needs_one_factorization(compiled):
     assert counts["R3xSO3", "index3"] >= 50 * counts["SE3", "index3"]
 
 
+@pytest.mark.slow
 def test_exact_partials_save_iterations(compiled, tmp_path):
     means = []
     without = {"weights.C = step * c->g;": "weights.C = K(0.0);", "weights.K = step * step;": "weights.K = K(0.0);"}
@@ -368,6 +387,7 @@ def test_exact_partials_save_iterations(compiled, tmp_path):
     assert means[1] >= 1.8 * means[0]
 
 
+@pytest.mark.slow
 def test_index_3_on_se3_keeps_a_joint_to_ground_exactly(compiled):
     stepper = top(compiled, "SE3", INDEX_3)
     stepper.start(step=5e-3)
@@ -424,6 +444,7 @@ def test_a_step_that_turns_too_far_is_refused(compiled):
     assert outcome.state["halvings"] == 0
 
 
+@pytest.mark.slow
 def test_rolling_keeps_rows_at_velocity_level(compiled):
     for method in (STABILISED, INDEX_3):
         stepper = compiled("disc", rolling_disc, method)

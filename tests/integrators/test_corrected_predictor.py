@@ -30,6 +30,7 @@ def frame() -> eomgen.Model:
     return eomgen.build(shear_frame())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [0, 1])
 @pytest.mark.parametrize("name", SCENES)
 def test_order_on_every_group_with_matrices_new_and_kept(name: str, every: int) -> None:
@@ -45,6 +46,7 @@ def test_order_on_every_group_with_matrices_new_and_kept(name: str, every: int) 
 PROTOTYPE = (6.2e-2, 1.8e-2, 4.8e-3, 1.2e-3, 3.1e-4)
 
 
+@pytest.mark.slow
 def test_digits_of_the_shear_frame_with_a_kept_matrix() -> None:
     errors = []
     for step in (0.04, 0.02, 0.01, 0.005, 0.0025):
@@ -53,6 +55,7 @@ def test_digits_of_the_shear_frame_with_a_kept_matrix() -> None:
     np.testing.assert_allclose(errors, PROTOTYPE, rtol=0.05)
 
 
+@pytest.mark.slow
 def test_order_with_a_kept_matrix_where_the_pendulum_tumbles() -> None:
     runs = [
         frame_by_parameters(frequency=4.0).simulate(
@@ -84,12 +87,14 @@ def test_a_step_is_that_of_the_formula(every: int) -> None:
     np.testing.assert_allclose(end.v[-1], v, rtol=0, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_steps_cost_one_evaluation_and_matrices_as_asked_for() -> None:
     for every, factorizations in ((0, 1), (1, 200), (10, 20)):
         stats = frame().simulate(2.0, 0.01, method=METHOD, settings={"matrix_every": every}, error_estimate=False).stats
         assert (stats["factorizations"], stats["evaluations"], stats["exchanges"]) == (factorizations, 201, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 0.3, 1e3])
 def test_linear_steps_with_their_own_matrix_are_those_of_the_trapezoidal_rule(damping: float) -> None:
     """From h omega = 1e-3 to 1e6: then phi is the acceleration itself, and the correction is nothing."""
@@ -165,6 +170,7 @@ def test_a_rig_stays_calm_at_every_step_with_two_thirds_of_its_stiffness_in_the_
     assert np.abs(printed(rig, 100.0, 2000, 0.64)[:, 1]).max() > 1e6
 
 
+@pytest.mark.slow
 def test_order_across_a_known_jump() -> None:
     made = eomgen.build(pushed("3 if t > late else 0"))
     exact = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-14)
@@ -174,6 +180,7 @@ def test_order_across_a_known_jump() -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [0, 1])
 def test_a_checkpoint_goes_on_with_the_same_bits(every: int, tmp_path: Path) -> None:
     made, file, settings = model("controlled"), tmp_path / "run.ckpt", {"matrix_every": every}
@@ -191,6 +198,7 @@ def test_rows_hold_the_accelerations_of_their_states() -> None:
         np.testing.assert_allclose(end.a[row], expected, rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.long
 def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     eomgen.generate(shear_frame(), tmp_path / "c", method=METHOD)
     text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout
@@ -199,6 +207,7 @@ def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     assert np.array_equal(rows[:, 1:13], np.hstack([end.q, end.v, end.a]))
 
 
+@pytest.mark.slow
 def test_loops_are_refused() -> None:
     with pytest.raises(EomgenError, match="corrected_predictor cannot run on this scene"):
         eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method=METHOD)

@@ -50,6 +50,7 @@ def crept(c: float, t: float) -> float:
     return float(creep.y[0, -1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("c", [1e3, 1e6, 1e9, 1e12])
 @pytest.mark.parametrize(("method", "given"), METHODS)
 def test_an_overdamped_hinge_creeps(method: str, given: dict[str, float], c: float) -> None:
@@ -59,6 +60,8 @@ def test_an_overdamped_hinge_creeps(method: str, given: dict[str, float], c: flo
     assert np.max(np.abs(run.outputs["angle"] - 0.5)) < 2.5 / c  # no throw in between
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("generalized_alpha-SE3")
 @pytest.mark.parametrize("group", ["SE3", "R3xSO3"])
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "generalized_alpha_spatial"])
 def test_so_it_does_on_constraints(method: str, group: str) -> None:
@@ -94,6 +97,7 @@ def spring(k: float) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow_except("0.0-100000000.0")
 @pytest.mark.parametrize("phase", [10.0, 1e4, 1e8, 1e12])
 @pytest.mark.parametrize("rho_inf", [0.0, 0.5, 0.8, 0.95])
 def test_a_stiff_spring_off_its_rest_does_not_overshoot(rho_inf: float, phase: float) -> None:
@@ -109,6 +113,7 @@ def test_methods_without_numerical_damping_keep_what_is_excited() -> None:
     assert run.energy["total"] == pytest.approx(0.5e10, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_order_is_kept() -> None:
     """The hinge at steps from those that damp its start to those that follow it."""
     model = eomgen.build(hinge())

@@ -44,6 +44,7 @@ def test_without_the_distribution_there_is_no_such_method() -> None:
         pendulum().simulate(0.1, STEP, method=METHOD)
 
 
+@pytest.mark.slow_except("pendulum-1")
 @pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("model", [pendulum, flyer])
@@ -100,6 +101,7 @@ def test_states_between_rows_and_changed_parameters() -> None:
     np.testing.assert_allclose(run.at(fine.t).q, fine.q, atol=5e-6)  # the first step is of order 1
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("installed")
 def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
@@ -117,6 +119,7 @@ def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     assert main(["simulate", str(scene), "--t-end", "0.05", "--out", str(tmp_path / "out")]) == 0
 
 
+@pytest.mark.slow
 def test_a_change_of_its_files_makes_another_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own = Path(__file__).parent / "adams"
     copy = tmp_path / "site" / "adams_copy"

@@ -16,6 +16,8 @@ from eomgen.pipeline.pipeline import derive, load
 from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
 from tests.models.cache import shared_cache
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["shared_cache"]
 
 

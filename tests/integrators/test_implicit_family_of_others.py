@@ -22,6 +22,8 @@ from tests.models.distributions import distribution, register
 from tests.models.scenes import breaking_scene
 from tests.models.shear_frame import shear_frame
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["register", "shared_cache"]
 
 METHOD = "implicit_midpoint"
@@ -45,6 +47,7 @@ def test_order_on_rotations_poses_and_internal_states(name: str) -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.long
 def test_order_on_frames_that_turn_and_move_apart() -> None:
     """R^3 x SO(3): two free bodies in absolute coordinates with a spring between them."""
     builder = eomgen.SceneBuilder("two", coordinates="absolute")

@@ -6,11 +6,14 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import pytest
 
 import eomgen
 from eomgen import Solution
 from eomgen.model import Model
 from tests.models.cache import shared_cache
+
+pytestmark = pytest.mark.slow
 
 __all__ = ["shared_cache"]
 

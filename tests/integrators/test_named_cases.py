@@ -129,6 +129,17 @@ def test_linear_acceleration_is_stable_up_to_its_published_phase():
 SECOND = [hht(alpha=0.1), wbz(alpha=0.2), trapezoidal(), newmark(0.3, 0.5)]
 
 
+@pytest.mark.slow_except("R-hht-121/400")
+@pytest.mark.long_cases(
+    "SE3-hht-121/400",
+    "SE3-newmark-3/10",
+    "SE3-trapezoidal-1/4",
+    "SE3-wbz-9/25",
+    "SO3-hht-121/400",
+    "SO3-newmark-3/10",
+    "SO3-trapezoidal-1/4",
+    "SO3-wbz-9/25",
+)
 @pytest.mark.parametrize("case", SECOND, ids=lambda case: f"{case.name}-{case.beta}")
 @pytest.mark.parametrize(
     "check",
@@ -144,6 +155,7 @@ def test_order_two_on_every_group(check, case):
     check(GeneralizedAlpha(case=case))
 
 
+@pytest.mark.slow
 def test_damped_newmark_has_order_one():
     method, errors = GeneralizedAlpha(case=newmark(alpha=0.1)), []
     for count in (200, 400, 800):

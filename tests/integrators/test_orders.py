@@ -32,6 +32,8 @@ def same(one: Cell, other: Cell) -> bool:
     return one.keys() == other.keys() and all(abs(one[group] - other[group]) < 0.1 for group in one)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("drivers", "loop, internal states, moving base", "tree, internal states")
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind.states or kind.driven], ids=lambda kind: kind.name)
 def test_every_method_has_its_order_on_every_group(kind: Kind) -> None:
     """Three of the kinds of scenes, which have what the others have; the command measures all."""
@@ -68,6 +70,8 @@ def test_the_checks_that_the_page_lists_are_there() -> None:
             assert f"\ndef {function}(" in (TESTS / file).read_text(encoding="utf-8"), one
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("adaptive_generalized_alpha", "generalized_alpha", "rosenbrock", "runge_kutta")
 @pytest.mark.parametrize(
     "family",  # compositions of drifts and kicks take none of these scenes
     [family for family in BUILT_IN if family is not SymplecticComposition],

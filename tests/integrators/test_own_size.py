@@ -46,6 +46,7 @@ def crossed() -> Model:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["taylor", "hermite"])
 @pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-6, 1e-3, 1e3, 1e6])
 def test_a_small_machine_moves_as_a_large_one(method: str, size: float) -> None:
@@ -60,6 +61,7 @@ def test_a_small_machine_moves_as_a_large_one(method: str, size: float) -> None:
     assert np.abs(run(size) - run(1.0)).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_a_place_far_away_costs_only_the_rounding_of_places() -> None:
     start = {"q": [1.0, 0.5], "v": [0, 0]}
     near, far = (
@@ -70,6 +72,7 @@ def test_a_place_far_away_costs_only_the_rounding_of_places() -> None:
     assert np.abs(far.q - near.q).max() < 1e6 * 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["taylor", "hermite"])
 @pytest.mark.parametrize("stiffness", [1e2, 1e5])
 def test_forces_that_cancel_at_rest_stop_no_run(method: str, stiffness: float) -> None:
@@ -80,6 +83,7 @@ def test_forces_that_cancel_at_rest_stop_no_run(method: str, stiffness: float) -
     assert np.abs(solution.q).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spin", [1e6, 1e8, 1e10])
 @pytest.mark.parametrize(("method", "own"), [("hermite", {}), ("taylor", {"tolerance": 0, "order": 4})])
 def test_spins_that_a_step_cannot_follow_stop_the_run(method: str, own: dict[str, float], spin: float) -> None:

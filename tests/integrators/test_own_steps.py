@@ -13,6 +13,8 @@ from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.test_taylor import SCENES, pushed
 from tests.models.cache import shared_cache
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["shared_cache"]
 
 

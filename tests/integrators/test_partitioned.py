@@ -29,6 +29,8 @@ from tests.integrators.constrained_models import (
 )
 from tests.oracles.placed_loops import four_bar, rotation_about, turned
 
+pytestmark = pytest.mark.slow
+
 NAME = "rk4_partitioned"
 
 
@@ -123,6 +125,7 @@ def slopes(steps, errors):
 # -- motion ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_double_rocker_switches_and_moves_as_by_multipliers():
     model, steps, errors = rocker_model(), (4e-4, 2e-4, 1e-4), []
     for step in steps:
@@ -149,6 +152,7 @@ def test_accelerations_and_multipliers_are_those_of_the_whole_system():
         np.testing.assert_allclose(run.multipliers[k], lam, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.long
 def test_energy_of_a_long_run_drifts_by_the_order_of_the_method_only():
     model, drifts = rocker_model(), []
     for step in (5e-4, 2.5e-4):
@@ -185,6 +189,7 @@ def test_order_4_in_positions_and_velocities_of_a_spatial_slider_crank():
     assert energies[-1] < 1e-10
 
 
+@pytest.mark.long
 def test_both_coordinates_of_a_spatial_slider_crank_move_alike():
     runs = []
     for coordinates in ("joint", "absolute"):
@@ -218,6 +223,7 @@ def test_a_driven_linkage_has_nothing_left_to_integrate():
 SCENES = {"shaken": lambda: two_links(base=shaking_base()), "disc": rolling_disc}
 
 
+@pytest.mark.long_except("disc")
 @pytest.mark.parametrize("name", SCENES)
 def test_every_kind_of_constraint_meets_what_generalized_alpha_tends_to(compiled, name):
     scene = SCENES[name]()
@@ -354,6 +360,7 @@ def test_numbers_that_leave_the_finite_ones_leave_the_state_alone(compiled):
         assert np.array_equal(outcome.state[key], before[key])
 
 
+@pytest.mark.long
 def test_a_start_that_no_correction_reaches_is_refused(compiled):
     stepper = compiled("shaken", SCENES["shaken"]())
     q = np.array(stepper.system.initial_q)
@@ -384,6 +391,7 @@ def test_an_alias_and_a_scene_may_name_the_method():
 # -- anywhere, in any plane --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long_except("joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_a_linkage_far_away_moves_as_at_the_origin(coordinates):
     scene = turned(four_bar("revolute"), rotation_about((1, 0, 0), 0.3)) | {"coordinates": coordinates}

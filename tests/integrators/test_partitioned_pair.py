@@ -45,6 +45,8 @@ def errors(found: eomgen.Solution, name: str) -> Array:
     return np.array([np.abs(ours - other).max() for ours, other in pairs])
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("rods_se3")
 @pytest.mark.parametrize("name", SCENES)
 def test_errors_follow_tolerances_to_the_power_of_five_quarters(name: str) -> None:
     tolerances = np.array([1e-5, 1e-6, 1e-7, 1e-8])
@@ -57,6 +59,7 @@ def test_errors_follow_tolerances_to_the_power_of_five_quarters(name: str) -> No
     assert max(found.stats["max_constraint_velocity"] for found in runs) < 1e-11
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [0.1, 1e-13])
 def test_extreme_tolerances_hold(tolerance: float) -> None:
     found = model("rods_se3").simulate(0.4, 0.02, method=METHOD, tolerance=tolerance, **QUIET)
@@ -74,6 +77,7 @@ def test_states_between_rows_lie_on_the_constraints() -> None:
     assert np.abs(found.q - between.q[0]).max() < 1e-13
 
 
+@pytest.mark.slow
 def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
     more = {"method": METHOD, "tolerance": 1e-6, **QUIET}
     whole = model("rods_se3").simulate(0.4, 0.013, **more)
@@ -82,6 +86,7 @@ def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
     assert np.array_equal(rest.q[-1], whole.q[-1]) and rest.stats["own_steps"] == whole.stats["own_steps"]
 
 
+@pytest.mark.slow
 def test_generated_c_takes_the_same_steps(tmp_path: Path) -> None:
     eomgen.generate(SCENES["four_bar"](), tmp_path / "c", method=METHOD)
     result = run(compiled(tmp_path / "c"), "0.4", "0.02", "1")
@@ -90,12 +95,14 @@ def test_generated_c_takes_the_same_steps(tmp_path: Path) -> None:
     assert np.abs(rows[:, 1 : 1 + found.q.shape[1]] - found.q).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_without_constraints_it_says_what_does_the_same() -> None:
     scene = eomgen.SceneBuilder("free").body("a", 1.0).joint("x", "prismatic", "base", "a", axis=[1, 0, 0]).build()
     with pytest.raises(eomgen.ModelError, match="rk45 does the same work where there are none"):
         eomgen.build(scene).simulate(1.0, method=METHOD)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tolerance", "bound", "counted"), [(1e-4, 1e-2, 0), (1e-8, 1e-6, 2)])
 def test_it_passes_singular_positions_along_the_velocity(tolerance: float, bound: float, counted: int) -> None:
     """Two windows of rods (IFToMM A02), against the motion of one angle; long steps lead across."""

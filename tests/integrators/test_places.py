@@ -36,6 +36,7 @@ def motion(method: str, place: float) -> Motion:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_loop_moves_far_away_as_near_by(method: str) -> None:
     near = motion(method, 0.0)
@@ -91,6 +92,7 @@ def rod_on_free_body(place: float) -> eomgen.Model:
     )
 
 
+@pytest.mark.long
 def test_places_in_q_whose_spacing_iterations_come_down_to_stop_no_run() -> None:
     near = rod_on_free_body(0.0).simulate(0.5, 1e-3)
     for place, step in ((1e5, 1e-4), (1e6, 1e-3), (1e6, 1e-4), (1e7, 1e-3)):

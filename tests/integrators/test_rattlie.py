@@ -37,6 +37,7 @@ def slopes(errors: list[float]) -> Array:
 # -- orders ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow_except("pendulum")
 @pytest.mark.parametrize("name", ["pendulum", "flyer", "controlled"])
 def test_order_on_trees(name: str) -> None:
     """Every group; a moving base, an input, a damper; inertia that varies with the slider; internal states."""
@@ -79,6 +80,7 @@ def arms_of_the_oracle(drag: float = 0.0, damping: float = 0.0) -> oracle.Motion
     return oracle.Motion(oracle.real_space(2), mass, forces)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", [{}, {"drag": 0.7, "damping": 0.4}], ids=["conservative", "drag"])
 def test_steps_with_a_mass_matrix_that_varies_are_those_of_the_oracle(given: Mapping[str, float]) -> None:
     made, motion = eomgen.build(two_arms(**given)), arms_of_the_oracle(**given)
@@ -91,6 +93,7 @@ def test_steps_with_a_mass_matrix_that_varies_are_those_of_the_oracle(given: Map
         np.testing.assert_allclose(end.v[number + 1], v, rtol=0, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_order_with_forces_that_depend_on_velocities_and_what_dt_dq_is_worth() -> None:
     """In the oracle: without dT/dq the motion is another one."""
     made = eomgen.build(two_arms(0.7, 0.4))
@@ -125,6 +128,8 @@ def loop_model(name: str) -> eomgen.Model:
     return four_bar() if name == "four_bar" else eomgen.build(two_links("absolute", shaking_base()), profile="quick")
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("four_bar-0.25")
 @pytest.mark.parametrize(("name", "end"), [("four_bar", 0.25), ("links_on_a_shaking_base", 0.4)])
 def test_order_on_loops(name: str, end: float) -> None:
     """Positions, velocities, and multipliers, those of the accelerations and the means of both sides."""
@@ -143,6 +148,7 @@ def test_order_on_loops(name: str, end: float) -> None:
         assert slopes(found)[-1] == pytest.approx(2.0, abs=0.1), part
 
 
+@pytest.mark.long
 def test_order_on_a_long_chain() -> None:
     """70 links, whose recursion's steps are unknowns of the matrix."""
     builder, last = eomgen.SceneBuilder("long_chain"), "base"
@@ -161,6 +167,7 @@ def test_order_on_a_long_chain() -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_order_across_a_known_jump() -> None:
     made = eomgen.build(pushed("3 if t > late else 0"))
     exact = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-14)
@@ -206,6 +213,8 @@ PUBLISHED = {
 }
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("R3xSO3", "SE3", "SO3")
 @pytest.mark.parametrize("group", PUBLISHED)
 def test_digits_and_orders_of_the_fast_top(group: str) -> None:
     """Multipliers of one side are of order 1, their mean, and those of the accelerations, of order 2."""
@@ -216,6 +225,7 @@ def test_digits_and_orders_of_the_fast_top(group: str) -> None:
     assert orders == pytest.approx([2.0, 2.0, 2.0, 2.0, 1.0, 1.0, 2.0][:size], abs=0.05)
 
 
+@pytest.mark.slow
 def test_jumps_of_multipliers_are_of_order_1() -> None:
     jumps = [
         top("R3xSO3").simulate(1.0, 2.0**-n, method="rattlie", error_estimate=False).stats["max_jump"]
@@ -245,6 +255,7 @@ def top_of_the_oracle(group: str) -> tuple[oracle.Motion, oracle.Place, Array]:
     return motion, (np.eye(3), CENTER.copy()), np.concatenate([omega, np.cross(omega, CENTER)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("group", PUBLISHED)
 def test_steps_of_the_top_are_those_of_the_oracle(group: str) -> None:
     motion, q, v = top_of_the_oracle(group)
@@ -265,6 +276,7 @@ def test_steps_of_the_top_are_those_of_the_oracle(group: str) -> None:
         np.testing.assert_allclose(mean.multipliers[-1], (lam[-1][0] + lam[-2][1]) / 2, rtol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("group", "lowest", "highest"), [("SE3", -0.03, 0.27), ("R3xSO3", -0.03, 0.03)])
 def test_invariants_of_the_top_over_10_s(group: str, lowest: float, highest: float) -> None:
     end = top(group).simulate(10.0, 2.0**-10, method="rattlie", record_every=8, error_estimate=False)
@@ -283,6 +295,7 @@ def test_invariants_of_the_top_over_10_s(group: str, lowest: float, highest: flo
 # -- invariants of trees -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_energies_of_a_tree_with_a_mass_matrix_that_varies_do_not_drift() -> None:
     """Errors of the energy are O(step^2), and their means over windows go nowhere, where rk4 loses all the time."""
     made = eomgen.build(two_arms())
@@ -296,6 +309,7 @@ def test_energies_of_a_tree_with_a_mass_matrix_that_varies_do_not_drift() -> Non
     assert abs(drift[0]) < 0.2 * spread[0]
 
 
+@pytest.mark.slow
 def test_momenta_of_a_body_in_flight_that_carries_others_are_kept() -> None:
     """Gravity along z leaves the momenta along x and y, and the angular one about z, to rounding over 4000 steps."""
     made = flyer()
@@ -340,6 +354,8 @@ def varied(group: str, largest: float, end: float) -> tuple[float, float, float]
     return float(worst[0]), float(worst[1]), float(worst[2])
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("R3xSO3", "SE3")
 @pytest.mark.parametrize("group", ["R3xSO3", "SE3"])
 def test_order_at_steps_that_vary(group: str) -> None:
     found = np.array([varied(group, 2.0**-power, 0.25) for power in (9, 10, 11, 12)])
@@ -348,6 +364,7 @@ def test_order_at_steps_that_vary(group: str) -> None:
     assert orders[2] > 1.8
 
 
+@pytest.mark.slow
 def test_a_simulator_goes_to_any_time_with_whole_steps_and_shorter_ones() -> None:
     made, ends = four_bar(), []
     exact = made.simulate(0.2, 5e-5, method="rk4_partitioned", record_every=4000, error_estimate=False)
@@ -380,6 +397,7 @@ def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
     assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "multipliers"))
 
 
+@pytest.mark.long
 def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     eomgen.generate(two_arms(0.7, 0.4), tmp_path / "c", method="rattlie")
     text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout
@@ -394,6 +412,7 @@ def refusal(made: eomgen.Model) -> str:
     return str(caught.value)
 
 
+@pytest.mark.slow
 def test_constraints_of_velocities_alone_are_refused_with_what_to_take() -> None:
     text = refusal(eomgen.build(rolling_disc(), profile="quick"))
     assert "rattlie cannot run on this scene" in text
@@ -410,6 +429,7 @@ def test_a_tolerance_is_refused() -> None:
     assert "try: generalized_alpha, or rk45" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_step_that_turns_a_body_too_far_is_said() -> None:
     end = top("SE3").simulate(1.0, 0.1, method="rattlie", error_estimate=False)
     assert not end.success
@@ -422,6 +442,7 @@ def test_an_iteration_that_is_not_let_converge_is_said() -> None:
     assert "the Newton iteration of a step did not converge" in end.message
 
 
+@pytest.mark.long
 def test_light_spins_on_heavy_chains_are_solved_by_differences() -> None:
     """Rods on ball joints, 1/10000 as heavy about their own axes as what they carry: what momenta change within a step
     is no small part of such an inertia."""
@@ -435,6 +456,7 @@ def test_light_spins_on_heavy_chains_are_solved_by_differences() -> None:
     assert slopes(errors)[-1] == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_machine_at_rest_stays_there() -> None:
     """Corrections are nothing but rounding then, which no size of the motion tells."""
     made = eomgen.build("examples/quarter_car_on_bump/scene.toml", profile="quick")
@@ -443,6 +465,7 @@ def test_a_machine_at_rest_stays_there() -> None:
     assert np.abs(end.q).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_growth_beyond_the_limit_of_a_step_is_said() -> None:
     scene = (
         eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0]).body("mass", 1.0)

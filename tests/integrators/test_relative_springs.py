@@ -23,6 +23,8 @@ from eomgen.pipeline.pipeline import built_in
 from eomgen.pipeline.step_operations import joined_coordinates
 from tests.models.cache import shared_cache
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["shared_cache"]
 
 Links = Sequence[tuple[int, int, float | str]]
@@ -111,6 +113,7 @@ def error_of_a_step(made: eomgen.Model, name: str, kappa: float, loads: Sequence
     return float(worst / max(map(abs, exact)))
 
 
+@pytest.mark.long_cases("grid")
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_matrices_are_solved_to_the_last_digits_at_any_stiffness(name: str) -> None:
     loads = np.random.default_rng(1).normal(size=(3, len(SYSTEMS[name][0])))
@@ -141,6 +144,16 @@ def test_tables_do_the_same_as_what_is_written_out(name: str, tmp_path: Path, mo
         assert error_of_a_step(made, name, kappa, load) <= 2e-15
 
 
+@pytest.mark.long_cases(
+    "corrected_predictor-0",
+    "corrected_predictor-64",
+    "lsrt2-0",
+    "lsrt2-64",
+    "rosenbrock-0",
+    "rosenbrock-64",
+    "tdg2-0",
+    "tdg2-64",
+)
 @pytest.mark.parametrize("unrolled", [0, 64])
 @pytest.mark.parametrize("method", ["rosenbrock", "lsrt2", "corrected_predictor", "tdg2"])
 def test_what_hangs_on_a_group_moves_as_ever(

@@ -27,6 +27,7 @@ def slopes(errors: list[float]) -> Array:
     return np.asarray(np.log2(np.array(errors[:-1]) / errors[1:]))
 
 
+@pytest.mark.slow_except("pendulum-lsrt2")
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SCENES)
 def test_order_on_every_group(name: str, method: str) -> None:
@@ -36,6 +37,8 @@ def test_order_on_every_group(name: str, method: str) -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("lsrt2", "rosenbrock")
 @pytest.mark.parametrize("method", METHODS)
 def test_order_on_a_long_chain(method: str) -> None:
     """40 links, whose recursion's steps are unknowns with right sides of their own."""
@@ -73,6 +76,7 @@ PROTOTYPE = {
 }
 
 
+@pytest.mark.slow_except("lsrt2")
 @pytest.mark.parametrize("method", METHODS)
 def test_digits_of_the_shear_frame_with_a_pendulum(method: str) -> None:
     errors = [error_of_frame(method, step) for step in (0.04, 0.02, 0.01, 0.005, 0.0025)]
@@ -105,6 +109,7 @@ def error_of_strong(end: Array) -> float:
     return float(np.abs((end - strong_end()) / SCALE).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("exactly", "end_force", "orders"),
     [(True, True, (1.95, 2.05)), (False, True, (0.0, 1.3)), (True, False, (0.9, 1.1))],
@@ -155,6 +160,7 @@ def in_two_stages(made: eomgen.Model, step: float, count: int, *, exact: bool, k
     return y
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("exact", "kept"), [(False, False), (True, True)], ids=["no K of accelerations", "kept"])
 def test_two_stages_keep_their_order_with_any_matrix(exact: bool, kept: bool) -> None:
     """The textbook's formulas, of which the generated step differs by what a W-method allows: M of the middle of the
@@ -170,6 +176,7 @@ def oscillator(frequency: float, damping: float) -> eomgen.Scene:
     return builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], **stiffness).build()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 0.3, 1.5, 1e3])
 @pytest.mark.parametrize("method", METHODS)
 def test_steps_of_an_oscillator_are_the_stability_function_of_its_matrix(method: str, damping: float) -> None:
@@ -190,6 +197,7 @@ def test_steps_of_an_oscillator_are_the_stability_function_of_its_matrix(method:
         assert np.abs(np.linalg.eigvals(found)).max() <= 1.0 + 1e-9
 
 
+@pytest.mark.slow
 def test_stiff_forces_of_a_known_motion_leave_no_error_in_positions() -> None:
     """q'' + omega^2 q with the force of q = sin t, omega = 1e6, h = 0.1: forces at the ends of steps make the limit
     K q = F exact, those of their starts leave 0.1 of it."""
@@ -203,6 +211,7 @@ def test_stiff_forces_of_a_known_motion_leave_no_error_in_positions() -> None:
     assert np.abs(end.v[:, 0] - np.cos(end.t)).max() < 2e-3
 
 
+@pytest.mark.slow
 def test_a_damped_start_takes_off_what_steps_cannot_follow() -> None:
     """Amplitude left of a mode with h omega = 1e4: 16/(h omega)^4 per pair of Euler's halves, nothing of it without."""
     made = eomgen.build(oscillator(1e4, 0.0))
@@ -224,6 +233,7 @@ def test_a_damped_start_keeps_the_order() -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_order_across_a_known_jump(method: str) -> None:
     made = eomgen.build(pushed("3 if t > late else 0"))
@@ -264,6 +274,7 @@ def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) ->
     assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_its_c_stands_alone_and_gives_the_same_rows(method: str, tmp_path: Path) -> None:
     eomgen.generate(shear_frame(), tmp_path / "c", method=method)
@@ -273,6 +284,7 @@ def test_its_c_stands_alone_and_gives_the_same_rows(method: str, tmp_path: Path)
     assert np.array_equal(rows[:, 1:13], np.hstack([end.q, end.v, end.a]))
 
 
+@pytest.mark.slow
 def test_growth_at_the_pole_of_the_step_stops_the_run() -> None:
     """M + (h/2)^2 K = 0: a force that pushes away with 4/h^2."""
     scene = (

@@ -26,6 +26,7 @@ def oscillator() -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 1.0, 1e3, 1e6])
 @pytest.mark.parametrize("method", METHODS)
 def test_no_step_size_lets_an_oscillator_grow(method: str, damping: float) -> None:
@@ -65,6 +66,8 @@ def machine(size: int) -> tuple[eomgen.Model, Array, Array]:
     return eomgen.build(builder.build(), profile="quick", method="rosenbrock"), K, C
 
 
+@pytest.mark.slow_except("0.001-1e-14-8-200", "1.0-1e-10-8-200", "1000.0-1e-09-8-200")
+@pytest.mark.long_except("0.001-1e-14-8-200", "1.0-1e-10-8-200", "1000.0-1e-09-8-200", "1000000.0-1e-06-8-200")
 @pytest.mark.parametrize(("size", "steps"), [(8, 200), (50, 2000)])
 @pytest.mark.parametrize(("h_omega", "bar"), [(1e-3, 1e-14), (1.0, 1e-10), (1e3, 1e-9), (1e6, 1e-6)])
 def test_the_balance_of_energy_of_a_linear_step_is_exact(h_omega: float, bar: float, size: int, steps: int) -> None:
@@ -84,6 +87,7 @@ def test_the_balance_of_energy_of_a_linear_step_is_exact(h_omega: float, bar: fl
     assert np.all(np.diff(energy) <= bar * energy[:-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("damping", "bar"), [(0.0, 1e-11), (1.0, 1e-8)])
 def test_a_stiff_driven_motion_is_met_in_positions_and_to_order_2_in_velocities(damping: float, bar: float) -> None:
     """q'' + 2 zeta omega q' + omega^2 q with the force of q = sin t, omega = 1e6."""

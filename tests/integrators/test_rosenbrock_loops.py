@@ -104,6 +104,18 @@ def reference(name: str) -> eomgen.Solution:
     return model(name).simulate(end, end / 4000, method="rk4_partitioned", record_every=4000, error_estimate=False)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases(
+    "jump_and_impact-lsrt2",
+    "jump_and_impact-rosenbrock",
+    "links_on_a_shaking_base-rosenbrock",
+    "spatial_loop-lsrt2",
+    "spatial_loop-rosenbrock",
+    "stewart-lsrt2",
+    "stewart-rosenbrock",
+    "top_on_R3xSO3-rosenbrock",
+    "top_on_SE3-rosenbrock",
+)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SCENES)
 def test_order_in_positions_velocities_and_multipliers(name: str, method: str) -> None:
@@ -123,6 +135,7 @@ def test_order_in_positions_velocities_and_multipliers(name: str, method: str) -
         assert slopes(found)[-1] == pytest.approx(2.0, abs=0.1), part
 
 
+@pytest.mark.slow_except("lsrt2")
 @pytest.mark.parametrize("method", METHODS)
 def test_what_two_corrections_leave_falls_by_the_ninth_power_of_the_step(method: str) -> None:
     """From steps whose corrections do not reach rounding to those whose do."""
@@ -137,6 +150,7 @@ def test_what_two_corrections_leave_falls_by_the_ninth_power_of_the_step(method:
     assert fine.stats["max_constraint"] < 1e-15 and fine.stats["max_constraint_velocity"] < 5e-14
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_steps_too_long_for_two_corrections_end_the_run(method: str) -> None:
     end = model("slider_crank").simulate(0.1, 2e-3, method=method, error_estimate=False)
@@ -191,6 +205,8 @@ def stepped(made: eomgen.Model, method: str, step: float, count: int, *, geometr
     return np.concatenate([q, v]), np.abs(made.evaluate("constraint", q)["Phi"])
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("lsrt2")
 @pytest.mark.parametrize("method", METHODS)
 def test_a_step_is_that_of_the_formula_and_what_the_forces_of_constraints_are_worth_in_it(method: str) -> None:
     """In dense NumPy the same motion; without the geometric stiffness of the multipliers order 1 with one stage, and
@@ -213,6 +229,7 @@ def test_a_step_is_that_of_the_formula_and_what_the_forces_of_constraints_are_wo
     assert method == "lsrt2" or found[False][-1] > 20.0 * found[True][-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_row_is_in_balance(method: str) -> None:
     """M a + h - Q + B^T lam = 0 and B a + g = 0 at the row's own state, so that reactions are right."""
@@ -226,6 +243,7 @@ def test_a_row_is_in_balance(method: str) -> None:
     assert np.abs(rates + bias).max() <= 1e-12 * np.abs(bias).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_loops_that_repeat_each_other_are_held_without_the_repetition(method: str) -> None:
     """A parallelogram in space, of whose five rows three follow from the others, keeps its energy by the step's
@@ -240,6 +258,7 @@ def test_loops_that_repeat_each_other_are_held_without_the_repetition(method: st
     assert drift[1] < 0.35 * drift[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_two_windows_pass_where_their_bars_lie_on_one_line(method: str) -> None:
     """Ten times in 10 s, along the motion of the closed form in which they stay parallel."""
@@ -252,6 +271,7 @@ def test_two_windows_pass_where_their_bars_lie_on_one_line(method: str) -> None:
     assert errors[1] < 0.35 * errors[0] < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_parallelogram_ends_where_its_branches_cross(method: str) -> None:
     """The direction that its rows hold turns round within the step, and with it the sign of the determinant of its
@@ -272,6 +292,8 @@ def test_a_parallelogram_ends_where_its_branches_cross(method: str) -> None:
     assert drift[1] < 0.3 * drift[0]
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("lsrt2", "rosenbrock")
 @pytest.mark.parametrize("method", METHODS)
 def test_its_c_stands_alone_and_gives_the_same_rows(method: str, tmp_path: Path) -> None:
     path = "examples/four_bar/scene.toml"
@@ -282,6 +304,7 @@ def test_its_c_stands_alone_and_gives_the_same_rows(method: str, tmp_path: Path)
     assert np.array_equal(rows[:, 1:10], np.hstack([end.q, end.v, end.a]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) -> None:
     made, file = model("drive_and_state"), tmp_path / "run.ckpt"
@@ -291,6 +314,8 @@ def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) ->
     assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z", "multipliers"))
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("lsrt2", "rosenbrock")
 @pytest.mark.parametrize("method", METHODS)
 def test_a_stiff_spring_in_a_loop_neither_grows_nor_stops_the_corrections(method: str) -> None:
     """h omega of 1e3 and more: a pin that is nearly rigid, beside the four-bar that it makes."""
@@ -307,6 +332,7 @@ def test_a_stiff_spring_in_a_loop_neither_grows_nor_stops_the_corrections(method
     assert end.stats["max_constraint"] < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_loop_that_its_drive_moves_alone_is_exact_to_rounding(method: str) -> None:
     """As many rows as velocities: nothing is left to integrate."""
@@ -321,6 +347,8 @@ def test_a_loop_that_its_drive_moves_alone_is_exact_to_rounding(method: str) -> 
         assert np.abs(getattr(end, part)[-1] - getattr(exact, part)[-1]).max() < bound, part
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("lsrt2")
 @pytest.mark.parametrize("method", METHODS)
 def test_a_drive_that_begins_at_zero_ends_no_run(method: str) -> None:
     """Summands of its row are nothing at the start, which any rounding is large beside."""
@@ -340,6 +368,7 @@ def test_a_drive_that_begins_at_zero_ends_no_run(method: str) -> None:
     np.testing.assert_allclose(end.q[:, 1], 0.2 * np.sin(2 * end.t), rtol=0, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["0.1 * sin(20 * t)", "1e-6 * (1 - cos(20 * t))"])
 @pytest.mark.parametrize("method", METHODS)
 def test_a_driven_slide_that_begins_at_zero_needs_no_other_length(method: str, law: str) -> None:

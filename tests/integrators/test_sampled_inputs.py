@@ -19,6 +19,8 @@ from eomgen.simulation.stepping.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
 from tests.models.cache import shared_cache
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["shared_cache"]
 
 TREE_METHODS = (

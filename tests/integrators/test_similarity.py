@@ -49,6 +49,28 @@ def motion(name: str, scene: str, units: UnitsOf, steps: int = STEPS_OF_RUN) -> 
     return similar(scene).motion(units, method, STEPS.get(scene, 2e-3), steps, **given)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases(
+    "adaptive-driven",
+    "adaptive-rods_r3xso3",
+    "adaptive-rods_se3",
+    "f1-flight",
+    "f1-rods_r3xso3",
+    "generalized_alpha-driven",
+    "generalized_alpha-flight",
+    "generalized_alpha-rail",
+    "generalized_alpha-rods_r3xso3",
+    "generalized_alpha-rods_se3",
+    "index3-driven",
+    "index3-rods_r3xso3",
+    "index3-rods_se3",
+    "index3-slider_crank",
+    "index3_f1-rods_r3xso3",
+    "index3_spatial-rods_r3xso3",
+    "rattlie-rods_r3xso3",
+    "rk4_partitioned-driven",
+    "spatial-rods_r3xso3",
+)
 @pytest.mark.parametrize(("name", "scene"), CASES)
 def test_powers_of_two_leave_the_bits(name, scene):
     first = motion(name, scene, UnitsOf())
@@ -57,6 +79,19 @@ def test_powers_of_two_leave_the_bits(name, scene):
     assert not changed
 
 
+@pytest.mark.slow_except("index3-four_bar")
+@pytest.mark.long_cases(
+    "adaptive-driven",
+    "generalized_alpha-driven",
+    "generalized_alpha-rods_r3xso3",
+    "generalized_alpha-rods_se3",
+    "index3-driven",
+    "index3-rods_r3xso3",
+    "index3-rods_se3",
+    "index3_f1-rods_r3xso3",
+    "index3_spatial-rods_r3xso3",
+    "spatial-rods_r3xso3",
+)
 @pytest.mark.parametrize(("name", "scene"), CASES)
 def test_powers_of_ten_leave_all_but_rounding(name, scene):
     first = motion(name, scene, UnitsOf())

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 import eomgen
 
 RODS = {
@@ -33,6 +35,7 @@ RODS = {
 }
 
 
+@pytest.mark.long
 def test_multipliers_that_are_rounding_are_said() -> None:
     model = eomgen.build(RODS, real="float")
     held = model.simulate(1.0, 1e-3)
@@ -46,6 +49,7 @@ def test_multipliers_that_are_rounding_are_said() -> None:
         )
 
 
+@pytest.mark.long
 def test_a_machine_at_rest_has_no_impulses_to_be_rounded() -> None:
     still = {
         name: {**joint, "initial": {**joint["initial"], "velocity": 0.0}} for name, joint in RODS["joints"].items()

@@ -96,6 +96,7 @@ def test_a_start_that_meets_no_equation_is_forgotten_by_a_damped_one_only(steppe
         assert kept == pytest.approx(50.0, rel=0.02) and damped < 1e-13
 
 
+@pytest.mark.slow_except("lsrt2")
 @pytest.mark.parametrize("method", ["rosenbrock", "lsrt2", "corrected_predictor"])
 def test_scenes_refuse_massless_coordinates_by_name(method: str) -> None:
     said = "the joint x2 cannot be moved by a force: it carries neither mass nor inertia"

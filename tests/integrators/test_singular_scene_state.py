@@ -23,6 +23,7 @@ def gimbal(**rotor: Any) -> dict[str, Any]:
     return {"format": 1, "name": "gimbal", "gravity": [0, 0, -9.81], "bodies": bodies, "joints": joints}
 
 
+@pytest.mark.slow
 def test_a_run_starts_where_rings_are_not_aligned() -> None:
     model = eomgen.build(gimbal(), profile="quick")
     start = {"lean": 0.5, "spin": {"velocity": 3.0}}

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
 import sympy as sp
 
 w, kappa, above, g = sp.symbols("w kappa above g", positive=True)
@@ -80,6 +81,7 @@ def test_one_stage_neither_damps_nor_grows_with_the_true_stiffness_or_more() -> 
     assert sp.series(function - sp.exp(z), z, 0, 4).removeO() == z**3 / 12
 
 
+@pytest.mark.slow
 def test_two_stages_are_stable_from_085_of_the_stiffness_on_and_damp_all_of_an_infinite_one() -> None:
     least = half + sp.sqrt(2) / 4
     coefficients = hurwitz(two_stages, 2)

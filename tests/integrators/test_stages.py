@@ -50,6 +50,7 @@ def test_bodies_of_one_component_come_in_order_of_minimum_degree(rng: np.random.
         assert found == [[k] for k in by_minimum_degree(count, pairs)]
 
 
+@pytest.mark.slow_except("20")
 @pytest.mark.parametrize("count", [20, 200])
 def test_components_of_sparse_inertia_are_bodies_of_their_own(count: int) -> None:
     assert stages_of(count, banded(count, 1), banded(count, 1)) == [

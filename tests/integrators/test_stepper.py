@@ -42,6 +42,7 @@ def check_order(equations, method, q, v, duration, exact, counts):
     assert slope(counts, errors) == pytest.approx(method.order, abs=tolerance), errors
 
 
+@pytest.mark.slow_except("rkmk4")
 @pytest.mark.parametrize("method", METHODS, ids=label)
 def test_order_on_the_oscillator(method):
     frequency = 3.0
@@ -72,6 +73,7 @@ def free_body():
     )
 
 
+@pytest.mark.slow_except("alpha-0.9")
 @pytest.mark.parametrize("method", METHODS, ids=label)
 def test_order_on_a_fast_free_body(method):
     # momentum in space is known exactly; the attitude through SciPy, on components of the rotation matrix
@@ -91,6 +93,7 @@ def test_order_on_a_fast_free_body(method):
     check_order(equations, method, np.array([1.0, 0, 0, 0]), omega, duration, error, counts)
 
 
+@pytest.mark.long
 def test_spatial_momentum_of_a_free_body_by_the_spatial_variant():
     # attitude and rates of a body that tumbles have a large third-order term besides: the plain variant is better there
     omega, J, errors = np.array([20.0, 35.0, -15.0]), np.diag([1.0, 2.0, 3.0]), []
@@ -100,6 +103,7 @@ def test_spatial_momentum_of_a_free_body_by_the_spatial_variant():
     assert slope([400, 800], errors) == pytest.approx(2.0, abs=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [METHODS[0], METHODS[3], SPATIAL], ids=label)
 def test_order_on_the_fast_heavy_top(method):
     model = heavy_top()
@@ -120,6 +124,8 @@ def test_order_on_the_fast_heavy_top(method):
     )
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("alpha-0.0", "alpha-0.9", "alpha-1.0", "rkmk4", "spatial")
 @pytest.mark.parametrize("method", [*METHODS, SPATIAL], ids=label)
 def test_order_on_a_body_on_se3_with_a_slider(method):
     model = tied_body()
@@ -145,6 +151,7 @@ def test_order_on_a_body_on_se3_with_a_slider(method):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [METHODS[0], METHODS[3], SPATIAL], ids=label)
 def test_order_on_a_body_on_r3xso3(method):
     # a body held by a spring at the point X of it; v = (omega in body axes, x_dot in space)

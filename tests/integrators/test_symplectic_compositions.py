@@ -57,6 +57,7 @@ def _end(model: eomgen.Model, step: float, method: str) -> Array:
     return np.concatenate([run.q[-1], run.v[-1]])
 
 
+@pytest.mark.slow_except("omf4")
 @pytest.mark.parametrize("name", NAMES)
 def test_errors_fall_with_the_order(name: str) -> None:
     exact = _end(lattice(), 0.05, "taylor")
@@ -65,6 +66,7 @@ def test_errors_fall_with_the_order(name: str) -> None:
     assert math.log2(coarse / fine) == pytest.approx(composition_named(name).order, abs=0.2)
 
 
+@pytest.mark.slow
 def test_forces_that_change_with_time_are_taken_at_the_times_of_the_kicks() -> None:
     model = eomgen.build(DRIVEN, profile="quick")
     exact = _end(model, 0.05, "taylor")
@@ -95,6 +97,7 @@ def _energy_errors(name: str, step: float, steps: int, rows: int) -> Array:
     return np.asarray(np.abs(total / total[0] - 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "bound"), [("leapfrog", 8e-3), ("yoshida4", 3.5e-4), ("omf4", 2.2e-7)])
 def test_energy_errors_are_bounded_over_1e5_steps(name: str, bound: float) -> None:
     errors = _energy_errors(name, 0.3, 100_000, 1000)
@@ -112,6 +115,7 @@ def test_energy_errors_are_bounded_over_1e7_steps(name: str, bound: float) -> No
     assert errors[5000:].max() < 1.2 * errors[:5000].max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "reason"),
     [
@@ -127,6 +131,7 @@ def test_other_scenes_are_refused_with_the_reason(scene: str, reason: str) -> No
         model.simulate(0.1, 0.01, method="leapfrog")
 
 
+@pytest.mark.slow
 def test_a_tolerance_is_refused_and_names_elsewhere_are_known() -> None:
     with pytest.raises(eomgen.UsageError, match="leapfrog takes no tolerance: it keeps energies because its steps"):
         lattice().simulate(0.1, 0.01, method="leapfrog", tolerance=1e-6)

@@ -94,6 +94,7 @@ def error(made: eomgen.Model, solution: eomgen.Solution, exact: tuple[Array, Arr
     return float(max(np.abs(difference).max(initial=0.0) for difference in differences))
 
 
+@pytest.mark.slow_except("3-controlled", "6-pendulum", "2-controlled")
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("order", [2, 3, 4, 6])
 def test_order_of_fixed_steps(name: str, order: int) -> None:
@@ -133,6 +134,7 @@ def test_errors_follow_the_tolerance(name: str, tolerance: float) -> None:
     assert np.allclose(np.linalg.norm(solution.q[:, :4], axis=1), 1.0, rtol=0, atol=1e-15) or name != "flyer"
 
 
+@pytest.mark.slow
 def test_pendulum_against_elliptic_functions() -> None:
     length, start, gravity = 0.7, 2.5, 9.81
     builder = eomgen.SceneBuilder("swing", gravity=[0, 0, -gravity]).body("bob", 1.3, center_of_mass=[0, 0, -length])
@@ -146,6 +148,7 @@ def test_pendulum_against_elliptic_functions() -> None:
     assert solution.stats["expansions"] < 170
 
 
+@pytest.mark.slow
 def test_free_symmetric_body_against_its_closed_form() -> None:
     inertia, spin = np.array([0.3, 0.3, 0.5]), np.array([1.2, -0.4, 7.0])
     builder = eomgen.SceneBuilder("plate", gravity=[0, 0, 0]).body("plate", 2.0, inertia=inertia.tolist())
@@ -209,6 +212,7 @@ CORNERS = {
 }
 
 
+@pytest.mark.slow_except("jump")
 @pytest.mark.parametrize("said", CORNERS)
 def test_steps_end_at_known_corners(said: str) -> None:
     formula, curve = CORNERS[said]
@@ -233,6 +237,7 @@ def test_steps_end_at_known_corners(said: str) -> None:
     assert fine.stats["rejections"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formula", "curve"),
     [
@@ -264,6 +269,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", REFUSED)
 def test_corners_at_unknown_times_are_refused(said: str) -> None:
     formula, text = REFUSED[said]
@@ -280,6 +286,7 @@ def test_corners_at_unknown_times_are_refused(said: str) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["taylor", "hermite"])
 def test_beams_are_refused_with_what_in_them_has_corners(method: str) -> None:
     made = eomgen.build(beam_scene(1, {"force": [0.0, 0.0, 1.0]}), profile="quick")
@@ -331,6 +338,7 @@ def test_what_a_run_cannot_take(options: dict[str, Any], text: str) -> None:
     assert str(caught.value) == f"usage error: {text}"
 
 
+@pytest.mark.slow
 def test_constraints_are_refused_with_a_reason() -> None:
     builder = eomgen.SceneBuilder("closed", coordinates="absolute")
     builder.body("bob", 1.0, center_of_mass=[0, 0, -1], inertia=[1, 1, 1])
@@ -341,6 +349,7 @@ def test_constraints_are_refused_with_a_reason() -> None:
         made.simulate(1.0, 0.1, method="taylor")
 
 
+@pytest.mark.slow
 def test_a_run_stops_before_a_singularity_with_the_last_good_state() -> None:
     solution = eomgen.build(breaking_scene(), method="taylor").simulate(1.0, 0.01, method="taylor", tolerance=1e-9)
     assert not solution.success
@@ -383,6 +392,7 @@ SOFT: dict[str, tuple[str, Callable[[float], float]]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", SOFT)
 @pytest.mark.parametrize("spacing", [0.5, 0.1, 0.01])
 def test_forces_that_are_not_felt_at_first(said: str, spacing: float) -> None:
@@ -399,6 +409,7 @@ def test_forces_that_are_not_felt_at_first(said: str, spacing: float) -> None:
     assert solution.stats["expansions"] < 60
 
 
+@pytest.mark.slow_except("0.02-0.8-1e-12")
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
 @pytest.mark.parametrize("place", [0.8, 0.837, 0.861])
 @pytest.mark.parametrize("width", [0.02, 0.03, 0.05, 0.08, 0.2])
@@ -508,6 +519,7 @@ def test_states_between_rows_across_a_corner() -> None:
     assert np.abs(coarse.at(fine.t).v - fine.v).max() < 1e-11
 
 
+@pytest.mark.slow
 def test_position_and_rotation_apart_move_as_a_pose_does() -> None:
     """On R^3 x SO(3) positions stand behind rotations in q, before them among the factors."""
 

@@ -12,6 +12,8 @@ import eomgen
 from eomgen.integrators.newton.signs import _parity, _pivots
 from tests.models.cache import shared_cache
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["shared_cache"]
 
 #: gamma of each method: what grows with a rate above 1/(gamma h) is lost.
@@ -113,6 +115,7 @@ def test_a_chain_that_stands_on_end(method: str, step: float) -> None:
     assert run.stats["unfollowed_growth"] == (GAMMA[method] * step * fastest > 1.0) == (step > 0.4)
 
 
+@pytest.mark.long
 def test_what_elastic_coordinates_do_far_from_the_motion_is_no_growth() -> None:
     """Random states at which pivots are chosen have an inertia matrix that is not definite, states of the motion do."""
     run = eomgen.build("examples/elastic_pendulum/scene.toml", profile="quick").simulate(0.1, 1e-3, method="rosenbrock")

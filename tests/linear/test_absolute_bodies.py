@@ -92,6 +92,7 @@ def check_equal(joint: Linearization, absolute: Linearization) -> None:
 SEEDS = [0, 5, 8, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 3, 9, 10, 11))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_any_tree_about_any_motion(seed: int, rng: np.random.Generator) -> None:
     """All joint types, forces, springs, formulas of joint coordinates and outputs, about states that move and
@@ -100,6 +101,7 @@ def test_any_tree_about_any_motion(seed: int, rng: np.random.Generator) -> None:
     check_equal(*both(with_base(scene, seed) if seed % 2 else scene, rng))
 
 
+@pytest.mark.long_cases("cylindrical-True", "distance-False", "rolling-False")
 @pytest.mark.slow
 @pytest.mark.parametrize("kind, driven", [("distance", False), ("cylindrical", True), ("rolling", False)])
 def test_loops_leave_the_same_coordinates_independent(kind: str, driven: bool, rng: np.random.Generator) -> None:

@@ -51,6 +51,7 @@ def frequencies(speed: float) -> np.ndarray:
     return np.sort((bending * tilting - K12**2).roots().real)
 
 
+@pytest.mark.slow
 def test_an_overhung_disc_has_the_frequencies_of_its_polynomial(overhung: eomgen.Model) -> None:
     speeds = np.linspace(0.0, 1500.0, 9)
     diagram = overhung.campbell("spin", speeds, orders=(1, 2), whirl=[("x", "y"), ("tilt_x", "tilt_y")])
@@ -67,6 +68,7 @@ def test_an_overhung_disc_has_the_frequencies_of_its_polynomial(overhung: eomgen
     assert np.all(diagram.whirl[1:] == diagram.whirl[-1])
 
 
+@pytest.mark.slow
 def test_critical_speeds_are_roots_of_their_own_polynomial(overhung: eomgen.Model) -> None:
     """Forward w = n W: (k11 - m w^2) (k22 + (I_p / n - I_d) w^2) = k12^2; backward with -I_p."""
     diagram = overhung.campbell("spin", np.linspace(1.0, 2500.0, 9), orders=(1, 2), whirl=[("x", "y")])
@@ -121,6 +123,7 @@ def _interrupt() -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 def test_the_speed_may_be_negative_and_the_sense_is_that_of_the_spin(overhung: eomgen.Model) -> None:
     pairs = [("x", "y")]
     there = overhung.campbell("spin", [-300.0, -200.0], whirl=pairs)
@@ -131,12 +134,14 @@ def test_the_speed_may_be_negative_and_the_sense_is_that_of_the_spin(overhung: e
     np.testing.assert_array_equal(swapped.whirl, -here.whirl)
 
 
+@pytest.mark.slow
 def test_damping_shows_in_ratios_and_stability(overhung: eomgen.Model) -> None:
     diagram = overhung.campbell("spin", [50.0, 100.0], parameters={"damping": 40.0}, orders=())
     assert diagram.crossings == () and np.all(diagram.damping_ratios > 0.0)
     assert np.all(diagram.whirl == 0)
 
 
+@pytest.mark.slow
 def test_a_jeffcott_rotor_on_unequal_bearings_is_critical_at_both_frequencies() -> None:
     """Over a parameter; bearings k_x and k_y: w = sqrt(k / m) each, and orbits between them are lines."""
     builder = eomgen.SceneBuilder("jeffcott", gravity=[0, 0, 0]).parameter("speed", 10.0, unit="rad/s", tunable=True)
@@ -150,6 +155,7 @@ def test_a_jeffcott_rotor_on_unequal_bearings_is_critical_at_both_frequencies() 
     assert np.all(diagram.whirl == 0) and diagram.unit == "rad/s"
 
 
+@pytest.mark.slow
 def test_it_draws_on_axes_of_the_caller(overhung: eomgen.Model) -> None:
     axis = Figure().subplots()
     diagram = overhung.campbell("spin", [0.0, 100.0], orders=(1, 2), whirl=[("x", "y")])
@@ -260,6 +266,7 @@ def jeffcott(eccentricity: float) -> dict[str, object]:
     }
 
 
+@pytest.mark.slow
 def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:
     model = eomgen.build(jeffcott(0.0), profile="quick")
     for whirl in ([("x", "y")], [("y", "x")]):
@@ -270,6 +277,7 @@ def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:
         assert sorted(item.whirl for item in diagram.crossings) == ["backward", "forward"]
 
 
+@pytest.mark.slow
 def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
     model = eomgen.build(jeffcott(2e-4), profile="quick")
     with pytest.raises(NumericalError) as refusal:
@@ -279,6 +287,7 @@ def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
     assert "unbalance acts on the balanced rotor as a force that turns (docs/python.md, Rotors)" in str(refusal.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spin", [200.0, 316.0, 500.0])
 def test_the_response_to_unbalance_is_that_to_a_force_that_turns(spin: float) -> None:
     """The recipe of the documentation: x = m e w^2 / (k - m w^2 + i c w), and y a quarter turn behind."""

@@ -31,6 +31,7 @@ def motor() -> eomgen.Scene:
     return builder.output("angle", formula="sin(q.hinge)").output("power", formula="torque * v.hinge").build()
 
 
+@pytest.mark.slow
 def test_a_driven_pendulum_hanging_and_upright() -> None:
     model = eomgen.build(motor(), profile="quick")
     inertia, weight = 0.02 + 1.5 * 0.4**2, 1.5 * 9.81 * 0.4
@@ -68,6 +69,7 @@ def test_a_driven_pendulum_hanging_and_upright() -> None:
     assert (space.states, space.inputs, space.disturbances) == (("hinge", "v.hinge"), ("torque",), ("wind",))
 
 
+@pytest.mark.slow
 def test_double_pendulum() -> None:
     lin = eomgen.build(double_pendulum(), profile="quick").linearize()
     squares = 9.81 / 0.5 * np.array([2.0 - math.sqrt(2.0), 2.0 + math.sqrt(2.0)])
@@ -118,6 +120,7 @@ def half_car() -> eomgen.Scene:
     return builder.effort("on_heave", "heave", total["heave"]).effort("on_pitch", "pitch", total["pitch"]).build()
 
 
+@pytest.mark.slow
 def test_half_car() -> None:
     lin = eomgen.build(half_car(), profile="quick").linearize()
     expected = [
@@ -189,6 +192,7 @@ def skew_arm(coordinates: str) -> eomgen.Scene:
     return builder.build()
 
 
+@pytest.mark.long
 def test_eigenvalues_along_a_motion_are_those_of_joint_coordinates() -> None:
     """In accelerating motion eigenvalues depend on the coordinates: absolute bodies are told of by their joints."""
     models = [eomgen.build(skew_arm(coordinates), profile="quick") for coordinates in ("joint", "absolute")]
@@ -203,6 +207,8 @@ def test_eigenvalues_along_a_motion_are_those_of_joint_coordinates() -> None:
         models[1].linearize(independent=("ebow",))
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_slider_crank_by_multipliers_is_the_one_in_a_single_coordinate(coordinates: str) -> None:
     model = eomgen.build(slider_crank(coordinates), profile="quick")
@@ -223,6 +229,7 @@ def test_slider_crank_by_multipliers_is_the_one_in_a_single_coordinate(coordinat
     assert lin.modes().shapes.shape == (model.nv, 1)
 
 
+@pytest.mark.slow
 def test_spinning_body_keeps_or_leaves_its_axis() -> None:
     """Without gravity: rates of small motions about steady spin on a principal axis are those of Euler's equations."""
     inertia, spin = np.array([0.3, 0.5, 0.7]), 4.0

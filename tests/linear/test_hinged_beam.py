@@ -24,6 +24,7 @@ def blade(position: tuple[float, ...] = (), order: int = 1) -> eomgen.Scene:
     return builder.simulation(step=1e-3, duration=0.5).build()
 
 
+@pytest.mark.slow
 def test_flapping_of_a_hinged_blade() -> None:
     """A rigid blade flaps with w^2 = rate^2 (1 + m e r / I), r and I of a uniform rod about its hinge."""
     lin = eomgen.build(blade(), profile="quick").linearize(at="steady")
@@ -32,12 +33,14 @@ def test_flapping_of_a_hinged_blade() -> None:
     np.testing.assert_allclose(lin.modes().angular_frequency[0], rigid, rtol=1e-3)  # bending takes a little
 
 
+@pytest.mark.slow_cases("0")
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_check_draws_states_that_order_1_is_for(seed: int) -> None:
     report = check(blade(), seed=seed, only=["mass"], profile="quick")
     assert report.passed, [str(form.worst) for form in report.failures]
 
 
+@pytest.mark.long
 def test_a_beam_bent_too_far_is_named() -> None:
     scene = blade((0.0, 3.0, 0.0))
     model = eomgen.build(scene, profile="quick")

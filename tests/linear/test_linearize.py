@@ -34,6 +34,7 @@ def rolling() -> eomgen.Model:
     return eomgen.build(disc(), profile="quick")
 
 
+@pytest.mark.slow
 def test_one_compilation_serves_all_points(driven: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     driven.linearize()
     monkeypatch.setattr("eomgen.pipeline.pipeline.build", None)
@@ -41,6 +42,7 @@ def test_one_compilation_serves_all_points(driven: eomgen.Model, monkeypatch: py
     np.testing.assert_allclose(found, 1.5 * 9.81 * 0.4 * np.cos(np.linspace(0.0, 1.0, 5)), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_model_with_the_terms_needs_no_other(driven: eomgen.Model) -> None:
     terms = ["mass", "residual", "partials", "linearization", "forward_dynamics", "output_partials"]
     model = eomgen.build(motor(), terms=terms, profile="quick")
@@ -73,6 +75,7 @@ def test_along_a_run_with_constraints(crank: eomgen.Model) -> None:
     assert np.max(np.abs(crank.evaluate("constraint_velocity", q, v)["w"])) <= 1e-10
 
 
+@pytest.mark.long
 def test_default_is_the_initial_state_where_nothing_balances() -> None:
     builder = eomgen.SceneBuilder("falling").body("stone", 2.0, inertia=[0.1, 0.2, 0.25])
     model = eomgen.build(builder.joint("flight", "free", "base", "stone").build(), profile="quick")
@@ -91,6 +94,7 @@ def test_about_an_equilibrium_found_before(driven: eomgen.Model) -> None:
     assert lin.modes().stability == "unstable"
 
 
+@pytest.mark.slow
 def test_a_base_is_held_at_an_equilibrium() -> None:
     """The shaking base acts as a disturbance: a hanging pendulum's response to it is that of the textbook."""
     builder = eomgen.SceneBuilder("shaken").base(position=["0.3 * sin(5 * t)", 0, 0])
@@ -105,6 +109,7 @@ def test_a_base_is_held_at_an_equilibrium() -> None:
     assert (space.B.shape, space.E.shape, space.C.shape) == ((2, 0), (2, 3), (0, 2))
 
 
+@pytest.mark.long
 def test_large_trees_are_linearised_on_request() -> None:
     builder = eomgen.SceneBuilder("chain")
     parent = "base"
@@ -120,6 +125,7 @@ def test_large_trees_are_linearised_on_request() -> None:
     np.testing.assert_allclose(frequencies[:2], np.array([2.404826, 5.520078]) / 2.0 * math.sqrt(9.81 / 7.0), rtol=5e-3)
 
 
+@pytest.mark.long
 def test_internal_states_are_part_of_the_state_space() -> None:
     model = eomgen.build(drone(), profile="quick")
     lin = model.linearize(model.initial_q, np.zeros(model.nv), z={"thrust": 2.0})
@@ -220,6 +226,7 @@ CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
 ]
 
 
+@pytest.mark.slow_except("linearize: v need the q of their state; try: q=.")
 @pytest.mark.parametrize("name, call, kind, text", CALLS, ids=[text[:48] for *_, text in CALLS])
 def test_messages(
     name: str, call: Callable[[eomgen.Model], Any], kind: type[Exception], text: str, request: pytest.FixtureRequest
@@ -229,6 +236,7 @@ def test_messages(
     assert text in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_singular_mechanism_is_refused(crank: eomgen.Model) -> None:
     """A parallelogram whose bars lie on one line may move in two ways."""
     builder = eomgen.SceneBuilder("bars", gravity=[0, 0, 0])
@@ -242,6 +250,7 @@ def test_a_singular_mechanism_is_refused(crank: eomgen.Model) -> None:
         model.linearize([0.0, 0.0, 0.0])
 
 
+@pytest.mark.slow
 def test_resonance_without_damping_has_no_bound() -> None:
     builder = eomgen.SceneBuilder("mass", gravity=[0, 0, 0]).input("push").body("m", 1.0)
     builder.joint("slide", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=4.0).effort("push", "slide", "push")
@@ -250,6 +259,7 @@ def test_resonance_without_damping_has_no_bound() -> None:
         lin.frequency_response([1.0, 2.0], "push", "slide")
 
 
+@pytest.mark.slow
 def test_motion_without_inertia_is_named() -> None:
     builder = eomgen.SceneBuilder("light", gravity=[0, 0, 0]).parameter("load", 1.0, tunable=True)
     builder.body("m", 1.0).body("arm", "load", center_of_mass=[0.1, 0, 0])

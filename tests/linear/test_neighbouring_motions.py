@@ -110,6 +110,8 @@ SCENES: dict[str, Callable[[], eomgen.Scene]] = {
 COMPONENTS = {"slider crank of absolute bodies": ("crank[2]",)}
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("drone", "rolling disc")
 @pytest.mark.parametrize("name", SCENES)
 def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
     model = eomgen.build(SCENES[name](), profile="quick")
@@ -151,6 +153,7 @@ def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
     assert np.max(np.abs(found - np.eye(size))) > 1e-2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drone", "drone on a cord", "slider crank of absolute bodies"])
 def test_second_order_is_first_order_in_other_variables(name: str, rng: np.random.Generator) -> None:
     """With x' = y + W x: the rate of W along the reference, by differences, is what turns one into the other."""
@@ -188,6 +191,7 @@ def driven_arm() -> eomgen.Scene:
     return builder.output("felt", formula=["acceleration.tip[0]", "acceleration.tip[2]"]).build()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["drone", "drone on a cord", "driven arm"])
 def test_outputs_of_neighbouring_states(name: str, rng: np.random.Generator) -> None:
     """Accelerations and multipliers in outputs are those of the dynamics, in each state and for each input."""
@@ -223,6 +227,7 @@ def test_outputs_of_neighbouring_states(name: str, rng: np.random.Generator) -> 
         assert np.max(np.abs(lin.partials.Ylam)) > 0.1
 
 
+@pytest.mark.slow
 def test_given_accelerations_have_their_multipliers() -> None:
     model = eomgen.build(slider_crank(), profile="quick")
     q, v = model.initial_q, model.initial_v

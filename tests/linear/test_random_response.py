@@ -62,6 +62,7 @@ def car() -> eomgen.Model:
     return eomgen.build(scene.build(), profile="quick")
 
 
+@pytest.mark.slow
 def test_a_mass_on_white_noise_has_the_variances_of_crandall_and_mark(mass: eomgen.Model) -> None:
     """sigma_x^2 = pi S0 / (2 zeta w^3 m^2), sigma_v^2 = w^2 sigma_x^2 with S0 two-sided over rad/s: G = 4 pi S0."""
     lin = mass.linearize()
@@ -74,6 +75,7 @@ def test_a_mass_on_white_noise_has_the_variances_of_crandall_and_mark(mass: eomg
     assert lin.rms("height", tabulated) == pytest.approx(sigma, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_mass_on_a_road_by_closed_forms_integration_and_lyapunov(mass: eomgen.Model) -> None:
     """z'' + 2 zeta w z' + w^2 z = -w'': sigma_z^2 = W / (4 zeta w) with the intensity W of the road's slope."""
     lin = mass.linearize()
@@ -93,6 +95,7 @@ def test_a_mass_on_a_road_by_closed_forms_integration_and_lyapunov(mass: eomgen.
             lin.rms_on_white_noise_road(name, excitation)
 
 
+@pytest.mark.slow
 def test_integration_agrees_with_lyapunov_over_the_wheelbase(car: eomgen.Model) -> None:
     lin, given = car.linearize(), car.road_excitation()
     assert given == RoadExcitation(
@@ -112,6 +115,7 @@ def test_integration_agrees_with_lyapunov_over_the_wheelbase(car: eomgen.Model) 
     assert both[0] == pytest.approx(both[1], rel=2e-5)
 
 
+@pytest.mark.slow
 def test_the_wheelbase_filters_heave_by_cosine_and_pitch_by_sine(car: eomgen.Model) -> None:
     lin, excitation = car.linearize(), car.road_excitation()
     f = np.array([0.5, 1.3, 15.0 / 2.4 / 2.0, 4.1, 15.0 / 2.4, 20.0])
@@ -166,6 +170,7 @@ def test_a_road_of_two_exponents_is_continuous_and_ends_at_its_band() -> None:
     assert Road("E").over_distance(0.1) == pytest.approx(4096e-6)
 
 
+@pytest.mark.slow
 def test_the_table_over_classes_and_speeds_holds_the_values_of_single_calls(car: eomgen.Model) -> None:
     lin, excitation = car.linearize(), car.road_excitation()
     outputs = {"heave_acceleration": "Wk", "front_spring": None}
@@ -185,6 +190,7 @@ def test_the_table_over_classes_and_speeds_holds_the_values_of_single_calls(car:
     assert weighted == pytest.approx(math.sqrt(np.trapezoid(factor * spectrum.density, spectrum.frequencies)), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_parts_of_a_band_add_up(car: eomgen.Model) -> None:
     lin, excitation = car.linearize(), car.road_excitation()
     parts = [lin.rms("front_spring", excitation, band) for band in ((0.0, 1.0), (1.0, 4.0), (4.0, 100.0))]
@@ -209,6 +215,7 @@ def test_published_values_of_the_quarter_car() -> None:
         assert abs(lin.rms(name, excitation) - printed) <= digits
 
 
+@pytest.mark.long
 def test_a_run_over_a_generated_road_has_the_spectrum(car: eomgen.Model) -> None:
     """Over 6 km of road; the rms of a resonance scatters by 1 / sqrt(8 pi f zeta T), here 2 to 4 per cent."""
     run = car.simulate(400.0, 4e-3, method="rk4", error_estimate=False)

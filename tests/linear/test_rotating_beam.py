@@ -33,6 +33,8 @@ def blade(offset: int) -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("0-0-flap0-lag0", "2-1-flap4-lag4")
 @pytest.mark.parametrize("rate, offset, flap, lag", TABLE)
 def test_frequencies(rate: int, offset: int, flap: tuple[float, float], lag: tuple[float, float]) -> None:
     lin = blade(offset).linearize(parameters={"rate": float(rate)}, t=0.7)
@@ -43,6 +45,7 @@ def test_frequencies(rate: int, offset: int, flap: tuple[float, float], lag: tup
         assert np.min(np.abs(frequencies - wanted)) <= 7e-6  # five decimals are printed
 
 
+@pytest.mark.slow
 def test_without_stiffening_the_lag_is_unstable_beyond_its_frequency() -> None:
     builder = eomgen.SceneBuilder("soft", gravity=[0, 0, 0]).base(rotation=[([0, 0, 1], "4 * t")])
     builder.beam("blade", 1.0, mass_per_length=1.0, bending_y={"modes": 2, "stiffness": 1.0}, stiffening=False)

@@ -37,6 +37,7 @@ def precessions(theta: float, spin: float) -> list[float]:
     return sorted(np.roots([(ACROSS - ALONG) * math.cos(theta), -ALONG * spin, MASS * G * REACH]).real)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("root", [0, 1], ids=["slow", "fast"])
 def test_steady_precession_of_a_top(model: eomgen.Model, root: int) -> None:
     theta, spin = 0.6, 80.0
@@ -60,6 +61,7 @@ def test_steady_precession_of_a_top(model: eomgen.Model, root: int) -> None:
     assert modes.stability == "marginal"
 
 
+@pytest.mark.slow
 def test_inclination_of_a_top_from_both_rates(model: eomgen.Model) -> None:
     slow = precessions(0.7, 90.0)[0]
     found = model.steady_motion({"spin": 90.0, "v.precession": slow}, initial={"nutation": 0.5})
@@ -68,12 +70,14 @@ def test_inclination_of_a_top_from_both_rates(model: eomgen.Model) -> None:
     np.testing.assert_allclose(solution.q[-1, 1], 0.7, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_what_is_left_open_is_named(model: eomgen.Model) -> None:
     found = model.steady_motion({"spin": 80.0}, initial={"nutation": 0.5, "precession": {"velocity": 1.3}})
     assert set(found.undetermined) == {"nutation", "v.precession"}
     assert "one more value could have been given, of nutation, v.precession" in found.message
 
 
+@pytest.mark.slow
 def test_sleeping_top_is_stable_above_the_critical_spin() -> None:
     """On a ball joint: C^2 s^2 > 4 A m g l."""
     builder = eomgen.SceneBuilder("sleeper")
@@ -112,6 +116,7 @@ def governor(*, looped: bool) -> eomgen.Scene:
     return builder.build()
 
 
+@pytest.mark.slow
 def test_governor_with_closed_loops() -> None:
     """Rod and arm of one length l: m w^2 (e + l sin(x)) cos(x) = (m + M) g sin(x), the virtual work along the arm's
     angle x."""
@@ -143,6 +148,7 @@ def test_governor_with_closed_loops() -> None:
     np.testing.assert_allclose(modes.angular_frequency[-1], math.sqrt(stiffness / inertia), rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_pendulum_on_a_base_that_turns() -> None:
     """cos(x) = g / (l w^2); small motions with w sin(x). A base that turns steadily is part of the default point."""
     speed, length = 7.0, 0.5
@@ -162,6 +168,7 @@ def test_pendulum_on_a_base_that_turns() -> None:
     np.testing.assert_allclose(held.undamped_frequencies, [math.sqrt(G / length)], rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_free_body_spins_about_a_principal_axis() -> None:
     builder = eomgen.SceneBuilder("tumbler", gravity=[0, 0, 0]).body("body", 1.0, inertia=[0.3, 0.5, 0.7])
     model = eomgen.build(builder.joint("ball", "spherical", "base", "body").build(), profile="quick")
@@ -208,6 +215,7 @@ CALLS: list[tuple[Callable[[eomgen.Model], Any], type[Exception], str]] = [
 ]
 
 
+@pytest.mark.slow_cases("no steady motion was found in")
 @pytest.mark.parametrize("call, kind, text", CALLS, ids=[text[:40] for *_, text in CALLS])
 def test_messages(model: eomgen.Model, call: Callable[[eomgen.Model], Any], kind: type[Exception], text: str) -> None:
     with pytest.raises(kind) as caught:
@@ -215,6 +223,7 @@ def test_messages(model: eomgen.Model, call: Callable[[eomgen.Model], Any], kind
     assert text in str(caught.value)
 
 
+@pytest.mark.slow
 def test_balance_at_an_instant_is_not_a_steady_motion() -> None:
     """A pendulum that passes its lowest point does not accelerate there, with any velocity."""
     builder = eomgen.SceneBuilder("swing").body("bob", 2.0, center_of_mass=[0, 0, -0.5])
@@ -228,6 +237,7 @@ def test_balance_at_an_instant_is_not_a_steady_motion() -> None:
     assert "try: centres of mass on the axis of hinge (that of bob is 0.5 m off, 1 kg m), with gravity and" in said
 
 
+@pytest.mark.long
 def test_a_blade_turns_steadily_however_slowly() -> None:
     """Beside the hub's, velocities are zero and no rounding: that of fast bendings would grow into forces."""
     bending = {"shapes": "polynomial", "modes": 3, "stiffness": 1.4e4}

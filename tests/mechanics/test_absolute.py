@@ -96,6 +96,7 @@ def check_same_motion(joint: System, absolute: System, state: dict[str, Array], 
         np.testing.assert_allclose(moved["lam"][:, -own:], state["lam"], rtol=1e-8, atol=1e-8)
 
 
+@pytest.mark.slow_except("3-R3xSO3-resting")
 @pytest.mark.parametrize("base", ["resting", "translating", "turning"])
 @pytest.mark.parametrize("groups", GROUPS)
 @pytest.mark.parametrize("seed", range(6))
@@ -122,6 +123,7 @@ def over_turns(absolute: System, moved: dict[str, Array], angles: Array, rng: np
     return {**moved, "q": np.concatenate([moved["q"][:, : absolute.nq - len(absolute.angles)], references], axis=1)}
 
 
+@pytest.mark.slow_except("0")
 @pytest.mark.parametrize("seed", [0, 1, 5, 8])
 def test_angles_count_turns_wherever_they_are_numbers(seed: int, rng) -> None:
     """Springs, torsion springs, efforts, formulas and outputs of angles of up to 60 turns, wherever the references
@@ -144,6 +146,7 @@ def test_angles_count_turns_wherever_they_are_numbers(seed: int, rng) -> None:
 LOOPS = [("distance", False), ("point_on_line", False), ("cylindrical", True), ("rolling", False)]
 
 
+@pytest.mark.slow_except("point_on_line-False-R3xSO3")
 @pytest.mark.parametrize("groups", GROUPS)
 @pytest.mark.parametrize("kind, driven", LOOPS)
 def test_loops_mean_the_same_in_both(kind: str, driven: bool, groups: str, rng) -> None:
@@ -186,6 +189,7 @@ def with_followers(seed: int) -> Scene:
     return point_outputs(Scene("followers", bodies, joints, points=(Point("tip", "d", vector((0.1, 0.2, 0.3))),)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("groups", GROUPS)
 def test_joints_that_follow_others(groups: str, rng) -> None:
     """Four joints lead or follow; the follower of a follower too. In absolute coordinates each follower is one row
@@ -234,6 +238,7 @@ def test_there_are_fixed_joints_among_the_scenes() -> None:
     assert any(parent == BASE for _, parent in fixed)
 
 
+@pytest.mark.slow_except("2-R3xSO3")
 @pytest.mark.parametrize("groups", GROUPS)
 @pytest.mark.parametrize("seed", range(4))
 def test_initial_state_and_its_accelerations(seed: int, groups: str, rng) -> None:

@@ -224,6 +224,7 @@ def _site(engine: Engine, name: str) -> tuple[Array, Array]:
     return J, rate @ data.qvel
 
 
+@pytest.mark.slow
 def test_short_motion_agrees_to_the_order_of_the_methods() -> None:
     """Both take Runge and Kutta's fourth-order step: with half the step they differ by a sixteenth."""
     builder = flying_tree()

@@ -47,6 +47,7 @@ def robot(request: pytest.FixtureRequest) -> tuple[System, Evaluate, PinocchioOr
     return model(request.param)
 
 
+@pytest.mark.slow_except("double_pendulum_continuous")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_both_readers_agree_before_snapping(name: str) -> None:
     system, _, oracle, _ = model(name)
@@ -80,6 +81,7 @@ def test_inverse_dynamics(robot, rng) -> None:
     assert relative_error(evaluate("inverse_dynamics", state)["tau"], expected) <= 1e-12
 
 
+@pytest.mark.slow_except("ur5")
 def test_forward_dynamics(robot, rng) -> None:
     """Errors of any solution grow with the condition of M; the residual of ours, by Pinocchio's rnea, does not."""
     system, evaluate, oracle, damping = robot

@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import pytest
 import sympy as sm
 import sympy.physics.mechanics as me
 
@@ -142,6 +143,7 @@ def shaken_pendulum_of_kane() -> Equations:
     return numeric([q], [u], kane.mass_matrix, kane.forcing)
 
 
+@pytest.mark.slow
 def test_pendulum_on_a_shaking_base(rng) -> None:
     # SymPy's inertia(frame, xx, yy, zz, xy, yz, zx); ours xx, yy, zz, xy, xz, yz
     rod = rigid_body("rod", 2.0, (0.15, 0, -0.6), (0.3, 0.4, 0.2, 0.02, 0.01, -0.03))
@@ -193,6 +195,7 @@ def quaternions_of_angles(angles: Array) -> Array:
     return total
 
 
+@pytest.mark.slow
 def test_body_on_a_ball_joint_with_spring_damper_and_wind(rng) -> None:
     body = rigid_body("bob", 1.5, (0.1, 0.2, -0.5), (0.3, 0.25, 0.2, 0.01, -0.03, 0.02))
     joint = Joint("ball", "spherical", "base", "bob", initial_position=(1.0, 0, 0, 0))
@@ -261,6 +264,7 @@ def gimbal_of_lagrange() -> Equations:
     return numeric([first, second], [first.diff(), second.diff()], lagrange.mass_matrix, lagrange.forcing)
 
 
+@pytest.mark.long
 def test_gimbal_with_a_massless_ring_a_skew_axis_and_a_rotor(rng) -> None:
     ring, bob = rigid_body("ring", 0.0), rigid_body("bob", 1.2, (0.1, 0, -0.7), (0.2, 0.3, 0.15, 0.01, 0.03, 0.02))
     joints = (

@@ -55,6 +55,8 @@ def statements(kind: str, links: int, name: str) -> int:
     )
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("mixed-inverse_dynamics")
 @pytest.mark.parametrize(
     ("kind", "name"),
     [
@@ -69,6 +71,8 @@ def test_the_text_does_not_grow_with_links_of_any_axes(kind: str, name: str) -> 
     assert long <= 2000
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("any")
 @pytest.mark.parametrize("kind", ["mixed", pytest.param("any", marks=pytest.mark.slow)])
 def test_inverse_and_forward_dynamics_are_those_of_pinocchio(kind: str, rng: np.random.Generator) -> None:
     scene, system = chain(kind, 70), system_of(kind, 70, "inverse_dynamics", "forward_dynamics")
@@ -80,6 +84,7 @@ def test_inverse_and_forward_dynamics_are_those_of_pinocchio(kind: str, rng: np.
     assert relative_error(evaluate("inverse_dynamics", {**state, "a": vdot})["tau"], np.zeros(70), floor=1e3) <= 1e-9
 
 
+@pytest.mark.slow_cases("any")
 @pytest.mark.parametrize("kind", ["mixed", "any"])
 def test_all_functions_are_those_of_links_written_one_by_one(
     kind: str, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
@@ -109,7 +114,7 @@ def test_all_functions_are_those_of_links_written_one_by_one(
             assert relative_error(values, wanted, values.ndim - 1 or 1) <= 1e-12, (name, block)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_extended_system_of_such_a_chain_agrees(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(alike, "MANY", 6)
     monkeypatch.setattr(derivation, "MANY", 6)

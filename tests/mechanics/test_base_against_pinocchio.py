@@ -57,6 +57,7 @@ def test_base_motion_is_what_a_prescribed_carrier_adds(scene: Scene, rng) -> Non
     assert relative_error(evaluate("base_motion", state)["b"], carried - fixed) <= 1e-12
 
 
+@pytest.mark.slow_except("panda")
 def test_weight_on_a_turned_base(scene: Scene, rng) -> None:
     system = derive(with_base(scene, 1), TERMS)
     state = {**random_states(system, STATES, rng), "base": prescribed(STATES, rng)}
@@ -64,6 +65,7 @@ def test_weight_on_a_turned_base(scene: Scene, rng) -> None:
     assert relative_error(tape_evaluator(system)("force", state)["Q"], expected) <= 1e-12
 
 
+@pytest.mark.slow_except("panda")
 def test_inverse_and_forward_dynamics_on_a_moving_base(scene: Scene, rng) -> None:
     system = derive(with_base(scene, 1), TERMS)
     evaluate = tape_evaluator(system)

@@ -53,6 +53,7 @@ def extrapolated(tips: list[Array]) -> Array:
     return tips[0]
 
 
+@pytest.mark.slow_cases("twisted")
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_the_differential_equations_have_the_published_digits(name: str) -> None:
     stiffness, force, curvature, expected = PUBLISHED[name]
@@ -60,6 +61,7 @@ def test_the_differential_equations_have_the_published_digits(name: str) -> None
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.linalg.norm(expected))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_elements_reach_the_published_digits_at_order_2(name: str) -> None:
     stiffness, force, curvature, displacement = PUBLISHED[name]
@@ -78,6 +80,7 @@ def parabola() -> tuple[Array, Array]:
     return points, np.polynomial.polynomial.polyfit(points[:, 0], points[:, 1], 2)
 
 
+@pytest.mark.slow
 def test_the_published_bend_is_a_parabola_through_three_points_of_the_arc() -> None:
     points, (_, slope, square) = parabola()
 
@@ -96,6 +99,7 @@ def test_the_published_bend_is_a_parabola_through_three_points_of_the_arc() -> N
     np.testing.assert_allclose(tip - [*points[2], 0.0], published, rtol=0.0, atol=1e-9 * 60.0)
 
 
+@pytest.mark.slow
 def test_the_arc_itself_bends_otherwise() -> None:
     """Digits of the arc; Bathe and Bolourchi 1979 give 23.5, 13.4 and 53.4 in size."""
     ends = 100.0 * np.array([np.sin(np.pi / 4.0), np.cos(np.pi / 4.0) - 1.0, 0.0])

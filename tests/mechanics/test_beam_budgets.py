@@ -89,6 +89,7 @@ def test_info_tells_what_the_full_spatial_beam_would_cost() -> None:
         assert found[term].without > 3 * found[term].operations
 
 
+@pytest.mark.slow
 def test_parameters_that_beams_need_fixed_stay_so_in_what_is_compared() -> None:
     builder = SceneBuilder("arm").parameter("reach", 0.8).parameter("aside", 0.0)
     builder.beam("link", "reach", mass_per_length=0.5, bending_z={"modes": 2, "stiffness": 100.0})

@@ -88,6 +88,7 @@ def state_on_base(evaluate: Evaluate, system, count: int) -> dict[str, Array]:  
     return on_base(evaluate, state)
 
 
+@pytest.mark.slow_except("loaded_chain-1")
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("scene", [loaded_chain, floating])
 def test_energy_changes_by_the_powers_only(scene, order: int) -> None:  # type: ignore[no-untyped-def]  # order -> Scene
@@ -105,6 +106,7 @@ def test_energy_changes_by_the_powers_only(scene, order: int) -> None:  # type: 
     assert kinetic.min() > 0.0
 
 
+@pytest.mark.slow_except("loaded_chain-1")
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("scene", [loaded_chain, floating])
 # order -> Scene

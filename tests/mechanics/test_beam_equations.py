@@ -163,6 +163,19 @@ CASES += [(single(modes, 2, hinged=False), points_of_single) for modes in (PLANA
 CASES += [(single(ALL, 2, hinged=True, stiffening=False), points_of_single), (chain(2), points_of_chain)]
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases(
+    "scene0-points_of_single",
+    "scene1-points_of_single",
+    "scene2-points_of_single",
+    "scene3-points_of_single",
+    "scene4-points_of_single",
+    "scene5-points_of_single",
+    "scene6-points_of_single",
+    "scene7-points_of_single",
+    "scene8-points_of_single",
+    "scene9-points_of_chain",
+)
 @pytest.mark.parametrize(("scene", "points"), CASES)
 def test_every_term_is_that_of_many_points(scene: Scene, points: Callable[[Scene], OnBase]) -> None:
     """With order 2 nothing is left out, so M, h, b, Q and inverse dynamics agree to rounding, on a base that moves
@@ -189,6 +202,8 @@ def lowest_weights(values: Array, kept: int) -> Array:
     return coefficients[: kept + 1].sum(axis=0).reshape(values.shape[1:])
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("modes0-True", "modes1-True", "modes2-True", "modes3-True", "modes4-True", "modes5-False")
 @pytest.mark.parametrize(
     ("modes", "hinged"),
     [*((modes, True) for modes in (PLANAR, TWO_PLANES, STRETCHING, TWISTING, ALL)), (TWO_PLANES, False)],

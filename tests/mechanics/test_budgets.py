@@ -187,6 +187,7 @@ def test_code_grows_with_the_tree_and_no_faster(chain: str, count: int) -> None:
         assert system.counts[term].statements == constant + linear * count + quadratic * count**2, term
 
 
+@pytest.mark.slow_except("planar--114-119")
 @pytest.mark.parametrize(("chain", "constant", "per_link"), [("planar", -114, 119), ("spatial", -499, 444)])
 def test_time_derivatives_of_chains_are_linear(chain: str, constant: int, per_link: int) -> None:
     for count in (5, 6, 12, 31, 32, 64):

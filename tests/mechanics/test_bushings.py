@@ -55,6 +55,7 @@ def scene_of(seed: int) -> Scene:
     return replace(scene, elements=elements_with(scene, bushings=[random_bushing(rng, *end) for end in ends]))
 
 
+@pytest.mark.slow_except("4")
 @pytest.mark.parametrize("seed", range(8))
 def test_forces_are_those_of_the_potential_and_the_dampers(seed: int, rng: np.random.Generator) -> None:
     system = derive(scene_of(seed), ["energy", "forward_dynamics"])
@@ -100,6 +101,7 @@ def _placed(poses: dict[str, tuple[Array, Array]], frame: Frame) -> tuple[Array,
     return R @ np.array(frame.orientation), p + R @ [entry.value for entry in frame.position]  # type: ignore[union-attr]
 
 
+@pytest.mark.slow_except("0")
 @pytest.mark.parametrize("seed", range(8))
 def test_partials_against_complex_step(seed: int, rng: np.random.Generator) -> None:
     system = derive(scene_of(seed), ["residual", "partials"])
@@ -185,6 +187,7 @@ def test_absolute_coordinates_have_the_same_forces(rng: np.random.Generator) -> 
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_energy_of_a_tumbling_body_is_kept_to_the_order_of_the_method() -> None:
     builder = SceneBuilder("mount", gravity=[0, 0, -9.81]).body("block", 2.0, inertia=[0.05, 0.08, 0.1])
     start = {

@@ -18,6 +18,8 @@ from tests.oracles.formulas import value_of
 from tests.oracles.pinocchio_oracle import robot_file, vector_of
 from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
 
+pytestmark = pytest.mark.slow
+
 TERMS = [
     "center_of_mass", "center_of_mass_jacobian", "center_of_mass_jacobian_rate", "center_of_mass_drift",
     "centroidal_momentum", "centroidal_momentum_rate", "centroidal_drift",

@@ -73,6 +73,59 @@ def both_ways(scene: Scene) -> System:
     )
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases(
+    "0",
+    "1",
+    "10",
+    "11",
+    "12",
+    "13",
+    "14",
+    "15",
+    "16",
+    "17",
+    "18",
+    "19",
+    "2",
+    "20",
+    "21",
+    "22",
+    "23",
+    "24",
+    "25",
+    "26",
+    "27",
+    "28",
+    "29",
+    "3",
+    "30",
+    "31",
+    "32",
+    "33",
+    "34",
+    "35",
+    "36",
+    "37",
+    "38",
+    "39",
+    "4",
+    "40",
+    "41",
+    "42",
+    "43",
+    "44",
+    "45",
+    "46",
+    "47",
+    "48",
+    "49",
+    "5",
+    "6",
+    "7",
+    "8",
+    "9",
+)
 @pytest.mark.parametrize("chunk", range(CHUNKS))
 def test_closed_form_recursion_and_complex_step_on_random_trees(chunk: int) -> None:
     """A thousand trees take some 100 s of one processor: operations run over NumPy, nothing is compiled."""
@@ -103,6 +156,7 @@ def matrix_scenes() -> dict[str, Scene]:
 SCENES = matrix_scenes()
 
 
+@pytest.mark.slow_except("random 200")
 @pytest.mark.parametrize("name", SCENES)
 def test_matrices_and_their_derivatives(name: str, rng: np.random.Generator) -> None:
     """Derivatives against complex steps of the matrices; the matrices against M, h and what defines them."""
@@ -143,6 +197,7 @@ HUMANOIDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HUMANOIDS)
 def test_humanoids(name: str, rng: np.random.Generator) -> None:
     """Some 400 operations per degree of freedom for tau and two derivatives, by both derivations the same numbers."""
@@ -169,6 +224,7 @@ def test_the_first_factorisation_is_not_the_passive_one(rng: np.random.Generator
         assert least <= np.max(np.abs(difference + difference.T)) <= most
 
 
+@pytest.mark.long
 def test_system_matrices_are_what_they_are_called(rng: np.random.Generator) -> None:
     """J = A X, twists J v, brackets of them, and J' = A a X - A a J with balls and free joints among the joints."""
     scene = replace(random_scene(3, 6), base=None)

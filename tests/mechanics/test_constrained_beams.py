@@ -21,6 +21,8 @@ from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.states import derivative, jacobian
 
+pytestmark = pytest.mark.slow
+
 TERMS = (
     "residual", "partials", "poses", "energy", "constraint", "constraint_velocity", "constraint_jacobian",
     "constraint_bias", "velocity_partials",
@@ -135,6 +137,7 @@ def test_long_beams_have_the_nonzeros_of_the_same_partials(model: str, rng: np.r
     assert np.max(nodes) == 1
 
 
+@pytest.mark.long
 def test_loops_over_elements_need_no_workspace() -> None:
     """Kernels of the accelerations' partials repeat themselves so often that they would become loops in loops."""
     data = beam_scene(3, {"force": [1.0, 0.0, 0.0]}, {"model": "inextensible", "stiffness": {

@@ -113,6 +113,7 @@ def check_derivatives(system: System, state: dict[str, Array]) -> None:
         np.testing.assert_allclose(full, dense, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow_except("prismatic-True-disc-base and body-absolute")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("kind, driven, shape", variants())
@@ -130,6 +131,7 @@ def test_derivatives_of_every_type(kind: str, driven: bool, shape: str, place: s
     check_derivatives(system, states_of(system, rng))
 
 
+@pytest.mark.slow_except("0")
 @pytest.mark.parametrize("seed", range(6))
 def test_derivatives_of_trees_with_loops(seed: int, rng) -> None:
     """Joints of the tree as constraints, springs and efforts between absolute bodies, and a loop besides."""
@@ -234,6 +236,7 @@ def test_rolling_without_slip(shape: str, rng) -> None:
     assert np.linalg.matrix_rank(evaluate("constraint_jacobian", {"q": q, "v": v})["B"]) == 3
 
 
+@pytest.mark.slow_except("1-translating-joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("base", ["resting", "translating", "turning"])
 @pytest.mark.parametrize("seed", range(6))

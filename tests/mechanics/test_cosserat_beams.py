@@ -103,6 +103,7 @@ def test_tangents_are_exact_where_the_stiffness_is_tunable(rng: np.random.Genera
     assert relative_error(evaluate("partials", state)["K"], expected, axes=2) < 1e-11
 
 
+@pytest.mark.slow
 def test_long_beams_have_the_nonzeros_of_the_same_tangents(rng: np.random.Generator) -> None:
     scene = from_data(beam_scene(12, PULL, {"damping": DAMPING}))
     system = derive(scene, ["iteration", "partials"])
@@ -149,6 +150,8 @@ def test_a_moment_holds_a_beam_in_a_circle(elements: int) -> None:
     assert np.max(np.abs(tape_evaluator(system)("residual", state)["r"])) < 1e-11 * 2.0 * np.pi * 500.0
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("16-1", "3-3", "4-1", "8-1")
 @pytest.mark.parametrize(("elements", "places"), [(3, 3), (4, 1), (8, 1), (16, 1)])
 def test_a_moment_rolls_a_beam_up_wherever_it_is(elements: int, places: int, rng: np.random.Generator) -> None:
     for turn in Rotation.random(places, random_state=rng):
@@ -182,6 +185,7 @@ def elastica(load: float, EI: float, EA: float, GA: float) -> tuple[float, float
     return float(x), float(z)
 
 
+@pytest.mark.long
 def test_bending_converges_with_order_4_where_sections_hardly_shear() -> None:
     expected, errors = np.array(elastica(15.0, 500.0, 1e10, 1e10)), []
     for elements in (4, 8, 16):
@@ -219,6 +223,7 @@ def tip_of_rod(length: float, curvature: Array, stiffness: Array, force: Array) 
     return np.asarray(last)
 
 
+@pytest.mark.long
 def test_a_bend_of_45_degrees_is_that_of_the_differential_equations() -> None:
     """Bathe and Bolourchi 1979: an arc with a force across its plane, in inches and pounds."""
     numbers = np.array([8.333e5, 8.333e5, 8.333e5, 1e7, 41.6667e5, 41.6667e5])

@@ -69,6 +69,8 @@ LOADS: dict[str, tuple[dict[str, Any], tuple[Any, Any, bool]]] = {
 }  # fmt: skip  # one line for each load
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("dead, by a formula of s", "dead, by a profile", "following", "moment")
 @pytest.mark.parametrize(("load", "exact"), list(LOADS.values()), ids=list(LOADS))
 def test_large_deflections_converge_with_order_2(load: dict[str, Any], exact: tuple[Any, Any, bool]) -> None:
     expected, errors = tip_of_rod(*exact), []

@@ -58,6 +58,7 @@ def strains_at_start(system: System) -> list[Array]:
     return [logarithm(*pair) for pair in pairwise(poses[order])]
 
 
+@pytest.mark.slow
 def test_the_potential_is_that_of_the_sections_of_each_element(rng: np.random.Generator) -> None:
     system = beam_of_parts()
     evaluate, state = tape_evaluator(system), states_near(system, rng)
@@ -80,6 +81,7 @@ def test_the_potential_is_that_of_the_sections_of_each_element(rng: np.random.Ge
         assert energy == pytest.approx(sum(0.5 * length * e @ C @ e for length, e, C in parts), rel=1e-11)
 
 
+@pytest.mark.slow
 def test_forces_and_tangents_are_those_of_the_potential(rng: np.random.Generator) -> None:
     system = beam_of_parts()
     evaluate, state = tape_evaluator(system), states_near(system, rng)
@@ -98,6 +100,7 @@ def test_forces_and_tangents_are_those_of_the_potential(rng: np.random.Generator
     assert len(pulled) == 3
 
 
+@pytest.mark.slow
 def test_masses_of_nodes_are_those_of_the_halves_beside_them() -> None:
     masses = np.diag(
         tape_evaluator(beam_of_parts())("partials", states_near(beam_of_parts(), np.random.default_rng(1), 1))["M"][0]
@@ -107,6 +110,7 @@ def test_masses_of_nodes_are_those_of_the_halves_beside_them() -> None:
     np.testing.assert_allclose(sorted(masses.reshape(-1, 6)[:, 3]), sorted(expected), rtol=1e-14)
 
 
+@pytest.mark.long
 def test_a_beam_with_prestrain_comes_to_rest_where_it_has_none() -> None:
     """A straight beam with a strain of curvature k rests as a circle of curvature -k, and is shorter by its stretch."""
     scene = beam_scene(
@@ -127,6 +131,7 @@ def test_a_beam_with_prestrain_comes_to_rest_where_it_has_none() -> None:
     assert (turn.inv() * Rotation.from_quat(np.roll(last[:4], -1))).magnitude() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_moment_between_equal_nodes_bends_what_is_before_it_to_a_circle() -> None:
     scene = beam_scene(4, {"torque": [0.0, 0.0, "150 * load"], "point": [3.7, 0.0, 0.0]})
     system = derive(from_data(scene), TERMS)
@@ -136,6 +141,7 @@ def test_a_moment_between_equal_nodes_bends_what_is_before_it_to_a_circle() -> N
     np.testing.assert_allclose(pose_of_last(system, rest(system, 4))[4:], place + 6.3 * along, atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_tapered_beam_converges_with_order_2() -> None:
     """Reissner's plane equations of a cantilever, the stiffness of which falls to 30 % at its end."""
 
@@ -219,6 +225,7 @@ def test_helices_join_frames() -> None:
     np.testing.assert_allclose(logarithm(*first), 5.0 / 6.0 * np.array([0.1, 0.0, 0.3, 1.0, 0.0, 0.0]), atol=1e-12)
 
 
+@pytest.mark.long
 def test_a_beam_goes_through_points_with_frames_that_turn_as_little_as_can_be() -> None:
     """Points on a helix: the error of the spline falls with the fourth power of their distance; frames that do not turn
     about the axis turn against those of the helix by its torsion."""

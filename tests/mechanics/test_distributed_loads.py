@@ -35,6 +35,7 @@ def loaded(
     return builder.output("tip", position="tip").output("middle", position="middle")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ends", "shapes", "profile", "where", "deflection"),
     [
@@ -56,6 +57,7 @@ def test_static_deflections_are_those_of_handbooks(
     assert found[1] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_an_upright_column_buckles_under_its_distributed_weight() -> None:
     """w L^3 = 7.83735 E I (Greenhill 1881): the stiffness vanishes there."""
     builder = loaded(force=["-load", 0, 0]).parameter("load", 1.0, unit="N/m", tunable=True)
@@ -139,6 +141,7 @@ def _agree_of(scenes: list[eomgen.Scene], rng: np.random.Generator) -> None:
             np.testing.assert_allclose(found[name], values, rtol=1e-11, atol=1e-11 * np.max(np.abs(values)))
 
 
+@pytest.mark.slow
 def test_a_load_that_follows_the_beam_balances_the_energy() -> None:
     builder = eomgen.SceneBuilder("rod").beam(
         "rod", 1.0, mass_per_length=1.2, bending_z={"modes": 2, "shapes": "polynomial", "stiffness": 30.0}
@@ -166,6 +169,7 @@ def test_loads_that_cannot_be() -> None:
             builder.distributed_load("other", **{"beam": "beam", "force": [0, 0, 1], **keys}).build()
 
 
+@pytest.mark.long
 def test_check_compares_geometric_stiffness_without_loads() -> None:
     builder = eomgen.SceneBuilder("mast", gravity=[0, 0, 0])
     builder.beam("mast", 2.0, mass_per_length=0.5, bending_z={"modes": 2, "shapes": "polynomial", "stiffness": 70.0})

@@ -27,6 +27,8 @@ from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import derivative, random_states
 from tests.scene.every_value import LEVEL, SCENE, TILTED
 
+pytestmark = pytest.mark.slow
+
 EVERY = pytest.mark.parametrize("row", ELEMENTS, ids=lambda row: row.section)
 ENTRIES: dict[str, Any] = {"efforts": {"motor": {"joint": "hinge", "effort": "2 - 0.3 * v.hinge"}}, **SCENE}
 #: Parts of the scene of every value: an arm on a hinge, a nut on a screw, a free disc, a puck on a table;

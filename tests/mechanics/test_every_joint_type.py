@@ -224,6 +224,7 @@ def placed(scene: Scene, pose: Array) -> tuple[Array, Array]:
     return R @ pose[:3, :3], p + R @ pose[:3, 3]
 
 
+@pytest.mark.slow_except("universal")
 @pytest.mark.parametrize("kind", MOVING)
 def test_sizes_units_and_poses_of_the_model(kind: str, rng: np.random.Generator) -> None:
     scene, row = load_toml(text(kind)), JOINTS[kind]
@@ -281,6 +282,7 @@ def absolute(kind: str, rng: np.random.Generator) -> tuple[Scene, object, dict[s
     return scene, system, state, moved
 
 
+@pytest.mark.slow_except("spherical")
 @pytest.mark.parametrize("kind", [kind for kind in MOVING if JOINTS[kind].rows[0]])
 def test_rows_of_the_joint_between_absolute_bodies(kind: str, rng: np.random.Generator) -> None:
     """They vanish where the joint can be, hold exactly what it does not leave free, and are as many as their rank."""
@@ -292,6 +294,7 @@ def test_rows_of_the_joint_between_absolute_bodies(kind: str, rng: np.random.Gen
     np.testing.assert_allclose(B @ motions, 0.0, atol=1e-8)
 
 
+@pytest.mark.slow_except("spherical")
 @pytest.mark.parametrize("kind", MOVING)
 def test_velocities_of_the_joint_between_absolute_bodies(kind: str, rng: np.random.Generator) -> None:
     """On motions that the joint allows they are those of joint coordinates."""
@@ -300,6 +303,7 @@ def test_velocities_of_the_joint_between_absolute_bodies(kind: str, rng: np.rand
     np.testing.assert_allclose(found @ motions, np.eye(JOINTS[kind].v_size), atol=1e-8)
 
 
+@pytest.mark.slow_except("helical")
 @pytest.mark.parametrize("kind", [kind for kind in MOVING if JOINTS[kind].coordinates])
 def test_coordinates_of_the_joint_between_absolute_bodies(kind: str, rng: np.random.Generator) -> None:
     """A formula reads the same q.it and v.it in both coordinates."""

@@ -86,6 +86,7 @@ def _independent(joint: Joint) -> Joint:
     )
 
 
+@pytest.mark.slow_except("11")
 @pytest.mark.parametrize("seed", [1, 3, 4, 5, 10, 11])
 def test_a_random_tree_against_its_projection(seed: int, rng) -> None:
     """Chains of followers, leaders after and beside them, rotor inertias, springs, dampers, efforts, a moving base."""
@@ -150,6 +151,7 @@ def test_parents_tell_which_components_are_coupled(rng) -> None:
             assert j in above or np.abs(M[:, i, j]).max() == 0.0
 
 
+@pytest.mark.slow_except("distance")
 @pytest.mark.parametrize("kind", ["distance", "point_on_line", "rolling"])
 def test_loops_feel_followers(kind: str, rng) -> None:
     """B and the bias of a constraint between moving bodies, by complex step along velocities of the leaders."""

@@ -46,6 +46,7 @@ def turned_frame() -> FixedFrame:
     return next(frame for frame in scene.frames if frame.name == "tool0")
 
 
+@pytest.mark.slow_except("ur_description/urdf/ur5_robot.urdf")
 @pytest.mark.parametrize("path", ROBOTS)
 def test_against_pinocchios_frames(path: str, rng: np.random.Generator) -> None:
     """Every link of the file, fixed or moving: Pinocchio's body frames of the same names."""
@@ -129,6 +130,8 @@ def check_by_complex_steps(scene: Scene, rng: np.random.Generator, reach: float 
             assert relative_error(found, np.einsum("sij,sj->si", rate, v), floor=1e-3) <= 1e-11, (name, ending)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("2-joint")
 @pytest.mark.parametrize("absolute", [False, True], ids=["joint", "absolute"])
 @pytest.mark.parametrize("seed", range(4))
 def test_by_complex_steps(seed: int, absolute: bool, rng: np.random.Generator) -> None:
@@ -179,6 +182,7 @@ COUNTS = {
 }
 
 
+@pytest.mark.slow_except("frame_jacobians_aligned")
 @pytest.mark.parametrize("term", COUNTS)
 def test_number_of_operations(term: str) -> None:
     panda = load(robot_file("panda_description/urdf/panda.urdf"), task_frames=["panda_hand_tcp"])

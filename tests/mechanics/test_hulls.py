@@ -79,6 +79,7 @@ def test_a_buoy_floats_at_its_draught_and_heaves_with_its_period() -> None:
     assert run.q[200, 0] == pytest.approx(-0.01, rel=1e-4)
 
 
+@pytest.mark.slow_except("9.0")
 @pytest.mark.parametrize("period", [6.0, 9.0, 60.0])
 def test_heave_in_waves_is_that_of_linear_theory(period: float) -> None:
     """(rho g A - a w^2) exp(-k T)/(rho g A - (m + a) w^2) times the elevation, which is 1 in long waves."""
@@ -92,6 +93,7 @@ def test_heave_in_waves_is_that_of_linear_theory(period: float) -> None:
     assert period < 60.0 or response == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_fixed_column_has_the_force_of_morison() -> None:
     """In deep water rho (1 + C_a) A g a at the steepest slope, and rho C_d D a^2 w^2/(4 k) under a crest."""
     a, period = 0.05, 5.0
@@ -108,6 +110,7 @@ def test_a_fixed_column_has_the_force_of_morison() -> None:
     assert drag == pytest.approx(RHO * 1.3 * D * (a * w) ** 2 / (4.0 * k), rel=0.03)
 
 
+@pytest.mark.slow
 def test_drag_is_across_the_axis_and_against_the_relative_velocity() -> None:
     model = _model({"type": "free"}, hulls={"column": COLUMN | {"drag": 1.2, "axial_drag": 300.0, "stations": 10}})
     still = _force(model)
@@ -120,6 +123,7 @@ def test_drag_is_across_the_axis_and_against_the_relative_velocity() -> None:
     assert spun < 0.0
 
 
+@pytest.mark.slow_except("0.3")
 @pytest.mark.parametrize("angle", [0.0, 0.3, 1.5])
 def test_a_sunk_hull_is_lifted_by_what_it_displaces(angle: float) -> None:
     """Whatever its direction is, and at the middle of its axis."""
@@ -137,6 +141,7 @@ def _weight(model: Model) -> Array:
     return np.concatenate([np.cross([0, 0, -3.5], [0, 0, MASS * G]), [0, 0, MASS * G]])
 
 
+@pytest.mark.slow
 def test_a_tilted_column_is_righted_by_its_water_plane() -> None:
     """rho g (I + V zb) - m g zg about the middle of the water plane; heels are small."""
     data = _data({"type": "revolute", "axis": [0, 1, 0]})
@@ -202,6 +207,7 @@ def test_all_forms_of_a_platform_with_a_pendulum_agree(coordinates: str) -> None
     assert report.passed, str(report)
 
 
+@pytest.mark.slow
 def test_inverse_dynamics_of_references_and_momenta_leave_water_out() -> None:
     with_water = _model(outputs={"hold": {"formula": "gravity.moves"}})
     state = np.zeros(1)

@@ -17,6 +17,8 @@ from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.states import derivative, jacobian, random_states
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["shared_cache"]
 
 LIMITS = {"lower": -0.4, "upper": 0.7, "stiffness": 300.0, "damping": 4.0, "onset": 0.05}

@@ -131,6 +131,7 @@ def test_accelerations_of_constraints(coordinates: str, rng: np.random.Generator
         assert np.max(np.abs(expected)) > 0.1
 
 
+@pytest.mark.slow_except("0", "7")
 @pytest.mark.parametrize("seed", range(8))
 def test_random_trees(seed: int, rng: np.random.Generator) -> None:
     scene = with_loads(random_scene(seed, 2 + seed % 4, tunable=0.3 * (seed % 2)), seed)

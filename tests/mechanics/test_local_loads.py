@@ -16,6 +16,8 @@ from tests.models.cosserat import ROLL_UP, beam_scene, rest
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.states import derivative, jacobian, on_base, rotation_of
 
+pytestmark = pytest.mark.slow
+
 TERMS = ("residual", "partials", "poses", "energy", "force")
 #: A load that takes every quantity of its place, beside time, a parameter and the place along the beam.
 LOAD = {
@@ -134,6 +136,7 @@ def test_tangents_and_power(axes: str, rng: np.random.Generator) -> None:
     np.testing.assert_allclose(work, evaluate("energy", state)["energy"][:, 2] - stored, rtol=1e-10)
 
 
+@pytest.mark.long
 def test_a_beam_on_an_elastic_foundation_bends_as_its_exponential() -> None:
     EI, k, push = 500.0, 300.0, 8.0
     beta = (k / (4.0 * EI)) ** 0.25

@@ -111,6 +111,7 @@ def machine(coordinates: str = "joint", *, looped: bool = False) -> Scene:
     return builder.build()
 
 
+@pytest.mark.slow_except("loop-joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("looped", [False, True], ids=["tree", "loop"])
 def test_a_machine_with_a_controller_a_road_and_a_moving_base(
@@ -124,12 +125,14 @@ def test_a_machine_with_a_controller_a_road_and_a_moving_base(
     assert everywhere["Fp"][6] > 0.1  # the height of the road, which only the input's law knows
 
 
+@pytest.mark.slow_except("1")
 @pytest.mark.parametrize("seed", range(4))
 def test_random_trees(seed: int, rng: np.random.Generator) -> None:
     scene = with_loads(random_scene(seed, 2 + seed % 4, tunable=0.5), seed)
     assert check(point_outputs(scene), rng)["Rp"].shape[-1] > 0
 
 
+@pytest.mark.slow
 def test_a_beam(rng: np.random.Generator) -> None:
     builder = eomgen.SceneBuilder("blade").parameter("hub", 0.15, tunable=True)
     builder.parameter("spin", 2.0, tunable=True).parameter("rigidity", 14.0, tunable=True)
@@ -157,6 +160,7 @@ def model() -> eomgen.Model:
     return eomgen.build(machine(looped=True))
 
 
+@pytest.mark.slow
 def test_compiled_partials(model: eomgen.Model, rng: np.random.Generator) -> None:
     """In C, of a batch and of single states, against central differences of what the model itself gives."""
     q, v, a, z = rng.uniform(-1.0, 1.0, size=(4, 3, 2))

@@ -26,6 +26,7 @@ def scene_of(seed: int) -> Scene:
     return with_base(scene, seed, turning=seed % 4 == 1) if seed % 2 else scene
 
 
+@pytest.mark.slow_except("11")
 @pytest.mark.parametrize("seed", range(16))
 def test_partials_against_complex_step(seed: int, rng) -> None:
     system = derive(scene_of(seed), ["residual", "partials"])
@@ -38,6 +39,7 @@ def test_partials_against_complex_step(seed: int, rng) -> None:
         assert relative_error(found[name], expected, 2) <= 1e-12, f"{name} of seed {seed}"
 
 
+@pytest.mark.slow_except("20")
 @pytest.mark.parametrize("seed", range(16, 22))
 def test_partials_against_differentiation_of_the_tape(seed: int, rng) -> None:
     """Forward differentiation of the residual's operations knows nothing of screws and composites."""

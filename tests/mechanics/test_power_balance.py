@@ -22,6 +22,7 @@ STATES = 6
 TERMS = ["energy", "forward_dynamics", "force", "inverse_dynamics"]
 
 
+@pytest.mark.slow_except("0-resting")
 @pytest.mark.parametrize("base", ["resting", "translating", "turning"])
 @pytest.mark.parametrize("seed", range(8))
 def test_energy_changes_by_the_powers_only(seed: int, base: str, rng) -> None:

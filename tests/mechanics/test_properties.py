@@ -50,6 +50,7 @@ def test_mass_matrix_is_symmetric_positive_and_that_of_the_bodies(seed: int) -> 
     assert relative_error(M, direct_kinematics.mass_matrix(scene, system.factors, state["q"]), 2) <= 1e-12
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_coupling_is_what_kinetic_energy_demands(seed: int) -> None:
@@ -97,6 +98,7 @@ def test_random_trees_against_pinocchio(seed: int) -> None:
     assert relative_error(found["C"], by_v, 2, floor=1e-2) <= 1e-12
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_separated_terms_are_inverse_dynamics_and_its_residual(seed: int) -> None:
@@ -113,6 +115,7 @@ def test_separated_terms_are_inverse_dynamics_and_its_residual(seed: int) -> Non
     assert np.array_equal(tau, evaluate("residual", state)["r"])
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_forward_dynamics_inverts_inverse_dynamics(seed: int) -> None:
@@ -129,6 +132,7 @@ def test_forward_dynamics_inverts_inverse_dynamics(seed: int) -> None:
     assert np.max(np.linalg.norm(remaining, axis=1) / scale) <= 1e-12
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_power_of_coupling_is_that_of_the_changing_mass(seed: int) -> None:
@@ -161,6 +165,7 @@ def with_inertias_as_parameters(scene: Scene) -> Scene:
     return replace(scene, bodies=bodies, parameters=tuple(parameters))
 
 
+@pytest.mark.slow_except("0")
 @pytest.mark.parametrize("seed", range(8))
 def test_grouping_changes_no_generalized_force(seed: int) -> None:
     scene = with_base(with_loads(random_scene(seed, 1 + seed), seed), seed)
@@ -176,6 +181,7 @@ def test_grouping_changes_no_generalized_force(seed: int) -> None:
             assert relative_error(value, expected[name], value.ndim - 1) <= 1e-12, f"{term} {name}"
 
 
+@pytest.mark.slow
 def test_derivation_is_deterministic() -> None:
     first, second = (derive(loaded_scene(7)) for _ in range(2))
     assert (first.tape.op, first.tape.a, first.tape.b, first.tape.constants) == (

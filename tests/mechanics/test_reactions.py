@@ -28,6 +28,8 @@ from tests.oracles.newton_euler import MOTION, imbalance, moving, pull, with_rea
 from tests.oracles.random_scenes import random_scene, with_base
 from tests.oracles.states import on_base, random_states, rotation_of
 
+pytestmark = pytest.mark.slow
+
 STATES = 4
 SPRING = Spring("strut", "here", "there", stiffness=number(30.0), damping=number(2.0), length=number(0.4))
 

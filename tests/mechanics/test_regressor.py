@@ -54,6 +54,7 @@ def against_pinocchio(path: Path, root: str, rng: np.random.Generator) -> tuple[
     return error, relative_error(found["Y"][..., : 10 * len(numbers)], np.array(expected), 2)
 
 
+@pytest.mark.slow_cases("free")
 @pytest.mark.parametrize("root", ["fixed", "free"])
 def test_a_robot_against_pinocchio(root: str, rng: np.random.Generator) -> None:
     error, of_columns = against_pinocchio(robot_file("ur_description/urdf/ur5_robot.urdf"), root, rng)
@@ -61,7 +62,7 @@ def test_a_robot_against_pinocchio(root: str, rng: np.random.Generator) -> None:
     assert of_columns <= 1e-11
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_robot_against_pinocchio(rng: np.random.Generator) -> None:
     compared = 0
     for name, path in robot_files().items():
@@ -77,6 +78,7 @@ def test_every_robot_against_pinocchio(rng: np.random.Generator) -> None:
     assert compared > 100
 
 
+@pytest.mark.slow_except("1")
 @pytest.mark.parametrize("seed", range(6))
 def test_random_trees_with_loads_friction_and_rotors(seed: int, rng: np.random.Generator) -> None:
     scene = with_loads(random_scene(seed, 2 + seed % 4, tunable=0.3 * (seed % 2)), seed)
@@ -156,6 +158,7 @@ def test_what_the_regressor_costs() -> None:
     assert derive(panda(), ["regressor"]).counts["regressor"].flops == 1485
 
 
+@pytest.mark.slow
 def test_compiled(rng: np.random.Generator) -> None:
     model = eomgen.build(arm(), ["inverse_dynamics"])
     q, v, a = rng.normal(size=(3, 5, 2))
@@ -170,6 +173,7 @@ def test_compiled(rng: np.random.Generator) -> None:
         model.regressor_parameters()["tool.mas"]
 
 
+@pytest.mark.slow
 def test_where_there_is_none() -> None:
     builder = eomgen.SceneBuilder("blade").beam(
         "blade", 1.0, mass_per_length=1.0, bending_y={"modes": 1, "stiffness": 9.0}

@@ -156,6 +156,7 @@ def test_tables_of_the_base_stay_in_the_file_of_the_model() -> None:
     assert "base_of_step" not in step
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
 def test_runs_follow_the_equations_with_the_whole_base(method: str) -> None:
     model = build("examples/spin_up_beam/scene.toml", method=method, profile="quick")

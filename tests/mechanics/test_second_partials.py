@@ -108,6 +108,7 @@ def check(scene: Scene, rng: np.random.Generator, tolerance: float = 1e-12) -> A
     return np.abs(found).max(axis=0)
 
 
+@pytest.mark.slow_except("tree-absolute")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("looped", [False, True], ids=["tree", "loop"])
 def test_a_machine_with_a_controller_a_road_and_a_moving_base(
@@ -118,11 +119,13 @@ def test_a_machine_with_a_controller_a_road_and_a_moving_base(
     assert np.all(parameters > 1e-5) and np.all(inputs > 1e-5)  # each curves some equation
 
 
+@pytest.mark.slow_except("0")
 @pytest.mark.parametrize("seed", range(4))
 def test_random_trees(seed: int, rng: np.random.Generator) -> None:
     check(point_outputs(with_loads(random_scene(seed, 2 + seed % 4, tunable=0.5), seed)), rng)
 
 
+@pytest.mark.slow
 def test_a_geometrically_exact_beam(rng: np.random.Generator) -> None:
     """Elements are a loop, so both sweeps go through it."""
     data: dict[str, Any] = beam_scene(4, {"force": ["load", "2 * load", 0.0]}, {"stiffness_damping": "0.1 * lag"})

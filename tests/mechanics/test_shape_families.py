@@ -16,6 +16,8 @@ from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.scene.bodies.beam import DeformationKind, Ends
 from tests.mechanics.test_shape_integrals import deformation, integrals
 
+pytestmark = pytest.mark.slow
+
 
 def frequencies(found: ShapeIntegrals, inertia: Any = None) -> Any:
     """Return squared frequencies of k and m, or of k and another inertia."""
@@ -106,6 +108,7 @@ def ritz(mass: list[int], stiffness: list[int], size: int = 14) -> list[float]:
 MASS, STIFFNESS = [8, -4], [8, -12, 6, -1]
 
 
+@pytest.mark.long_cases("clamped_free-20-more2-0.0004")
 @pytest.mark.parametrize(
     ("shapes", "modes", "more", "tolerance"),
     [
@@ -201,6 +204,7 @@ def test_free_shapes_have_mean_axes(shapes: Any) -> None:
         assert not found.d.any() and not found.e[:4].any()
 
 
+@pytest.mark.long_cases("clamped_free-clamped_free", "free_free-clamped_free", "pinned_pinned-clamped_free")
 @pytest.mark.parametrize(
     ("shapes", "ends"),
     [(shapes, ends) for shapes in ("clamped_free", "free_free", "pinned_pinned") for ends in ("clamped_free",)]
@@ -254,6 +258,7 @@ def test_shortening_with_the_frame_within_the_beam() -> None:
     assert found.at(-0.5).shortening[0, 0] < 0.0 < found.at(1.0).shortening[0, 0]
 
 
+@pytest.mark.long
 def test_different_directions_share_mass_but_no_shortening() -> None:
     found = integrals(deformation("bending_y", 2), deformation("bending_z", 2), deformation("stretch", 1), start=0.0)
     np.testing.assert_array_equal(found.m[:2, 2:4], np.eye(2) * found.m[0, 0])

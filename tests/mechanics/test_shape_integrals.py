@@ -68,6 +68,7 @@ def test_table_of_the_clamped_free_beam() -> None:
     assert found.at(0.0).value.tolist() == found.at(0.0).slope.tolist() == [0.0, 0.0, 0.0]
 
 
+@pytest.mark.slow_except("1-clamped_free-1")
 @pytest.mark.parametrize(("shapes", "sign"), [("clamped_free", 1), ("free_free", -1)])
 @pytest.mark.parametrize("mode", [1, 2, 7])
 def test_modes_against_thirty_digits(shapes: ShapeFunctions, sign: int, mode: int) -> None:
@@ -90,6 +91,7 @@ def test_modes_against_thirty_digits(shapes: ShapeFunctions, sign: int, mode: in
         )
 
 
+@pytest.mark.long
 def test_high_modes_do_not_lose_digits() -> None:
     found = integrals(deformation("bending_y", 15))
     with mpmath.workdps(120):
@@ -111,6 +113,15 @@ ROTATING = [
 ]
 
 
+@pytest.mark.slow_except("1.0-12.0-flap5-lag5-polynomial-12-1e-09")
+@pytest.mark.long_except(
+    "1.0-12.0-flap5-lag5-polynomial-12-1e-09",
+    "0.0-0.0-flap0-lag0-polynomial-12-1e-09",
+    "0.0-4.0-flap1-lag1-polynomial-12-1e-09",
+    "0.0-12.0-flap2-lag2-polynomial-12-1e-09",
+    "1.0-2.0-flap3-lag3-polynomial-12-1e-09",
+    "1.0-6.0-flap4-lag4-polynomial-12-1e-09",
+)
 @pytest.mark.parametrize(("shapes", "size", "tolerance"), [("clamped_free", 20, 2e-5), ("polynomial", 12, 1e-9)])
 @pytest.mark.parametrize(("hub", "speed", "flap", "lag"), ROTATING)
 def test_rotating_cantilever(

@@ -45,6 +45,7 @@ def values(system: System, seed: int = 3) -> dict[str, np.ndarray]:
     return found
 
 
+@pytest.mark.slow_except("kind4", "kind5")
 @pytest.mark.parametrize(
     "kind",
     [
@@ -83,7 +84,7 @@ def statements(scene: eomgen.Scene, terms: tuple[str, ...]) -> int:
     return count
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_net_twice_as_large_has_text_of_the_same_length() -> None:
     terms = ("force", "energy")
     small, large = (statements(net(rows, 10, group="R3xSO3"), terms) for rows in (10, 20))

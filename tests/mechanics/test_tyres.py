@@ -48,6 +48,7 @@ def near_the_road(state: dict[str, Array], rng: np.random.Generator) -> dict[str
     return state
 
 
+@pytest.mark.slow_except("flat-None-False")
 @pytest.mark.parametrize("moving", [False, True])
 @pytest.mark.parametrize("slip", [None, SLIP])
 @pytest.mark.parametrize("road", ROADS)

@@ -15,12 +15,14 @@ def found() -> dict[str, Found]:
     return {name: examine(path) for name, path in robot_files().items()}
 
 
+@pytest.mark.long
 def test_the_page_says_what_is_found() -> None:
     assert page(found()) == PAGE.read_text(encoding="utf-8"), (
         f"docs/urdf_robots.md is not what is found; run: {COMMAND}"
     )
 
 
+@pytest.mark.long
 def test_every_robot_agrees_or_is_refused() -> None:
     assert len(found()) == 69
     wrong = {name: item.verdict for name, item in found().items() if item.verdict != "agrees" and not item.refusal}
@@ -28,6 +30,7 @@ def test_every_robot_agrees_or_is_refused() -> None:
     assert sum(item.followers for item in found().values()) > 30
 
 
+@pytest.mark.slow
 def test_a_difference_would_be_seen() -> None:
     item = next(item for item in found().values() if item.verdict == "agrees")
     assert 0.0 < item.error < TOLERANCE
@@ -36,6 +39,7 @@ def test_a_difference_would_be_seen() -> None:
     assert page({"one.urdf": Found(dofs=6, error=1.0)}) != page({"one.urdf": Found(dofs=6)})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["romeo_description/urdf/romeo.urdf", "talos_data/robots/talos_full_v2.urdf"])
 def test_followers_of_followers_are_among_them(name: str) -> None:
     item = found()[name]

@@ -43,6 +43,7 @@ def printed(value: mpf, published: str) -> bool:
         return abs(value - mpf(published)) <= mpf(10) ** -decimals
 
 
+@pytest.mark.slow_except("1")
 @pytest.mark.parametrize("mode", [1, 2, 3, 4, 5])
 def test_clamped_free_shapes_are_the_published_ones(mode: int) -> None:
     row, phi = CLAMPED_FREE[mode - 1], shape("clamped-free", mode)
@@ -57,12 +58,14 @@ def test_clamped_free_shapes_are_the_published_ones(mode: int) -> None:
         assert abs(found[3] * found[0] ** 2 - 2) < mpf(10) ** -30 and abs(found[4] - found[0] ** 4) < mpf(10) ** -25
 
 
+@pytest.mark.slow_except("pair0")
 @pytest.mark.parametrize("pair", PAIRS)
 def test_stiffening_integrals_are_the_published_ones(pair: tuple[int, int]) -> None:
     found = stiffening("clamped-free", *pair)
     assert all(printed(value, row[PAIRS.index(pair)]) for value, row in zip(found, STIFFENING, strict=True))
 
 
+@pytest.mark.slow_except("1")
 @pytest.mark.parametrize("mode", [1, 2, 3])
 def test_free_free_shapes_are_the_published_ones(mode: int) -> None:
     phi = shape("free-free", mode)
@@ -77,6 +80,7 @@ def test_free_free_shapes_are_the_published_ones(mode: int) -> None:
         assert mode > 1 or abs(phi(mpf("0.2241575227"))) < mpf(10) ** -9
 
 
+@pytest.mark.slow_except("2")
 @pytest.mark.parametrize("mode", [1, 2, 3])
 def test_sines_have_their_closed_integrals(mode: int) -> None:
     phi, slope, bend = (shape("pinned-pinned", mode, derivative) for derivative in range(3))
@@ -102,6 +106,7 @@ def test_samples_are_the_shapes() -> None:
     )
 
 
+@pytest.mark.slow_except("0")
 @pytest.mark.parametrize("speed", list(ROTATING))
 def test_rotating_beam_has_the_published_frequencies(speed: int) -> None:
     columns = ((0, False), (0, True), (1, False), (1, True))

@@ -1,5 +1,6 @@
 """Geometric stiffening against Lagrange's equations for every motion of the frame: the difference is exactly zero."""
 
+import pytest
 import sympy as sp
 
 from tests.oracles.beam_on_moving_frame import (
@@ -16,7 +17,10 @@ from tests.oracles.beam_on_moving_frame import (
     x,
 )
 
+pytestmark = pytest.mark.slow
 
+
+@pytest.mark.long
 def test_stiffening_is_what_lagrange_says() -> None:
     lagrange, stiffened = by_lagrange(), by_stiffening()
     assert (lagrange - stiffened).expand() == sp.zeros(2, 1)
@@ -24,11 +28,13 @@ def test_stiffening_is_what_lagrange_says() -> None:
     assert missing[0].has(ETA) and missing[0] != 0 != missing[1]
 
 
+@pytest.mark.long
 def test_other_polynomials_obey_the_same_identity() -> None:
     shapes = PHI + x**3 * (LENGTH - x) / LENGTH**4, CHI - x**2 / LENGTH**2
     assert (by_lagrange(*shapes) - by_stiffening(*shapes)).expand() == sp.zeros(2, 1)
 
 
+@pytest.mark.long
 def test_equation_holds_bending_centrifugal_and_axial_stiffness_of_the_tip_load_shape() -> None:
     """For phi = (3 s^2 - s^3)/2: int phi''^2 = 3/L^3, int phi'^2 = 6/(5 L), int phi^2 = 33 L/140, G1 = 81 L/280."""
     eta_row = by_lagrange()[0]

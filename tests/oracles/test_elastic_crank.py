@@ -24,6 +24,7 @@ SAMPLES = {
 }
 
 
+@pytest.mark.slow
 def test_published_variant_is_the_published_reference() -> None:
     crank = Crank(published=True)
     elastic = crank.simulate(TIMES)
@@ -39,11 +40,13 @@ def test_published_variant_is_the_published_reference() -> None:
     assert multipliers == pytest.approx([-62.32935833287916, -163.7920993367306, 25.29857947066878], rel=1e-6)
 
 
+@pytest.mark.long
 def test_consistent_variant_moves_as_sampled() -> None:
     elastic = Crank(published=False).simulate(TIMES[:2])
     np.testing.assert_allclose(elastic[:, :4], SAMPLES[False][:2], rtol=5e-7)
 
 
+@pytest.mark.slow
 def test_mass_matrix_and_forces_are_those_of_kinetic_energy() -> None:
     """Lagrange's equations by complex step of T(q, v), which is itself a quadrature, hold M and c."""
     crank, rng = Crank(published=True), np.random.default_rng(3)
@@ -60,6 +63,7 @@ def test_mass_matrix_and_forces_are_those_of_kinetic_energy() -> None:
     np.testing.assert_allclose(M, M.T, rtol=1e-14)
 
 
+@pytest.mark.slow
 def test_start_obeys_the_constraints() -> None:
     q, v = Crank(published=True).state(0.0, np.concatenate([START, START_RATE]))
     assert q[:3] == pytest.approx([0.0, 0.0, 0.450016933], abs=1e-9)

@@ -10,6 +10,7 @@ from tests.oracles.spin_up_beam import SET_A, simulate
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")  # EXUDYN renames settings with each version
 
 
+@pytest.mark.slow
 def test_spin_up_is_as_published_and_near_the_linear_equation() -> None:
     coarse, fine = spin_up(SET_A, 8), spin_up(SET_A, 16)
     assert coarse.position[:, 1].min() == pytest.approx(-0.573393, abs=3e-5)
@@ -22,6 +23,7 @@ def test_spin_up_is_as_published_and_near_the_linear_equation() -> None:
     assert np.abs(extrapolated - linear).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_pendulum_with_few_elements_is_near_its_converged_motion() -> None:
     middle, tip = swing(Pendulum(), 8, end=2.0, steps=1000)
     np.testing.assert_allclose(middle.at(TIMES), MIDDLE, atol=2e-3)

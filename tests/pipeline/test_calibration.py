@@ -80,6 +80,7 @@ def cart() -> eomgen.Model:
     return model_of(CART)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("weights", "digits"),
     [
@@ -97,6 +98,7 @@ def test_published_gains(weights: str, digits: tuple[str, ...]) -> None:
         assert abs(value - float(printed)) <= 0.5 * 10.0 ** -len(printed.partition(".")[2]), (signal, value)
 
 
+@pytest.mark.slow
 def test_gains_hold_a_pole_upright(cart: eomgen.Model) -> None:
     for name, value in gains_of(0.6).items():
         assert cart.parameters[name] == pytest.approx(value, rel=1e-9), name
@@ -118,6 +120,7 @@ def upright_poles() -> np.ndarray:
     return plant.eigenvalues(found.G_p, found.G_v)
 
 
+@pytest.mark.slow
 def test_the_loop_closes_in_the_linear_model(cart: eomgen.Model) -> None:
     """Gains on: the open loop's matrices plus B G, and the regulator's eigenvalues."""
     rest = {"q": [0.0, 0.0]}
@@ -137,6 +140,7 @@ def test_the_loop_closes_in_the_linear_model(cart: eomgen.Model) -> None:
         assert np.abs(values - value).min() < 1e-8 * abs(value)
 
 
+@pytest.mark.slow
 def test_small_motions_of_the_c_are_those_of_the_closed_loop(cart: eomgen.Model) -> None:
     start = 1e-5 * np.array([2.0, -1.0])
     run = cart.simulate(3.0, 1e-3, initial={"q": start, "v": [0.0, 0.0]})
@@ -145,6 +149,7 @@ def test_small_motions_of_the_c_are_those_of_the_closed_loop(cart: eomgen.Model)
     np.testing.assert_allclose(np.concatenate([run.q[-1], run.v[-1]]), expected, rtol=0.0, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_other_parameters_have_other_gains(cart: eomgen.Model) -> None:
     found = cart.calibrate(parameters={"length": 1.1})
     for name, value in gains_of(1.1).items():
@@ -164,6 +169,7 @@ def test_a_model_without_state_feedback_has_no_gains_to_give() -> None:
         eomgen.build(builder.build(), terms=["mass"], profile="quick").calibrate()
 
 
+@pytest.mark.slow
 def test_the_folder_of_c_has_the_gains(cart: eomgen.Model, tmp_path: Path) -> None:
     """The program that stands alone runs the closed loop from its default parameters, to the digits that it prints."""
     eomgen.generate(tomllib.loads(CART), tmp_path / "cart_c")
@@ -178,6 +184,7 @@ def test_the_folder_of_c_has_the_gains(cart: eomgen.Model, tmp_path: Path) -> No
     np.testing.assert_allclose(last[1:5], [*run.q[-1], *run.v[-1]], rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_model_from_the_cache_needs_no_solver(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(CART)
@@ -240,6 +247,7 @@ def masses(calibration: str) -> tuple[eomgen.Model, np.ndarray, np.ndarray]:
     return model, G_p, G_v
 
 
+@pytest.mark.slow
 def test_modal_control_of_a_scene() -> None:
     model, G_p, G_v = masses('method = "imsc"\neffort_weights = [1e-3, 1e-2]')
     M = np.array([[4.0, 2.5], [2.5, 2.5]])  # the second coordinate is relative to the first
@@ -255,6 +263,7 @@ def test_modal_control_of_a_scene() -> None:
     )
 
 
+@pytest.mark.long
 def test_placed_modes_and_placed_poles_of_a_scene() -> None:
     model, *_ = masses('method = "pole_placement"\nfrequencies = [9, "120 rpm"]\ndamping_ratios = [0.5, 0.1]')
     values = np.linalg.eigvals(model.linearize(q=[0.0, 0.0]).state_space().A)
@@ -267,6 +276,7 @@ def test_placed_modes_and_placed_poles_of_a_scene() -> None:
         assert np.abs(values - pole).min() < 1e-8
 
 
+@pytest.mark.slow
 def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
     both = MASSES.replace('outputs = ["one", "two"]\n', "").replace("hold_one", "hold").replace("hold_two", "later")
     both += (
@@ -291,6 +301,7 @@ def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
     np.testing.assert_allclose(gains("later"), [later.G_p[0], later.G_v[0]], rtol=1e-8, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_references_are_where_the_controller_rests() -> None:
     """A hanging load: the spring is stretched, and the controller gives nothing there."""
     text = (
@@ -309,6 +320,7 @@ def test_references_are_where_the_controller_rests() -> None:
     assert np.abs(run.outputs["hold"]).max() < 1e-9 and np.abs(run.q - sag).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_constraints_are_projected_out() -> None:
     """A parallelogram of two pendulums and a rod moves as one pendulum: gains on one of the angles."""
     text = """\
@@ -341,6 +353,7 @@ hold = { joint = "left", effort = "hold" }
     assert model.parameters["hold_velocity_gain_left"] == pytest.approx(found.G_v[0, 0], rel=1e-8)
 
 
+@pytest.mark.long
 def test_a_steady_motion_may_be_where_it_is_calibrated() -> None:
     """A governor's arm that turns at constant speed: at = "initial", with the rate of turning among the signals."""
     text = """\
@@ -372,6 +385,7 @@ speed = { joint = "axle", effort = "speed" }
     assert model.parameters["speed_reference_rate"] == 20.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "kind", "message"),
     [
@@ -470,6 +484,7 @@ force = [0, "hold", 0]
 """
 
 
+@pytest.mark.long
 def test_a_mode_that_is_left_without_damping_is_named() -> None:
     """Spillover shakes the second mode of a cantilever and cannot damp it; without coupling its shape is its
     coordinate."""
@@ -482,6 +497,7 @@ def test_a_mode_that_is_left_without_damping_is_named() -> None:
         model_of(MAST.replace("modes = [1]", "modes = [1, 2]"))
 
 
+@pytest.mark.slow
 def test_one_number_for_a_beam_of_several_coordinates_is_refused() -> None:
     with pytest.raises(
         eomgen.UsageError, match=r"mast: the shape is \(\), \(2,\) is needed; try: a list of 2 numbers, from Py"
@@ -489,6 +505,7 @@ def test_one_number_for_a_beam_of_several_coordinates_is_refused() -> None:
         model_of(MAST).simulate(0.1, initial={"mast": 0.01})
 
 
+@pytest.mark.long
 def test_what_damping_makes_of_placed_modes_is_told() -> None:
     """The coupling by damping is read from the matrices, apart from what is said of it."""
     text = MASSES.replace("stiffness = 40, damping = 0.2", "stiffness = 40, damping = 12")
@@ -501,11 +518,13 @@ def test_what_damping_makes_of_placed_modes_is_told() -> None:
     assert np.abs(values - size * (-ratio + 1j * np.sqrt(1.0 - ratio**2))).min() < 5e-3 * size
 
 
+@pytest.mark.slow
 def test_modes_beyond_the_model() -> None:
     with pytest.raises(eomgen.DescriptionError, match="there is no mode 3: the model has 2; try: 1 to 2"):
         masses('method = "imsc"\neffort_weights = 1\nmodes = [1, 3]')
 
 
+@pytest.mark.slow
 def test_internal_states_are_part_of_what_is_fed_back() -> None:
     """A cart behind a motor with a lag: gains of the whole state from the Hamiltonian matrix, by hand."""
     text = """\

@@ -28,6 +28,7 @@ def closed(model: str, elements: int, to: dict[str, Any], joint: str = "fixed", 
     return derive(eomgen.load(scene))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", list(WITHOUT))
 @pytest.mark.parametrize(("joint", "to"), [("fixed", "base"), ("free", "rope")])
 def test_rings_keep_all_their_rows(model: str, joint: str, to: str) -> None:
@@ -37,12 +38,14 @@ def test_rings_keep_all_their_rows(model: str, joint: str, to: str) -> None:
     assert system.nv - len(system.multipliers) == {"kirchhoff": 18, "inextensible": 12}[model] + 6 * (joint == "free")
 
 
+@pytest.mark.slow
 def test_a_straight_beam_that_stretches_may_be_held_at_both_ends() -> None:
     system = closed("kirchhoff", 4, {"body": "base", "position": [10.0, 0.0, 0.0]})
     assert len(system.multipliers) == 14
     assert not system.warnings
 
 
+@pytest.mark.slow
 def test_a_straight_beam_that_does_not_stretch_is_named_where_both_ends_are_held() -> None:
     system = closed("inextensible", 4, {"body": "base", "position": [10.0, 0.0, 0.0]})
     (warning,) = (text for text in system.warnings if "at the start" in text)
@@ -52,6 +55,7 @@ def test_a_straight_beam_that_does_not_stretch_is_named_where_both_ends_are_held
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "what", "hint"),
     [
@@ -72,6 +76,7 @@ def test_ends_that_a_beam_cannot_reach_or_not_straight_are_told(place: float, wh
     assert told[2] == hint
 
 
+@pytest.mark.long
 def test_a_bent_beam_takes_its_end_where_a_straight_one_cannot() -> None:
     system = closed("inextensible", 6, {"body": "base", "position": [9.0, 1.0, 0.0]}, curvature=[0.0, 0.0, 0.1])
     assert len(system.multipliers) == 6 * 3 + 6

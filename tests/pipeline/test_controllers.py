@@ -73,6 +73,7 @@ def states_of(model: eomgen.Model, run: Any, names: list[str]) -> np.ndarray:
     return np.column_stack([run.q, run.v, run.z[:, [there.index(name) for name in names]]])
 
 
+@pytest.mark.long
 def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
     assert car.states == ("wheel", "body", "v.wheel", "v.body", "z.tension")
     assert car.units["states"] == ("m", "m", "m/s", "m/s", "N")
@@ -85,6 +86,7 @@ def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
     np.testing.assert_allclose(pole.references["outputs"], [0.5, 0.5, 0.0, 1.2], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_feedback_of_the_state_moves_as_the_matrix_says(car: StateSpace) -> None:
     law = lqr(car, WEIGHTS, FORCE)
     model = eomgen.build(with_controller(flat(), law), profile="quick")
@@ -100,6 +102,7 @@ def test_feedback_of_the_state_moves_as_the_matrix_says(car: StateSpace) -> None
     np.testing.assert_allclose(again.A, law.closed_loop.A, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_feedback_of_an_estimate_moves_as_the_matrix_says(car: StateSpace) -> None:
     law = OutputFeedback(lqr(car, WEIGHTS, FORCE), kalman(car, NOISE, MEASURED))
     model = eomgen.build(with_controller(flat(), law), profile="quick")
@@ -115,6 +118,8 @@ def test_feedback_of_an_estimate_moves_as_the_matrix_says(car: StateSpace) -> No
     np.testing.assert_allclose(again.A, law.closed_loop.A, rtol=1e-9, atol=1e-7)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("False-0.0007")
 @pytest.mark.parametrize("delay", [0.0, 0.0007, 0.002, 0.0035])
 @pytest.mark.parametrize("estimated", [False, True])
 def test_sampled_feedback_moves_as_its_matrix_says(car: StateSpace, delay: float, estimated: bool) -> None:
@@ -134,6 +139,7 @@ def test_sampled_feedback_moves_as_its_matrix_says(car: StateSpace, delay: float
     assert 0.0 < law.closed_loop.decay < 50.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sample", [None, "5 ms"])
 def test_a_pole_is_held_upright_where_a_force_is_needed(sample: str | None) -> None:
     data = tomllib.loads(POLE)
@@ -184,6 +190,8 @@ def craft(turned: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("None")
 @pytest.mark.parametrize("sample", [None, "5 ms"])
 def test_feedback_of_poses_and_turns_moves_as_the_matrix_says(sample: str | None) -> None:
     """About a turned pose, of a free joint and of a ball joint."""
@@ -210,6 +218,7 @@ def test_feedback_of_poses_and_turns_moves_as_the_matrix_says(sample: str | None
         state = step @ state
 
 
+@pytest.mark.slow
 def test_the_text_of_a_closed_scene_is_the_scene(car: StateSpace, tmp_path: Path) -> None:
     law = OutputFeedback(lqr(car, WEIGHTS, FORCE, sample=0.002), kalman(car, NOISE, MEASURED, sample=0.002))
     closed = with_controller(EXAMPLE, law)
@@ -221,6 +230,7 @@ def test_the_text_of_a_closed_scene_is_the_scene(car: StateSpace, tmp_path: Path
     assert tomllib.loads(toml_text(odd)) == odd
 
 
+@pytest.mark.long
 def test_what_cannot_be_written(car: StateSpace) -> None:
     law = lqr(car, WEIGHTS, FORCE)
     absolute = {**tomllib.loads(POLE), "coordinates": "absolute"}

@@ -64,6 +64,7 @@ def rows_of(program: Path, *words: str) -> np.ndarray:
     return np.array([[float(text) for text in line.split(",")] for line in result.stdout.splitlines()[1:]])
 
 
+@pytest.mark.slow
 def test_the_program_of_a_spring_stands_still_at_m_g_over_k_also_with_an_internal_state(tmp_path: Path) -> None:
     scene = tmp_path / "servo.toml"
     scene.write_text(SERVO, encoding="utf-8")
@@ -78,6 +79,7 @@ def test_the_program_of_a_spring_stands_still_at_m_g_over_k_also_with_an_interna
     assert moved[-1, 1] < rows[0, 1] - 1e-3
 
 
+@pytest.mark.long
 def test_the_program_of_a_loop_starts_as_simulate_does(tmp_path: Path) -> None:
     scene = four_bar("equilibrium")
     files = eomgen.generate(scene, tmp_path / "c")
@@ -95,6 +97,7 @@ def test_other_scenes_keep_their_bytes_but_for_the_start(tmp_path: Path) -> None
         assert "equilibrium" not in file.read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_what_has_no_equilibrium_starts_as_the_joints_say_and_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -111,6 +114,7 @@ def test_what_has_no_equilibrium_starts_as_the_joints_say_and_says_so(
     assert rows_of(compiled(tmp_path / "c"), "0.1", "1e-2")[0, 1] == 0.3
 
 
+@pytest.mark.long
 def test_without_a_compiler_the_folder_is_written_with_the_reason(tmp_path: Path) -> None:
     script = f"import eomgen; eomgen.generate({str(tmp_path / 's.toml')!r}, {str(tmp_path / 'c')!r})"
     (tmp_path / "s.toml").write_text(SERVO, encoding="utf-8")

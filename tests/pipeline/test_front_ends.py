@@ -54,6 +54,7 @@ def reference(potential: str, times: NDArray[np.float64]) -> NDArray[np.float64]
     return solve_ivp(rate, (0.0, times[-1]), start, method="DOP853", rtol=1e-12, atol=1e-13, t_eval=times).y[:CELLS].T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("potential", SLOPES)
 @pytest.mark.parametrize(("method", "bound"), [("generalized_alpha", 1e-3), ("rk4", 1e-7), ("taylor", 1e-9)])
 def test_a_lattice_moves_as_its_hamiltonian_says(potential: str, method: str, bound: float) -> None:
@@ -65,6 +66,7 @@ def test_a_lattice_moves_as_its_hamiltonian_says(potential: str, method: str, bo
     assert np.ptp(run.energy["potential"]) > 0.1 * run.energy["total"][0]
 
 
+@pytest.mark.slow
 def test_it_has_names_units_and_a_linear_model() -> None:
     model = eomgen.build(lattice("fput"), profile="quick")
     assert isinstance(model.scene, Lattice) and model.q_names[1] == "q.cell1" and model.v_units == ["m/s"] * CELLS
@@ -73,12 +75,14 @@ def test_it_has_names_units_and_a_linear_model() -> None:
     np.testing.assert_allclose(np.unique(np.round(found, 9)), np.round(exact, 9), atol=1e-8)
 
 
+@pytest.mark.slow
 def test_its_closed_forms_are_checked() -> None:
     report = check(lattice("pendulums"), profile="quick", states=4)
     assert report.passed, report.failures
     assert {"mass.M", "partials.K"} <= {form.name for form in report.forms}
 
 
+@pytest.mark.long
 def test_it_is_drawn_saved_and_sent_to_another_process(tmp_path: Path) -> None:
     run = eomgen.build(lattice("fput"), profile="quick").simulate(2.0, 0.02)
     (tmp_path / "run.pickle").write_bytes(pickle.dumps(run))

@@ -102,6 +102,7 @@ def test_a_loop_that_cannot_close_is_refused_by_name(coordinates: str) -> None:
     assert "lengths and axes that fit" in str(caught.value)
 
 
+@pytest.mark.slow_except("1e-09-joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("tilt", [1e-9, 1e-8, 1e-7])
 def test_a_loop_whose_axes_fit_to_seven_digits_is_the_planar_one(coordinates: str, tilt: float) -> None:

@@ -27,6 +27,7 @@ def of_run(scene: Any, method: str | None = None, start: str = "initial") -> eom
     return built_in(None, scene, None, method, "quick", start=start)
 
 
+@pytest.mark.slow
 def test_functions_that_runs_do_not_call_are_left_out() -> None:
     explicit, implicit = of_run(ARM, "rk4"), of_run(ARM)
     assert explicit.terms == ("mass", "force", "forward_dynamics", "poses", "outputs", "energy")
@@ -48,6 +49,7 @@ BUDGETS = {
 }
 
 
+@pytest.mark.slow_except("examples/pi_servo/scene.toml-rk4")
 @pytest.mark.parametrize(("path", "method"), BUDGETS)
 def test_operations_in_the_functions_of_a_run(path: str, method: str) -> None:
     system, model = derive(load(path)), of_run(path, method)
@@ -56,6 +58,7 @@ def test_operations_in_the_functions_of_a_run(path: str, method: str) -> None:
     ]
 
 
+@pytest.mark.slow_except("examples/pi_servo/scene.toml-rk4-50")
 @pytest.mark.parametrize(
     ("path", "method", "steps"),
     [
@@ -87,6 +90,7 @@ def test_a_run_is_the_same_to_the_bit_and_says_the_same(path: str, method: str, 
         np.testing.assert_array_equal(other.poses[body], poses)
 
 
+@pytest.mark.slow
 def test_a_run_from_equilibrium_has_what_finds_it() -> None:
     whole = eomgen.build(QUARTER, profile="quick").simulate(0.05, start="equilibrium")
     short = of_run(QUARTER, start="equilibrium").simulate(0.05, start="equilibrium")
@@ -94,6 +98,7 @@ def test_a_run_from_equilibrium_has_what_finds_it() -> None:
     np.testing.assert_array_equal(short.q, whole.q)
 
 
+@pytest.mark.slow
 def test_damping_too_fast_for_an_explicit_step_is_found_without_partials() -> None:
     data = {
         "format": 1,
@@ -117,6 +122,7 @@ def test_damping_too_fast_for_an_explicit_step_is_found_without_partials() -> No
         assert "too fast" not in model.simulate(1e-3, 1e-5, error_estimate=False).message
 
 
+@pytest.mark.slow
 def test_a_failed_run_names_the_first_block_that_is_not_finite_all_the_same() -> None:
     data = {
         "format": 1,
@@ -132,6 +138,7 @@ def test_a_failed_run_names_the_first_block_that_is_not_finite_all_the_same() ->
     assert "Q (the generalized force)" in one.message
 
 
+@pytest.mark.slow
 def test_solutions_and_checkpoints_belong_to_the_scene_and_not_to_the_functions_that_were_built(tmp_path: Path) -> None:
     whole, short, file = eomgen.build(ARM, profile="quick"), of_run(ARM), tmp_path / "run.ckpt"
     one = whole.simulate(0.06, error_estimate=False)

@@ -69,6 +69,7 @@ def test_the_oracle_has_the_gradient_of_complex_steps_and_a_hessian() -> None:
     np.testing.assert_allclose(found.hessian @ direction, (ahead - behind) / 2e-5, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_two_quantiles_by_every_order() -> None:
     counted = Counted(Duffing(0.1, 0.3))
     low, high = most_probable_points(counted, [QUANTILES[2], QUANTILES[3]])
@@ -98,6 +99,7 @@ def test_forty_thresholds_take_three_runs_each() -> None:
         assert aside <= 3.1e-8 and abs(one.expansion.value - one.threshold) <= 1e-9 * slope
 
 
+@pytest.mark.long_cases("0.1-0.0025-5.0", "0.5-0.008-5.0")
 @pytest.mark.slow
 @pytest.mark.parametrize(("cubic", "largest", "gain"), [(0.1, 2.5e-3, 5.0), (0.5, 8e-3, 5.0)])
 def test_the_distribution_between_the_quantiles_of_samples(cubic: float, largest: float, gain: float) -> None:
@@ -114,6 +116,7 @@ def test_the_distribution_between_the_quantiles_of_samples(cubic: float, largest
     assert first >= gain * off
 
 
+@pytest.mark.long_cases("-1.0-0.1", "-1.0-0.5", "1.0-0.1", "1.0-0.5")
 @pytest.mark.slow
 @pytest.mark.parametrize("cubic", [0.1, 0.5])
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -220,7 +223,7 @@ def test_samples_without_a_value_make_no_probability() -> None:
     assert fine.probability == pytest.approx(0.02275, rel=0.2)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_projections_onto_hermite_polynomials_mend_the_variance_of_the_mean_expansion() -> None:
     duffing = Duffing(0.1, 0.3)
     samples = duffing.values(np.random.default_rng(8).standard_normal((50_000, 21)))

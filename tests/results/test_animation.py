@@ -142,6 +142,7 @@ def inertia_of(solid: dict, mass: float, rng: np.random.Generator) -> np.ndarray
     return mass * (np.eye(3) * np.mean(np.sum(points**2, axis=1)) - points.T @ points / len(points))
 
 
+@pytest.mark.slow_except("cylinder-moments2")
 @pytest.mark.parametrize(
     ("kind", "moments"),
     [
@@ -167,6 +168,7 @@ def test_bodies_without_inertia_or_without_mass_have_no_solid() -> None:
     assert rod["kind"] == "cylinder" and rod["size"][0] == pytest.approx(0.02 * rod["size"][1])
 
 
+@pytest.mark.slow_except("bouncing_ball/scene")
 @pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda file: f"{file.parent.name}/{file.stem}")
 def test_every_example_has_something_to_see(file: Path) -> None:
     scene = eomgen.load(file)
@@ -220,6 +222,7 @@ def test_a_page_asks_nobody_for_anything() -> None:
     assert not re.search(r"<(link|img|iframe|object)\b|@import|\bfetch\(|XMLHttpRequest|import\(| src=", page)
 
 
+@pytest.mark.slow
 def test_texts_of_the_user_stay_texts(tmp_path: Path) -> None:
     trick = "</script><script>alert(1)</script> <!-- @style@ \u2028 'quoted' & \"more\""
     file = tmp_path / "scene.toml"
@@ -230,6 +233,7 @@ def test_texts_of_the_user_stay_texts(tmp_path: Path) -> None:
     assert data_of(page)["description"] == trick
 
 
+@pytest.mark.slow
 def test_what_cannot_be_drawn_is_left_out() -> None:
     run = breaking().simulate()
     run.poses["slug"][3:, 4] = np.nan

@@ -16,6 +16,8 @@ from eomgen.results.beam_stations import axes_of, stations
 from tests.models.scenes import pendulum
 from tests.results.test_animation import data_of, stored
 
+pytestmark = pytest.mark.slow
+
 LENGTH, DENSITY, STIFFNESS, LOAD = 2.0, 1.5, 800.0, 3.0
 EVEN = np.linspace(0.0, LENGTH, 17)
 
@@ -109,6 +111,7 @@ def moving(kind: str) -> tuple[eomgen.Solution, np.ndarray]:
     return model.simulate(0.02, 1e-3, method="rk4"), places
 
 
+@pytest.mark.long_cases("all kinds")
 @pytest.mark.parametrize("kind", BEAMS)
 def test_frames_along_a_beam_are_at_the_points_of_the_model(kind: str) -> None:
     run, places = moving(kind)

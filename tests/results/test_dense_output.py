@@ -40,6 +40,7 @@ def slopes(steps: list[float], errors: list[np.ndarray]) -> np.ndarray:
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 
+@pytest.mark.slow_except("R")
 @pytest.mark.parametrize("build", [pendulum, flyer], ids=["R", "SE3, SO3 and R"])
 def test_explicit_runs_keep_order_four_between_rows(build) -> None:
     model = build()
@@ -49,6 +50,7 @@ def test_explicit_runs_keep_order_four_between_rows(build) -> None:
     assert found == pytest.approx(4.0, abs=0.2)
 
 
+@pytest.mark.slow_except("R")
 @pytest.mark.parametrize("build", [pendulum, flyer], ids=["R", "SE3, SO3 and R"])
 def test_generalized_alpha_keeps_order_two_between_rows(build) -> None:
     model = build()
@@ -58,6 +60,8 @@ def test_generalized_alpha_keeps_order_two_between_rows(build) -> None:
     assert found == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("SE3")
 @pytest.mark.parametrize("build", [absolute, free_in_space], ids=["SE3", "R3xSO3"])
 def test_constrained_runs_keep_order_two_and_almost_the_constraints(build) -> None:
     model = build()
@@ -125,6 +129,7 @@ def lagging() -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
 def test_outputs_between_rows_know_internal_states_inputs_and_parameters_of_the_run(method: str) -> None:
     model, step = lagging(), 2e-3

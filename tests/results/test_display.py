@@ -87,6 +87,7 @@ def test_a_notebook_shows_the_equations_and_their_counts() -> None:
     assert r"M(q)\,\dot v + h(q, v) + b(q, v, t) = Q(q, v, t, u)" in system._repr_latex_()
 
 
+@pytest.mark.slow
 def test_latex_of_a_long_term_names_its_intermediates() -> None:
     system = eomgen.derive("examples/robot_arm/scene.toml", ["forward_dynamics"])
     text = system.latex("forward_dynamics", r"\dot v")

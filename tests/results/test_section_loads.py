@@ -18,6 +18,8 @@ from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.load import from_data
 from tests.models.cosserat import beam_scene
 
+pytestmark = pytest.mark.slow
+
 OUTPUTS: dict[str, dict[str, Any]] = {
     "force": {"section_force": "rope", "at": 0.0},
     "moment": {"section_moment": "rope", "at": 0.0},
@@ -80,6 +82,7 @@ def test_a_model_tells_loads_of_any_state_and_a_file_keeps_them(tmp_path: Path) 
         np.testing.assert_array_equal(getattr(kept, name), array)
 
 
+@pytest.mark.long
 def test_the_shear_of_a_beam_without_shear_is_a_multiplier() -> None:
     kinds = ("force", "moment", "transmitted_force", "transmitted_moment")
     scene = scene_of(**{name: OUTPUTS[name] for name in kinds})
@@ -140,6 +143,7 @@ clamp = { type = "fixed", parent = "base", child = "rope" }
 """
 
 
+@pytest.mark.long
 def test_the_command_line_draws_sections_and_tells_the_largest(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

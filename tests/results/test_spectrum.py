@@ -30,6 +30,7 @@ def run() -> eomgen.Solution:
     return eomgen.build(scene.build(), profile="quick").simulate(64.0, 1 / 256, method="rk4", error_estimate=False)
 
 
+@pytest.mark.slow
 def test_a_sine_is_a_line_of_its_mean_square(run: eomgen.Solution) -> None:
     for name, size, unit in (("q.x", 0.3, "m^2/Hz"), ("force", 0.3 * (4 * math.pi) ** 2, "N^2/Hz")):
         spectrum = run.psd(name, segments=7)

@@ -427,6 +427,7 @@ def trees(draw: st.DrawFn, depth: int = 3) -> Tree:
     return "if", draw(conditions()), draw(trees(depth - 1)), draw(trees(depth - 1))
 
 
+@pytest.mark.long
 @settings(max_examples=400, deadline=None)
 @given(trees())
 def test_reader_refuses_or_agrees_with_arithmetic(tree: Tree) -> None:
@@ -445,6 +446,7 @@ def test_reader_refuses_or_agrees_with_arithmetic(tree: Tree) -> None:
         assert evaluate(formula, value_of) == expected
 
 
+@pytest.mark.slow
 @settings(max_examples=400, deadline=None)
 @given(st.text(alphabet=st.one_of(st.sampled_from("qvat.[]()0123 +-*/<>=,'\"_{}:\\\n"), st.characters()), max_size=60))
 def test_any_text_is_read_or_refused(text: str) -> None:

@@ -355,6 +355,8 @@ def test_a_builder_includes_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.toml"))
 
 
+@pytest.mark.slow_except("heavy_top/r3xso3")
+@pytest.mark.long_cases("cable_net/scene")
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_every_example_is_itself_when_it_is_included(path: Path) -> None:
     """Whatever sections and kinds of formulas there are: the prefix taken away again, the scene is the one of the
@@ -408,6 +410,7 @@ _PLATFORM_URDF = """\
 """
 
 
+@pytest.mark.slow_cases("ur5-world")
 @pytest.mark.parametrize(("robot", "root"), [("ur5", "world"), ("panda", "panda_link0")])
 def test_a_robot_on_a_moving_platform_agrees_with_pinocchio(folder: Path, robot: str, root: str) -> None:
     urdf = (ROBOTS / FILES[robot]).read_text(encoding="utf-8")
@@ -631,6 +634,7 @@ def test_circles_are_named(folder: Path) -> None:
     )
 
 
+@pytest.mark.long
 def test_includes_without_end_are_refused(folder: Path) -> None:
     for number in range(25):
         text = "".join(f'[include.{name}]\nfile = "{number + 1}.toml"\n' for name in "ab")
@@ -732,6 +736,7 @@ def spoiled(draw: st.DrawFn, text: str) -> dict[str, Any]:
     return data
 
 
+@pytest.mark.long
 @settings(max_examples=250, deadline=None)
 @given(spoiled(WHEEL), spoiled(CAR + LEFT + RIGHT) | st.builds(lambda: tomllib.loads(CAR + LEFT + RIGHT)))
 def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[str, Any]) -> None:

@@ -52,6 +52,7 @@ def nodes(node: Any) -> Iterator[dict[str, Any]]:
         yield from nodes(entry)
 
 
+@pytest.mark.slow_cases("Draft202012Validator")
 @pytest.mark.parametrize("draft", DRAFTS, ids=lambda draft: draft.__name__)
 def test_every_scene_fits(draft: Any) -> None:
     draft.check_schema(SCHEMA)

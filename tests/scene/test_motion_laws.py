@@ -124,6 +124,7 @@ def test_the_motion_of_the_base_is_held_to_the_same() -> None:
     assert second.what.startswith("the rate of the angle of the base jumps from 0 to 1 rad/s at t = 2 s")
 
 
+@pytest.mark.slow
 def test_a_run_looks_at_its_own_times_and_parameters() -> None:
     model = eomgen.build(driven("size * (1 if t > late else 0) + 0.3 * t", duration=1.0), profile="quick")
     assert model.simulate(0.1, 1e-2).success
@@ -137,6 +138,7 @@ def test_a_run_looks_at_its_own_times_and_parameters() -> None:
         later.simulate(3.0, 1e-2)
 
 
+@pytest.mark.slow
 def test_a_run_that_goes_on_meets_the_jump_too(tmp_path: Path) -> None:
     model = eomgen.build(driven("0.1 * t if t < 2 else 0.2", duration=1.0), profile="quick")
     model.simulate(0.5, 1e-2, checkpoint=tmp_path / "run.ckpt")
@@ -161,6 +163,7 @@ def test_the_command_line_refuses_what_jumps(tmp_path: Path, capsys: pytest.Capt
         assert text in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_random_laws_are_judged_by_what_they_do(rng: np.random.Generator) -> None:
     """Two polynomials that meet with a gap in the value, in the rate, or in neither, at a time that a formula hides or
     shows."""
@@ -200,6 +203,7 @@ def carried(width: float, at: float = 1.0) -> eomgen.Scene:
     return builder.build()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 8e-4])
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk4_partitioned"])
 def test_a_drive_steeper_than_the_step_is_refused_with_a_step_that_follows_it(width: float, method: str) -> None:
@@ -217,6 +221,7 @@ def test_a_drive_steeper_than_the_step_is_refused_with_a_step_that_follows_it(wi
         assert solution.q[-1] - solution.q[0] == pytest.approx([turned, -turned], abs=0.02 * turned)
 
 
+@pytest.mark.slow
 def test_a_drive_that_a_step_follows_badly_is_said_and_one_that_it_follows_is_not() -> None:
     said = eomgen.build(carried(1.5e-3), profile="quick").simulate(2.0, 1e-3).message
     place = (
@@ -227,6 +232,7 @@ def test_a_drive_that_a_step_follows_badly_is_said_and_one_that_it_follows_is_no
     assert "too steep" not in eomgen.build(carried(1e-2), profile="quick").simulate(2.0, 1e-3).message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("waves", "verdict"), [(0.4, "followed"), (0.8, "said"), (2.0, "refused"), (600.0, "refused")])
 def test_waves_are_judged_by_the_steps_in_a_period_beside_any_steady_travel(waves: float, verdict: str) -> None:
     """``waves``: radians within one step."""

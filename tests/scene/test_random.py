@@ -100,6 +100,7 @@ def _model() -> eomgen.Model:
     return eomgen.build(DUFFING, profile="quick")
 
 
+@pytest.mark.slow
 def test_a_run_is_that_of_the_equation_by_hand() -> None:
     process = _process(_loaded(DUFFING))
     z = standard_normals(1, len(process.modes), "force")
@@ -119,6 +120,7 @@ def test_a_run_is_that_of_the_equation_by_hand() -> None:
     np.testing.assert_allclose(run.outputs["force"].ravel(), 0.5 * (1 + 0.3 * gaussian) ** 2, rtol=0, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_variables_are_parameters_and_others_need_no_other_model() -> None:
     z = np.linspace(-1.0, 1.0, 21)
     names = _process(_loaded(DUFFING)).variables
@@ -149,6 +151,7 @@ def test_samples_have_the_mean_and_the_covariance_of_the_process() -> None:
     assert np.any(np.abs(np.cov(samples.T) - wrong) > bound)
 
 
+@pytest.mark.slow
 def test_a_translated_process_has_the_moments_of_its_marginal() -> None:
     model, process = _model(), _process(_loaded(DUFFING))
     variance = float(np.sum([mode(7.0) ** 2 for mode in process.modes]))
@@ -174,6 +177,7 @@ def test_the_same_seed_is_the_same_process_and_another_is_another() -> None:
     np.testing.assert_array_equal(values(4), standard_normals(4, 21, "force"))
 
 
+@pytest.mark.slow
 def test_a_wheel_behind_runs_over_what_the_first_one_ran_over() -> None:
     scene = _with(
         front={"type": "squared_exponential", "standard_deviation": "1 cm", "correlation_length": "3 m", "speed": 4},
@@ -191,6 +195,7 @@ def test_a_wheel_behind_runs_over_what_the_first_one_ran_over() -> None:
     assert np.all(np.isfinite(model.input_values(np.array([0.0, 15.0]))))
 
 
+@pytest.mark.slow
 def test_a_drive_and_the_base_follow_a_process() -> None:
     scene = _with(shake=FORCE | {"translation": "0.01 * g"})
     scene["efforts"] = {}
@@ -299,6 +304,7 @@ def test_names_of_variables_are_taken() -> None:
         _loaded(scene)
 
 
+@pytest.mark.slow
 def test_an_included_scene_has_its_processes_under_their_new_names(tmp_path: Path) -> None:
     more = {"force": FORCE, "late": {"follows": "force", "delay": 1}, "gust": {"correlation": {"force": 0.5}}}
     (tmp_path / "part.toml").write_text(toml_text(DUFFING | {"random": more}))
@@ -312,6 +318,7 @@ def test_an_included_scene_has_its_processes_under_their_new_names(tmp_path: Pat
     assert np.all(u[:, 0] != u[:, 3])
 
 
+@pytest.mark.slow
 def test_seeds_vary_in_ensembles_side_by_side_as_scenes_with_these_seeds() -> None:
     model = _model()
     options = {"method": "rk4", "step": 0.05}
@@ -412,6 +419,7 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
     assert v.captured[-1] == pytest.approx(0.9999, abs=2e-4)
 
 
+@pytest.mark.slow_cases("random13-it follows a process over time, and needs delay alone")
 @pytest.mark.parametrize(
     ("random", "message"),
     [
@@ -470,6 +478,7 @@ def test_correlations_that_no_processes_have_are_refused(random: dict[str, Any],
         _scene(u={"type": "squared_exponential", "correlation_time": 1.0}, **random)
 
 
+@pytest.mark.slow
 def test_covariances_and_correlations_are_repaired_where_that_is_asked_for() -> None:
     bad = {"type": "covariance", "points": [[0, 1], [0.5, -0.9], [1, 0.95], [2, 0]], "duration": 3, "share": 0.9}
     with pytest.raises(

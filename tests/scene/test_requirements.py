@@ -84,6 +84,7 @@ def compare(place: Path, kind: str, X: float) -> bool:
     return bool(at_run)
 
 
+@pytest.mark.slow_except("beams.section.elastic_modulus")
 @pytest.mark.parametrize("key", dict.fromkeys(key_at(place) for place in places()))
 def test_a_call_refuses_what_the_scene_refuses_in_the_same_words(key: str, rng: np.random.Generator) -> None:
     """At one place of each key, by a random formula: whatever refuses a value in the scene, by itself or with
@@ -95,7 +96,7 @@ def test_a_call_refuses_what_the_scene_refuses_in_the_same_words(key: str, rng: 
         compare(place, kind, float(X))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_place_by_formulas_in_turn(rng: np.random.Generator) -> None:
     kinds = itertools.cycle(FORMULAS)
     refused = [compare(place, kind, float(rng.choice(VALUES))) for place, kind in zip(places(), kinds, strict=False)]

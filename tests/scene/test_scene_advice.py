@@ -170,6 +170,7 @@ def test_a_spring_to_the_world_pulls_by_its_length_in_the_world() -> None:
     assert evaluate("force", state)["Q"][0, 0] == pytest.approx(tension - 0.8 * v, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_energy_is_balanced_with_a_spring_to_the_world() -> None:
     solution = eomgen.build(load_toml(TETHERED), profile="quick").simulate(2.0, 1e-3, method="rk4")
     power = solution.energy["power"] + solution.energy["base_power"]

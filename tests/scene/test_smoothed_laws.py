@@ -109,6 +109,7 @@ def test_a_smoothed_law_is_the_transition_by_hand(
         eomgen.build(driven(drive, None, **curves), profile="quick", method="rk4_partitioned")
 
 
+@pytest.mark.slow_except("rk4_partitioned-1e-06")
 @pytest.mark.parametrize(("name", "error"), [("rk4_partitioned", 1e-6), ("generalized_alpha", 0.1)])
 def test_a_cart_moves_as_the_polynomial_and_its_motor_pushes_as_newton_says(name: str, error: float) -> None:
     """A step of 0.3 m in 0.2 s: the greatest velocity is 15/8 D/T, the greatest acceleration 10/sqrt(3) D/T^2.
@@ -133,6 +134,7 @@ def test_a_cart_moves_as_the_polynomial_and_its_motor_pushes_as_newton_says(name
     assert any(abs(time - 0.4) < 1e-12 for time in times) and any(abs(time - 0.6) < 1e-12 for time in times)
 
 
+@pytest.mark.slow
 def test_the_order_is_kept_where_transitions_lie_between_points_of_the_grid() -> None:
     builder = eomgen.SceneBuilder("hanging").body("cart", 2.0)
     builder.body("bob", 0.5, center_of_mass=[0, 0, -0.8], inertia=[0.01, 0.01, 0.01])

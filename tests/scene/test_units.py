@@ -485,6 +485,7 @@ _TEXTS = st.one_of(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=600, deadline=None)
 @given(_TEXTS)
 def test_any_text_is_a_number_a_formula_or_a_problem(text: str) -> None:
@@ -542,6 +543,7 @@ def quantities(draw: st.DrawFn) -> tuple[str, str, dict[str, int]]:
     return unit, f"{number} {above or '1'}{below}", powers
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(quantities())
 def test_no_dimension_slips_through(quantity: tuple[str, str, dict[str, int]]) -> None:
@@ -595,6 +597,7 @@ def test_texts_that_cannot_be_taken(text: str, label: str, message: str) -> None
     assert str(caught.value.problems[0]).startswith(message)
 
 
+@pytest.mark.long
 def test_pint_is_imported_for_unit_strings_only() -> None:
     code = "import sys; from eomgen.scene.load import load_toml; load_toml({!r}); print('pint' in sys.modules)"
     for text, expected in ((PENDULUM, "False"), (replaced("length = 0.8", 'length = "800 mm"'), "True")):

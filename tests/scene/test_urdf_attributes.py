@@ -105,6 +105,8 @@ def perturbed(value: str) -> list[str]:
     return [" ".join([*words[:k], f"{float(word) + 0.01:.6g}", *words[k + 1 :]]) for k, word in enumerate(words)]
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("{'limits': True, 'friction': True}", "{'root': 'free'}", "{}")
 @pytest.mark.parametrize("options", [{}, {"limits": True, "friction": True}, {"root": "free"}], ids=str)
 def test_every_attribute_that_is_changed_is_felt_or_noted(options: dict[str, object]) -> None:
     """A change shows in the scene or its notes, or is refused; what it leaves alike has a note that says so."""
@@ -126,6 +128,7 @@ def test_every_attribute_that_is_changed_is_felt_or_noted(options: dict[str, obj
     assert not [path for path in unfelt if re.search(r"/[ABDE]/inertial", path)]
 
 
+@pytest.mark.long
 def test_every_attribute_that_is_not_known_is_noted_and_refused_when_strict() -> None:
     """Added to any element that is not left out as a whole; misspelt, an attribute is missed, and its name is hinted
     at."""
@@ -257,7 +260,7 @@ def test_robots_written_with_quaternions(name: str) -> None:
     with_quaternions(ROBOTS / name)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_all_robots_written_with_quaternions() -> None:
     read = [with_quaternions(path) for path in sorted(ROBOTS.rglob("*.urdf"))]
     assert sum(read) >= 60

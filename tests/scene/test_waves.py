@@ -115,6 +115,7 @@ def _by_potential(sea: WaveField, place: Array, t: float, *orders: tuple[int, ..
         return [float(mpmath.diff(phi, (*map(mpmath.mpf, place), mpmath.mpf(t)), order)) for order in orders]
 
 
+@pytest.mark.slow_cases("8.0")
 @pytest.mark.parametrize("depth", [8.0, 300.0])
 def test_quantities_are_derivatives_of_the_potential(depth: float) -> None:
     """Velocities are its gradient, the elevation -phi_t/g at z = 0, and the slope the gradient of that."""

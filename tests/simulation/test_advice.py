@@ -35,6 +35,7 @@ def test_a_run_with_too_large_steps_says_so() -> None:
     assert rest.endswith("; try: a step smaller than 0.25 s")
 
 
+@pytest.mark.slow
 def test_an_error_that_may_be_a_tenth_is_said() -> None:
     model = eomgen.build(EXAMPLES / "heavy_top" / "joint_coordinates.toml")
     step = 0.00418593

@@ -55,6 +55,7 @@ def started(angle: float, speed: float) -> dict[str, np.ndarray]:
     return {"q": q, "v": speed * np.concatenate([axis, np.cross(axis, center)])}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_spring_winds_up_over_several_turns(method: str) -> None:
     """From 7 rad at 6 rad/s for 100 turns and back, against the closed form; the start is 7 rad, not 7 - 2 pi."""
@@ -70,6 +71,7 @@ def test_a_spring_winds_up_over_several_turns(method: str) -> None:
     np.testing.assert_allclose(total, total[0], rtol=1e-4)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @example(angle=1.0, turns_a_step=5e-324, step=0.015625, method="generalized_alpha")
 @given(
@@ -92,6 +94,7 @@ def test_any_angle_and_any_speed_give_the_angle_of_joint_coordinates(
     np.testing.assert_allclose(run.outputs["angle"], expected.outputs["angle"], rtol=0.0, atol=1e-9 * scale)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_more_than_0_9_of_a_turn_in_a_step_stops_and_names_the_joint(method: str) -> None:
     run = model().simulate(0.1, 0.01, method=method, initial=started(0.0, 2.0 * np.pi * 0.95 / 0.01))
@@ -103,6 +106,7 @@ def test_more_than_0_9_of_a_turn_in_a_step_stops_and_names_the_joint(method: str
     )
 
 
+@pytest.mark.slow
 def test_poses_alone_are_taken_with_the_turns_of_the_start() -> None:
     absolute = model()
     assert absolute.angles == ("hinge.angle",)
@@ -121,6 +125,7 @@ def test_poses_alone_are_taken_with_the_turns_of_the_start() -> None:
     assert run.outputs["angle"][0] == pytest.approx(8.0, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_states_between_rows_equilibria_and_linear_models_know_turns() -> None:
     run = model().simulate(20.0, 0.01, record_every=20)
     between = run.at(np.array([3.137, 11.03]))
@@ -194,6 +199,12 @@ def expected() -> eomgen.Solution:
     return eomgen.build(pair("joint"), terms, profile="quick", method="rk4").simulate(1.5, 2e-4, method="rk4")
 
 
+@pytest.mark.long_cases(
+    "generalized_alpha-0.005",
+    "generalized_alpha_index3-0.005",
+    "generalized_alpha_spatial-0.005",
+    "rk4_partitioned-1e-06",
+)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "error"),
@@ -257,6 +268,7 @@ def all_joints(coordinates: str, group: str) -> dict[str, Any]:
     }
 
 
+@pytest.mark.long_cases("R3xSO3", "SE3")
 @pytest.mark.slow
 @pytest.mark.parametrize("group", ["SE3", "R3xSO3"])
 def test_all_joints_with_angles(group: str) -> None:

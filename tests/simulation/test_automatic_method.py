@@ -34,6 +34,7 @@ LOOP: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 def test_the_eigenvalue_is_exact() -> None:
     model = eomgen.build(oscillator())
     found = largest_eigenvalue(model, initial_state(model, None), 0.0, model.parameter_array())
@@ -43,12 +44,14 @@ def test_the_eigenvalue_is_exact() -> None:
     assert found == pytest.approx(50.0 + np.sqrt(2400.0), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_eigenvalue_is_that_of_the_motion_that_constraints_leave() -> None:
     model = eomgen.build(LOOP)
     found = largest_eigenvalue(model, initial_state(model, None), 0.0, model.parameter_array())
     assert found == pytest.approx(np.sqrt(2.0 * 9.81 * 0.5 / (0.1 + 2.0 * 0.25)), rel=1e-9)
 
 
+@pytest.mark.slow_except("scene0-0.01-rk4-the largest eigenvalue at the start, 10 1/s, is 0.1, so an explicit method")
 @pytest.mark.parametrize(
     ("scene", "step", "chosen", "why"),
     [
@@ -76,6 +79,7 @@ def test_the_choice_is_made_once_and_said(scene: dict[str, Any], step: float, ch
     assert "chosen" not in named.message
 
 
+@pytest.mark.slow
 def test_scenes_and_models_may_leave_the_choice_to_runs() -> None:
     scene = oscillator()
     scene["simulation"]["method"] = "auto"

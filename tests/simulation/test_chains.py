@@ -19,6 +19,7 @@ def chain() -> eomgen.Model:
     return eomgen.build(scene, terms=terms_of("generalized_alpha", constrained=True), profile="fast")
 
 
+@pytest.mark.long
 def test_equations_and_residual_agree(chain: eomgen.Model) -> None:
     random = np.random.default_rng(20)
     blocks = {"q": chain.initial_q, **{name: random.normal(size=chain.nv) for name in "va"}}
@@ -27,6 +28,7 @@ def test_equations_and_residual_agree(chain: eomgen.Model) -> None:
     assert together == pytest.approx(alone, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_iterations_of_a_long_chain(chain: eomgen.Model) -> None:
     run = chain.simulate(0.2, 1e-3, rho_inf=0.8)
     assert run.stats["newton_iterations"] <= 4.0 * run.stats["steps"]

@@ -16,6 +16,8 @@ import eomgen
 from eomgen.compiled.functions import Functions
 from eomgen.simulation.stepping.stepper import Stepper
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: Attributes of a solution that are evaluated when they are asked for.
 LATER = ("outputs", "energy", "stats", "findings", "message", "success", "metadata", "error")

@@ -55,6 +55,8 @@ CASES = [
 ]
 
 
+@pytest.mark.slow_except("pendulum-generalized_alpha", "absolute-rk4_partitioned")
+@pytest.mark.long_cases("absolute-rattlie")
 @pytest.mark.parametrize(
     ("build", "options"), CASES, ids=[f"{build.__name__}-{options['method']}" for build, options in CASES]
 )
@@ -80,6 +82,7 @@ def test_halved_steps_and_late_factors_are_part_of_the_memory(file: Path) -> Non
     assert same(first.followed_by(model.resume(file, 2.0)), one)
 
 
+@pytest.mark.long
 def test_a_long_tree_by_its_extended_system(file: Path) -> None:
     scene = replace(planar_chain(24), name="chain", content=b"planar chain of 24 rods for checkpoints")
     joints = tuple(replace(joint, initial_position=(0.02 * k,)) for k, joint in enumerate(scene.joints))
@@ -99,6 +102,7 @@ def filtered() -> eomgen.Model:
     return eomgen.build(data, profile="quick")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "hht", "rk4"])
 def test_internal_states_are_part_of_the_memory(method: str, file: Path) -> None:
     model = filtered()
@@ -202,6 +206,7 @@ def test_a_disk_that_fails_later_does_not_end_the_run(tmp_path: Path) -> None:
 # -- refusals ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_what_a_checkpoint_does_not_belong_to_is_refused(file: Path, tmp_path: Path) -> None:
     pendulum().simulate(0.1, 1e-3, checkpoint=file, inputs={"torque": 0.5}, parameters={"length": 0.45})
     with pytest.raises(

@@ -92,6 +92,7 @@ def by_hand(kp: float, top: float) -> Callable[[float, np.ndarray], np.ndarray]:
     return rates
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kp", "top"), [(40.0, 12.0), (90.0, 5.0)])
 def test_controllers_are_their_equations(model: eomgen.Model, kp: float, top: float) -> None:
     rates = by_hand(kp, top)
@@ -109,6 +110,7 @@ def test_controllers_are_their_equations(model: eomgen.Model, kp: float, top: fl
         assert np.abs(servo).max() == top and np.abs(servo[-1]) < top
 
 
+@pytest.mark.slow
 def test_an_integral_that_winds_up_is_the_difference(model: eomgen.Model) -> None:
     """With tracking the overshoot of a saturated step is a fraction of that of a nearly free integral."""
     text = SCENE.replace("tracking = 0.5", "tracking = 1e6")
@@ -123,6 +125,7 @@ def _data(text: str) -> dict[str, object]:
     return tomllib.loads(text)
 
 
+@pytest.mark.slow
 def test_a_first_order_lag_is_exponential() -> None:
     builder = eomgen.SceneBuilder("lag", gravity=[0, 0, 0]).body("cart", 1.0)
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
@@ -139,6 +142,7 @@ def test_jumps_that_controllers_see_are_known() -> None:
     assert [item.time for item in eomgen.derive(builder.build()).discontinuities] == [0.35]
 
 
+@pytest.mark.slow
 def test_an_explicit_method_says_which_states_are_too_fast_for_it() -> None:
     builder = eomgen.SceneBuilder("fast_lag", gravity=[0, 0, 0]).body("cart", 1.0).parameter("T", 0.01, tunable=True)
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
@@ -171,6 +175,7 @@ def test_info_lists_states_with_their_cost(scene_file: Path, capsys: pytest.Capt
     assert "Internal states" in shown and "servo_integral" in shown
 
 
+@pytest.mark.slow
 def test_states_start_from_the_command_line(
     scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

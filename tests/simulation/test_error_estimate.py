@@ -20,6 +20,8 @@ from eomgen.simulation.accuracy.richardson import observed_order
 from eomgen.simulation.judgement.unit_quaternions import largest_stretch
 from tests.models.scenes import absolute, breaking, flyer, pendulum
 
+pytestmark = pytest.mark.slow
+
 #: An estimate is good within this factor of the true error.
 GOOD = 3.0
 

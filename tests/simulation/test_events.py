@@ -54,6 +54,7 @@ def ball() -> Model:
     return eomgen.build(BALL, profile="quick")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method",
     [
@@ -88,6 +89,7 @@ def test_a_bouncing_ball_follows_its_closed_form(method: str) -> None:
     assert {record.name for record in solution.events} == {"bounce", "top", "end"}
 
 
+@pytest.mark.slow
 def test_what_is_only_recorded_leaves_the_motion_as_it_is() -> None:
     events = {"half": {"when": "q.ball - 0.5"}, "time": {"when": "sin(7*t)", "direction": "rising"}}
     watched = eomgen.build(changed(BALL, "watched_ball", events=events), profile="quick").simulate(0.9)
@@ -110,6 +112,7 @@ def test_a_ball_that_comes_to_rest_ends_the_run_and_names_event_and_time() -> No
 WITH_TOLERANCES = (("rk4", {}), ("generalized_alpha", {}), ("rk45", {}), ("generalized_alpha", {"tolerance": 1e-6}))
 
 
+@pytest.mark.slow_except("rk4-more0")
 @pytest.mark.parametrize(("method", "more"), [*WITH_TOLERANCES, ("taylor", {})])
 def test_a_ball_on_the_ground_never_falls_through_it(method: str, more: dict[str, Any]) -> None:
     """It starts on the ground at rest or moving down, or an impact without restitution leaves it there."""
@@ -126,6 +129,7 @@ def test_a_ball_on_the_ground_never_falls_through_it(method: str, more: dict[str
             assert "the event bounce comes again and again at t = " in solution.message
 
 
+@pytest.mark.slow_except("0.5-rk45-more0")
 @pytest.mark.parametrize(("method", "more"), [("rk45", {}), ("generalized_alpha", {"tolerance": 1e-6})])
 @pytest.mark.parametrize("rows", [0.01, 0.5, 4.0])
 def test_methods_that_choose_their_steps_see_events_between_rows(
@@ -147,6 +151,7 @@ def test_more_events_than_are_kept_between_two_rows_end_the_run() -> None:
     assert "try: a smaller step, which is the distance of rows here, or the action count" in solution.message
 
 
+@pytest.mark.slow
 def test_a_function_without_a_value_behind_its_root_is_named() -> None:
     events = {"low": {"when": "sqrt(q.ball - 0.5)", "action": "stop"}}
     for method in ("rk4", "rk45"):
@@ -158,6 +163,7 @@ def test_a_function_without_a_value_behind_its_root_is_named() -> None:
         assert "try: a formula that is finite on both sides of its root" in solution.message
 
 
+@pytest.mark.long
 def test_a_function_that_rests_on_its_root_is_seen_when_it_leaves_and_comes_back() -> None:
     push = {"push": {"joint": "ball", "effort": "t * cos(4*t)"}}
     scene = changed(BALL, "pushed_ball", gravity=[0, 0, 0], events={"zero": {"when": "v.ball"}}, modes={})
@@ -213,6 +219,7 @@ PENDULUM: dict[str, Any] = {
 PENDULUM["events"]["wall"]["reset"] = {"v.hinge": "-0.7*v.hinge"}
 
 
+@pytest.mark.slow
 def test_a_pendulum_at_a_wall_is_scipys() -> None:
     solution = eomgen.build(PENDULUM, profile="quick").simulate()
     assert solution.events is not None
@@ -262,6 +269,7 @@ DOUBLE["joints"]["shoulder"]["initial"] = {"position": 1.0}
 DOUBLE["joints"]["elbow"]["initial"] = {"position": 0.4}
 
 
+@pytest.mark.slow
 def test_an_impact_of_a_double_pendulum_is_the_impulse_along_the_gradient() -> None:
     model = eomgen.build(DOUBLE, profile="quick")
     events = model.simulate().events
@@ -298,6 +306,7 @@ TWO["joints"]["first"]["initial"] = {"velocity": 1.0}
 TWO["joints"]["second"]["initial"] = {"position": 1.0, "velocity": -0.2}
 
 
+@pytest.mark.slow
 def test_two_masses_keep_momentum_and_energy() -> None:
     solution = eomgen.build(TWO, profile="quick").simulate()
     assert solution.events is not None and len(solution.events) == 1
@@ -341,6 +350,7 @@ def switched(t: float) -> float:
     return float(-3.0 * np.sin(t) if t < np.pi else np.sin(3.0 * (t - np.pi)))
 
 
+@pytest.mark.slow_except("rk4-4")
 @pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("generalized_alpha", 2)])
 def test_a_method_keeps_its_order_through_switches(method: str, order: int) -> None:
     model = eomgen.build(CLUTCH, profile="quick")
@@ -416,6 +426,7 @@ CRANK["joints"]["b"]["initial"] = {"position": -0.66}
 CRANK["joints"]["s"]["initial"] = {"position": 0.77}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk4_partitioned", "generalized_alpha_index3"])
 def test_an_impact_of_a_slider_crank_is_one_of_its_crank_alone(method: str) -> None:
     """With one degree of freedom all velocities change sign and shrink by the restitution, whatever the masses."""
@@ -426,12 +437,14 @@ def test_an_impact_of_a_slider_crank_is_one_of_its_crank_alone(method: str) -> N
         np.testing.assert_allclose(event.v, -0.5 * event.v_before, rtol=1e-5 if "index3" in method else 1e-12)
 
 
+@pytest.mark.long
 def test_in_absolute_coordinates_the_impacts_are_the_same() -> None:
     events = eomgen.build(changed(CRANK, "absolute_crank", coordinates="absolute"), profile="quick").simulate().events
     assert events is not None and len(events) == 2
     np.testing.assert_allclose(events.v, -0.5 * events.v_before, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("reset", "text"),
     [
@@ -453,6 +466,7 @@ def test_resets_of_a_loop_hold_the_constraints_or_say_that_they_cannot(reset: di
         np.testing.assert_allclose(event.v / event.v[2], event.v_before / event.v_before[2], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_events_of_an_orientation_are_on_the_group() -> None:
     scene = {
         "format": 1,
@@ -479,6 +493,7 @@ def test_events_of_an_orientation_are_on_the_group() -> None:
         np.testing.assert_allclose(events.t, times[times < 2.0], atol=1e-13)
 
 
+@pytest.mark.slow
 def test_internal_states_are_reset_and_their_roots_found() -> None:
     """A saw-tooth: z' = 1 - z from 0, back to 0.2 of itself at 0.5."""
     states = {"charge": {"rate": "1 - charge"}}
@@ -569,6 +584,7 @@ def test_states_and_outputs_between_rows_follow_the_modes() -> None:
     np.testing.assert_allclose(solution.outputs_at(t)["force"], -stiffness * q, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_events_and_modes_of_an_included_file_have_its_names(tmp_path: Path) -> None:
     (tmp_path / "cart.toml").write_text(
         """
@@ -618,6 +634,7 @@ reset = { "q.cart" = "q.cart + 1", " v.cart[0]" = "-lag", lag = 0 }
     assert back.z[0, 0] == 0.0
 
 
+@pytest.mark.slow
 def test_rates_and_gradients_are_checked_against_differences() -> None:
     scene = changed(DOUBLE, "checked_events", states={"lag": {"rate": "q.elbow - lag"}})
     scene["base"] = {"position": [0, 0, "0.1*sin(3*t)"], "rotation": [{"axis": [0, 1, 0], "angle": "0.2*sin(t)"}]}

@@ -10,6 +10,8 @@ import pytest
 
 import eomgen
 
+pytestmark = pytest.mark.slow
+
 #: Of the cord, rad/s.
 FAST = float(np.sqrt(6e7 / 2.0))
 
@@ -29,6 +31,7 @@ def hanging(*, absolute: bool = False) -> eomgen.Model:
     return eomgen.build(builder.output("pull", formula="tension.cord", unit="N").build(), profile="quick")
 
 
+@pytest.mark.long_cases("True")
 @pytest.mark.parametrize("absolute", [False, True])
 def test_a_stiff_start_off_balance_is_told_of(absolute: bool, tmp_path: Path) -> None:
     run = hanging(absolute=absolute).simulate(1.0, 2e-3)

@@ -14,6 +14,8 @@ import pytest
 import eomgen
 from eomgen.cli import main
 
+pytestmark = pytest.mark.slow
+
 STEP = 1e-3
 
 
@@ -125,6 +127,7 @@ def test_coarse_steps_that_stay_within_bounds_do_not_fail(method: str, frequency
         assert np.max(solution.energy["total"]) <= 1.1 * solution.energy["total"][0]
 
 
+@pytest.mark.long
 def test_energy_from_nothing_is_a_failure() -> None:
     """sqrt(1e5 N m / 0.25 kg m^2) = 632 rad/s times 4.6 ms = 2.91: it grows, but in 0.1 s too little for the
     windows."""
@@ -183,6 +186,7 @@ def test_motions_that_grow_by_their_own_equations_do_not_fail(by: dict[str, Any]
     assert np.abs(runs[0].q).max() > 1e20 and np.abs(runs[3].q).max() > 1e45
 
 
+@pytest.mark.long
 def test_a_pendulum_that_falls_and_a_controller_that_diverges() -> None:
     builder = eomgen.SceneBuilder("falling").body("rod", 1.0, center_of_mass=[0, 0, 0.5], inertia=[0.1, 0.1, 0.01])
     builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0], initial={"position": 1e-9})

@@ -11,6 +11,8 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.errors import DescriptionError, ModelError
 
+pytestmark = pytest.mark.slow
+
 G = 9.81
 
 
@@ -39,6 +41,7 @@ def test_what_never_passes_zero_is_refused() -> None:
         falling({"low": {"when": "t - 0.5", "action": "impact", "restitution": 0.5}})
 
 
+@pytest.mark.long
 def test_nothing_comes_behind_an_event_that_ends_the_run() -> None:
     ground = {"when": "q.ball", "direction": "falling", "action": "stop"}
     bounce = {"when": "q.ball", "action": "impact", "restitution": 0.5}
@@ -146,6 +149,7 @@ def test_only_the_event_without_a_value_is_named(method: str) -> None:
     assert not run.success and "has no finite value within the next step (root), after 31 of 100 steps" in run.message
 
 
+@pytest.mark.long
 def test_an_impact_that_the_run_starts_behind_or_on_is_told_of() -> None:
     floor = {"when": "q.ball", "direction": "falling", "action": "impact", "restitution": 0.5}
     behind = falling({"floor": floor}, {"position": -0.5, "velocity": 5.0}).simulate(0.5, 0.01, method="rk4")

@@ -49,6 +49,7 @@ def differenced(
     return (64.0 * slopes[0] - 20.0 * slopes[1] + slopes[2]) / 45.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["trapezoidal", "newmark", "tdg1", pytest.param("tdg2", marks=pytest.mark.slow)])
 def test_samples_against_differences(method: str) -> None:
     _, model = built(driven())
@@ -65,6 +66,7 @@ def test_samples_against_differences(method: str) -> None:
             assert abs(gradient[name][row] - expected) <= 1e-9 * np.max(np.abs(gradient[name]))
 
 
+@pytest.mark.slow
 def test_the_start_takes_inputs_within_the_first_step() -> None:
     """Of generalized-alpha, whose algorithmic acceleration has the rate of the accelerations."""
     builder = tree().input("push").effort("pushed", "b", "push*(1 + q.a)")
@@ -107,6 +109,7 @@ def test_a_number_for_the_whole_run_and_the_rows_of_a_part(monkeypatch: pytest.M
         np.testing.assert_allclose(array, gradient[name], rtol=1e-12, atol=1e-16)
 
 
+@pytest.mark.slow
 def test_what_has_no_derivatives_in_inputs_is_said() -> None:
     _, model = built(tree())
     with pytest.raises(UsageError, match=r'input_gradient: the scene has no inputs; try: inputs=\{"command": ...\}'):

@@ -75,6 +75,7 @@ PUSHES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", PUSHES)
 def test_order_across_a_jump(said: str) -> None:
     made = builder().parameter("late", LATE).input("push", **PUSHES[said]).effort("push", "rail", "push")
@@ -85,6 +86,7 @@ def test_order_across_a_jump(said: str) -> None:
     assert np.allclose(slopes(model, "rk4", exact, (100, 200, 400)), 4.0, rtol=0, atol=0.2)
 
 
+@pytest.mark.slow
 def test_order_is_lost_where_the_time_is_not_told() -> None:
     made = (
         builder()
@@ -102,6 +104,7 @@ def test_order_is_lost_where_the_time_is_not_told() -> None:
         assert 0.5 < slope < 1.6, method
 
 
+@pytest.mark.slow
 def test_order_across_a_bend() -> None:
     made = (
         builder()
@@ -115,6 +118,7 @@ def test_order_across_a_bend() -> None:
     assert "jumps" not in model.library.layout["method"], "a bend does no harm to a method of order 2"
 
 
+@pytest.mark.slow
 def test_many_jumps_in_every_step_and_none() -> None:
     wave = {"shape": "square", "period": 0.0217, "low": -1.0, "high": 2.0, "start": 0.003}
     model = eomgen.build(builder().input("push", wave=wave).effort("push", "rail", "push").build())
@@ -130,6 +134,7 @@ def test_many_jumps_in_every_step_and_none() -> None:
             assert abs(solution.q[-1, 0] - float(exact)) < bound, (method, count)
 
 
+@pytest.mark.slow
 def test_a_jump_on_the_grid_and_what_is_recorded_there() -> None:
     made = builder().input("push", points=[[0, 0], [0.3, 3]], interpolation="steps").effort("push", "rail", "push")
     made.output("force", formula=["push", "a.rail + 25 * q.rail + 0.4 * v.rail"])
@@ -146,6 +151,7 @@ def test_a_jump_on_the_grid_and_what_is_recorded_there() -> None:
         )
 
 
+@pytest.mark.slow
 def test_inputs_that_are_given_too() -> None:
     made = builder().input("push", points=[[0, 0], [LATE, 3]], interpolation="steps").input("other")
     model = eomgen.build(made.effort("push", "rail", "push + other").build())
@@ -159,6 +165,7 @@ def test_inputs_that_are_given_too() -> None:
     assert np.max(np.abs(solution.q[:, 0] - free(solution.t))) < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie"])
 def test_constraints_and_multipliers_across_a_jump(method: str) -> None:
     made = builder("absolute").input("push", points=[[0, 0], [LATE, 3]], interpolation="steps")
@@ -175,6 +182,7 @@ def test_constraints_and_multipliers_across_a_jump(method: str) -> None:
     assert np.allclose(np.abs(weight[~before]), 9.81 - 6.0, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_base_jumps_in_acceleration_only() -> None:
     """A bump as motion of the base: an acceleration that jumps, against the same motion by a fine run without
     events."""
@@ -203,6 +211,7 @@ def test_which_times_are_known() -> None:
         model.discontinuity_times(2, 1)
 
 
+@pytest.mark.slow
 def test_the_stand_alone_program_ends_its_steps_there_too(tmp_path: Path) -> None:
     made = builder().input("push", points=[[0, 0], [LATE, 3]], interpolation="steps").input("other", "sin(t)")
     scene = made.effort("push", "rail", "push + other").build()
@@ -232,6 +241,7 @@ def test_a_checkpoint_at_a_jump_goes_on_with_the_same_bits(given: dict[str, floa
         assert np.array_equal(both.q, one.q) and np.array_equal(both.a, one.a)
 
 
+@pytest.mark.slow
 def test_states_across_a_jump() -> None:
     """A first-order lag that is pushed by a step: zdot = (push - z)/0.2."""
     made = builder().input("push", points=[[0, 0], [LATE, 3]], interpolation="steps").state("lag", "(push - lag) / 0.2")
@@ -242,6 +252,7 @@ def test_states_across_a_jump() -> None:
         assert np.allclose(np.log2(np.array(errors[:-1]) / errors[1:]), order, rtol=0, atol=0.2)
 
 
+@pytest.mark.slow
 def test_a_jump_may_be_as_near_to_the_grid_as_it_likes() -> None:
     made = builder().input("push", points=[[0, 0], [LATE, 3]], interpolation="steps").effort("push", "rail", "push")
     model = eomgen.build(made.build())
@@ -253,6 +264,7 @@ def test_a_jump_may_be_as_near_to_the_grid_as_it_likes() -> None:
                 assert abs(solution.q[-1, 0] - exact) < bound, (method, distance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [0.0, -0.3, -1.0])
 def test_a_jump_at_zero_has_two_sides(start: float) -> None:
     """Times near zero have no rounding of their own to keep away by, and a grid that starts elsewhere meets zero with
@@ -266,6 +278,7 @@ def test_a_jump_at_zero_has_two_sides(start: float) -> None:
     assert np.signbit(model.discontinuity_times(0.0, 1.0)).tolist() == [False]
 
 
+@pytest.mark.slow
 def test_order_across_jumps_on_a_group() -> None:
     """A fast top whose torque comes and goes, against its own fine run by the method of order 4."""
     made = eomgen.SceneBuilder("top").body("top", 1.0, center_of_mass=[0, 0, 0.3], inertia=[0.02, 0.03, 0.01])

@@ -23,6 +23,7 @@ def slider(name: str, *, formula: str | None = None, effort: str = "u", **sectio
     }
 
 
+@pytest.mark.slow
 def test_an_input_of_time_is_right_up_to_the_limit_and_refused_beyond() -> None:
     model = eomgen.build(slider("fast_wave", formula="sin(7 * t)**2"))
     start = 1.42e9
@@ -43,6 +44,7 @@ def test_an_input_of_time_is_right_up_to_the_limit_and_refused_beyond() -> None:
     assert model.simulate(1e13 + 10.0, 0.1, t_start=1e13, inputs={"u": 1.0}).v[-1] == pytest.approx(10.0, rel=1e-9)
 
 
+@pytest.mark.slow_except("sine-generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk4"])
 @pytest.mark.parametrize(
     "effort", ["1e-14 * sin(1e11 * q.h)", "1e-3 if cos(1e11 * q.h) < 2 else 2"], ids=["sine", "choice"]
@@ -55,6 +57,7 @@ def test_an_argument_that_grows_with_the_motion_stops_the_run_and_is_named(metho
     assert solution.message.endswith("try: an origin of time near the run, with the phase there in the formula")
 
 
+@pytest.mark.slow
 def test_a_joint_that_has_turned_too_far_is_named() -> None:
     pendulum = {
         "format": 1, "name": "far_turned",

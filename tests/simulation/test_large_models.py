@@ -4,10 +4,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import eomgen
 from benchmarks import chains
 from eomgen.codegen.convert import to_program
+
+pytestmark = pytest.mark.slow
 
 #: Statements of all functions, loops counted once.
 CHAIN_OF_200 = 2_300
@@ -18,10 +21,12 @@ def statements(system: eomgen.System) -> int:
     return sum(function.operations for function in to_program(system).functions)
 
 
+@pytest.mark.long
 def test_a_chain_of_200_links_is_a_few_thousand_statements() -> None:
     assert statements(eomgen.derive(chains.scene("joint", "hinge", 200))) <= CHAIN_OF_200
 
 
+@pytest.mark.long
 def test_a_tree_of_100_degrees_of_freedom_is_stepped_sparsely() -> None:
     system = eomgen.derive(chains.scene("joint", "tree", 100))
     assert system.nv == 100
@@ -29,6 +34,7 @@ def test_a_tree_of_100_degrees_of_freedom_is_stepped_sparsely() -> None:
     assert statements(system) <= TREE_OF_100
 
 
+@pytest.mark.long
 def test_a_tree_of_70_degrees_of_freedom_keeps_its_energy_and_follows_runge_kutta() -> None:
     scene = chains.scene("joint", "tree", 70)
     model = eomgen.build(scene, terms=["residual", "iteration", "energy", "forward_dynamics"], profile="quick")

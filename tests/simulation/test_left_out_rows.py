@@ -13,6 +13,8 @@ import pytest
 import eomgen
 from eomgen import ModelError, UsageError
 
+pytestmark = pytest.mark.slow
+
 TURNED = [{"axis": [1, 2, 3], "angle": 0.7}]
 OFF = "rows that were left out, because they follow from others at the default parameters, are off at X = 0.3: "
 NEW = "rows that were left out, because they follow from others at the default parameters, do not at X = 0.2: "
@@ -56,6 +58,7 @@ CALLS: list[Callable[[eomgen.Model, dict[str, float]], Any]] = [
 ]
 
 
+@pytest.mark.long_cases("form2")
 @pytest.mark.parametrize("form", FORMS)
 def test_a_shift_along_the_hinges_is_refused_by_scene_and_run(form: Any) -> None:
     with pytest.raises(ModelError, match="cannot be met together"):

@@ -22,6 +22,7 @@ def run(case: Case) -> LongRun:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formulation", "trend", "momentum"),
     [(tops.SE3, 1e-5, 6.4e-5), (tops.R3XSO3, 2e-4, 1e-5)],
@@ -36,6 +37,8 @@ def test_the_slow_top_keeps_its_invariants(formulation: tops.Formulation, trend:
     assert 1e-6 < found.momentum <= momentum  # not conserved by the method, and not lost
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_a_four_bar_keeps_its_loop_and_loses_energy_by_the_order_only(coordinates: str) -> None:
     rate = 20.0 if coordinates == "absolute" else 0.0
@@ -51,6 +54,7 @@ def test_a_four_bar_keeps_its_loop_and_loses_energy_by_the_order_only(coordinate
     assert math.isnan(found.momentum)  # nothing turns freely about the vertical
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk4_partitioned"])
 def test_a_crank_that_has_turned_eight_thousand_times_keeps_its_loop(method: str) -> None:
     model = four_bar("joint", 20.0)
@@ -72,6 +76,7 @@ def test_a_crank_that_has_turned_eight_thousand_times_keeps_its_loop(method: str
     assert late.v == pytest.approx(first.v, abs=2e-8)
 
 
+@pytest.mark.slow
 def test_an_angle_that_winds_up_a_spring_is_left_alone() -> None:
     builder = eomgen.SceneBuilder("wound", coordinates="joint")
     for name, parent, angle in (("first", "base", 0.7), ("second", "first", -1.4), ("third", "base", 0.0)):

@@ -26,6 +26,7 @@ def model() -> eomgen.Model:
     )
 
 
+@pytest.mark.slow
 def test_a_long_chain_is_stepped_without_its_dense_matrix(model: eomgen.Model) -> None:
     assert not {"mass", "partials"} & set(model.terms)
     sizes = model.library.layout["method"]
@@ -37,6 +38,7 @@ def test_a_long_chain_is_stepped_without_its_dense_matrix(model: eomgen.Model) -
     assert solution.stats["newton_iterations"] <= 4 * solution.stats["steps"]
 
 
+@pytest.mark.slow
 def test_it_converges_to_runge_kutta_with_order_two(model: eomgen.Model) -> None:
     exact = model.simulate(0.04, 1e-4, method="rk4")
     errors = [np.abs(model.simulate(0.04, step).q[-1] - exact.q[-1]).max() for step in (2e-3, 1e-3, 5e-4)]
@@ -44,6 +46,7 @@ def test_it_converges_to_runge_kutta_with_order_two(model: eomgen.Model) -> None
     assert np.all(np.abs(slopes - 2.0) <= 0.1), (errors, slopes)
 
 
+@pytest.mark.long
 def test_joints_of_several_coordinates_in_a_long_tree() -> None:
     """Their links share a factor of the configuration, and one stage of the elimination has what is kept of both."""
     builder = eomgen.SceneBuilder("long_mixture")

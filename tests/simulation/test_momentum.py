@@ -29,6 +29,7 @@ def part(model: eomgen.Model, run: eomgen.Solution) -> float:
     return said.share
 
 
+@pytest.mark.slow
 def test_drift_is_told_and_a_fine_run_keeps_all() -> None:
     coarse = tumbling().simulate(20.0, 0.2)
     which = r"(angular )?momentum (along|about) [xyz], which nothing changes, drifts by \S+ % of the momenta at work"
@@ -58,6 +59,8 @@ def two_bodies(kind: str) -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("hinge")
 @pytest.mark.parametrize("kind", ["spring", "hinge"])
 def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     model = two_bodies(kind)
@@ -74,6 +77,7 @@ def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch:
     assert 3.0 < drifts[0] / drifts[1] < 5.0  # of order 2
 
 
+@pytest.mark.long
 def test_a_constraint_to_the_base_leaves_the_momentum_about_the_axis_through_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -84,6 +88,7 @@ def test_a_constraint_to_the_base_leaves_the_momentum_about_the_axis_through_it(
     assert said is not None and said.name == "angular momentum about z"
 
 
+@pytest.mark.slow
 def test_what_forces_change_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(momentum, "REPORTED", 0.0)
     assert part(flyer(), flyer().simulate(1.0, 0.02, method="rk4")) < 1e-6  # it falls, and its parts push one another
@@ -94,6 +99,7 @@ def test_what_forces_change_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) ->
     assert momentum_drift(pendulum(), states, pendulum().parameter_array()) is None
 
 
+@pytest.mark.long
 def test_what_rounding_leaves_of_a_momentum_that_is_none_is_not_drift() -> None:
     """A beam whose first node is at the origin falls without turning: its moments about the origin are rounding."""
     data = beam_scene(4, {"force": [0.0, 0.0, 0.0]}, type="free")

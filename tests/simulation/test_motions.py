@@ -46,6 +46,7 @@ def followed(method: str = "generalized_alpha", **options: Any) -> Any:
     return cart("lift").start(START, method=method, step=1e-3, motions={"lift": sine}, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_motion_moves_the_machine_as_the_same_law_as_a_formula(method: str) -> None:
     """Quintics over steps of 1 ms are off the sine by 0.1 (3 h)^6 / 46080 = 2e-21 m, and their second derivatives by
@@ -73,6 +74,7 @@ def test_the_effort_of_a_drive_is_mass_by_acceleration() -> None:
     assert run.q[0] == pytest.approx(t[-1] ** 4, abs=1e-14)
 
 
+@pytest.mark.long
 def test_absolute_coordinates_follow_motions_too() -> None:
     model, step = cart("lift", "absolute"), 1e-3
     run = model.start(step=step, method="generalized_alpha")
@@ -82,6 +84,7 @@ def test_absolute_coordinates_follow_motions_too() -> None:
     assert run.q[4:7] == pytest.approx([lift[-1][0], 0.0, 0.0], abs=1e-10)
 
 
+@pytest.mark.slow
 def test_what_a_distance_and_a_moving_base_follow() -> None:
     """A weight on a winch in a frame that is lifted: both motions together, in one formula each."""
     builder = eomgen.SceneBuilder("winch").body("weight", 3.0)
@@ -140,6 +143,7 @@ def test_the_page_shows_how_c_moves_a_motion(tmp_path: Path) -> None:
     assert (x, v) == pytest.approx((1e-3, 3e-2), abs=1e-14) and a == pytest.approx(0.6, abs=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "error"), [("rk4", 1e-8), ("hermite", 1e-8), ("generalized_alpha", 1e-11)])
 def test_methods_without_constraints_follow_the_base(method: str, error: float) -> None:
     """At steps of 5 ms. Quintics have the sine's acceleration within steps to 0.05 7^6 h^4 / 384 = 1e-8 m/s^2, of which
@@ -250,6 +254,7 @@ REFUSED: list[tuple[str, Callable[[], object], str]] = [
 ]  # fmt: skip  # a table
 
 
+@pytest.mark.slow_cases("a scene without motions")
 @pytest.mark.parametrize(("refused", "message"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED])
 def test_what_is_no_motion_is_refused(refused: Callable[[], object], message: str) -> None:
     with pytest.raises(eomgen.UsageError) as caught:
@@ -257,6 +262,7 @@ def test_what_is_no_motion_is_refused(refused: Callable[[], object], message: st
     assert message in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_kink_behind_a_motion_is_refused_where_it_comes() -> None:
     run = cart("abs(lift - 0.21)").start(step=1e-3)
     run.step(motions={"lift": (0.205, 0.0, 0.0)})
@@ -284,6 +290,7 @@ def test_what_an_input_cannot_be_beside_a_motion() -> None:
     assert "whose name is too long; try: a shorter name" in refused_scene(motion=True, name="l" * 60)
 
 
+@pytest.mark.slow
 def test_steps_before_and_behind_an_event_that_stops() -> None:
     """A motion that an event has stopped goes on from where it was then, with its rate and acceleration."""
     builder = eomgen.SceneBuilder("block", gravity=[0, 0, 0]).body("block", 2.0)

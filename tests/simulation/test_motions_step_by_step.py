@@ -39,6 +39,7 @@ def quintic(start: tuple[float, float, float], end: tuple[float, float, float]) 
     return dict(zip(NAMES, [x, v, a / 2, *rest], strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "error"), [("rk4_partitioned", 1e-7), ("generalized_alpha", 3e-5)])
 def test_pieces_set_between_steps_move_the_machine_as_one_law(name: str, error: float) -> None:
     """The pieces are off the sine by the error of Hermite's interpolation, 0.1 (3 T)^6 / 46080, and 9e-14 m is none."""

@@ -13,6 +13,7 @@ from eomgen.cli import main
 from tests.models.scenes import PENDULUM_TOML, absolute, pendulum
 
 
+@pytest.mark.slow
 def test_cases_of_the_same_coefficients_run_the_same() -> None:
     model = pendulum()
     runs = [
@@ -31,6 +32,7 @@ def test_cases_of_the_same_coefficients_run_the_same() -> None:
     assert not np.array_equal(damped.q, runs[0].q)
 
 
+@pytest.mark.long
 def test_undamped_and_damped_cases_bear_constraints() -> None:
     ends = [
         absolute().simulate(0.2, 2e-3, method=name, **more)
@@ -42,6 +44,7 @@ def test_undamped_and_damped_cases_bear_constraints() -> None:
         np.testing.assert_allclose(run.q[-1], fine.q[-1], atol=3e-5)
 
 
+@pytest.mark.long
 def test_a_case_that_index_3_bears_with_damping_needs_none_in_the_scene() -> None:
     damped = absolute().simulate(0.1, 1e-3, method="newmark_index3", alpha=0.1)
     same = absolute().simulate(0.1, 1e-3, method="newmark_index3", beta=0.3025, gamma=0.6)
@@ -84,6 +87,7 @@ def test_c_of_a_case_without_damping_is_not_written_for_index_3(tmp_path: Path) 
         eomgen.generate(path, tmp_path / "c", method="newmark_index3")
 
 
+@pytest.mark.slow
 def test_a_scene_file_chooses_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(PENDULUM_TOML + 'method = "hht"\nalpha = 0.1\n', encoding="utf-8")

@@ -105,6 +105,8 @@ def position(one: Solution) -> Any:
     return one.q[:, 0]
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("0.01-generalized_alpha", "0.01-generalized_alpha_f1")
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("step", [0.01, 0.0037])
 def test_a_function_of_python_moves_as_its_law_in_formulas(name: str, step: float) -> None:
@@ -120,6 +122,7 @@ def test_a_function_of_python_moves_as_its_law_in_formulas(name: str, step: floa
     assert np.ptp(position(wanted)) > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", METHODS)
 def test_a_linked_function_of_c_moves_as_its_law_in_formulas(name: str, tmp_path: Path) -> None:
     machine = eomgen.build(linked(tmp_path), profile="quick", method="rk4")
@@ -151,6 +154,7 @@ def test_states_copies_and_checkpoints_hold_declared_memory(tmp_path: Path) -> N
     assert np.array_equal(rest.q[-1], whole.q[-1])
 
 
+@pytest.mark.slow
 def test_the_estimate_calls_again_only_what_can_be_called_again() -> None:
     wanted = called("memory = 2").simulate(0.75, 0.004, method="rk4", controllers={"servo": law})
     assert wanted.error.available
@@ -293,6 +297,7 @@ effort = "after - pull"
 """
 
 
+@pytest.mark.slow
 def test_several_outputs_and_controllers_that_read_one_another() -> None:
     def both(t: float, signals: Any, memory: Any) -> tuple[float, float]:
         memory[0] += 0.5
@@ -310,6 +315,7 @@ def test_controllers_that_ask_for_each_other_are_refused() -> None:
         eomgen.build(tomllib.loads(CART + text), profile="quick", method="rk4")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rk4", "generalized_alpha"])
 def test_generated_c_with_the_linked_function_runs_alone_without_warnings(name: str, tmp_path: Path) -> None:
     eomgen.generate(eomgen.load(linked(tmp_path)), tmp_path / "c", method=name)
@@ -355,6 +361,7 @@ int main(void)
 """
 
 
+@pytest.mark.slow
 def test_a_caller_in_c_gives_the_function(tmp_path: Path) -> None:
     scene = eomgen.load(tomllib.loads(CART + CALLED.replace("KEYS", "memory = 2")))
     eomgen.generate(scene, tmp_path / "c", method="rk4")
@@ -369,6 +376,7 @@ def test_a_caller_in_c_gives_the_function(tmp_path: Path) -> None:
     assert "CART_CONTROLLER_FAILED" in readme
 
 
+@pytest.mark.slow
 def test_the_c_file_is_part_of_the_key_and_its_faults_name_its_lines(tmp_path: Path) -> None:
     path = linked(tmp_path)
     first = eomgen.load(path).content
@@ -383,6 +391,7 @@ def test_the_c_file_is_part_of_the_key_and_its_faults_name_its_lines(tmp_path: P
         eomgen.build(path, profile="quick", method="rk4")
 
 
+@pytest.mark.slow
 def test_a_stepper_that_knows_no_more_says_what_its_status_means() -> None:
     machine = called("memory = 0")
     library = machine.stepper("rk4")
@@ -393,6 +402,7 @@ def test_a_stepper_that_knows_no_more_says_what_its_status_means() -> None:
     )
 
 
+@pytest.mark.slow_except("value")
 @pytest.mark.parametrize(
     ("old", "new", "what"),
     [

@@ -110,6 +110,7 @@ def digital_by_hand(samples: int) -> tuple[float, float]:
     return q, v
 
 
+@pytest.mark.slow_except("0.007-generalized_alpha")
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("step", [0.01, 0.0025, 0.007, 0.05])
 def test_a_held_force_is_that_of_a_controller_by_hand(name: str, step: float) -> None:
@@ -123,6 +124,7 @@ def test_a_held_force_is_that_of_a_controller_by_hand(name: str, step: float) ->
         assert np.array_equal(solution.z[1:5, 0], [40.0] * 4), "a row at a sample has what held until then"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("step", [0.01, 0.004])
 def test_rounding_delays_rates_and_order_are_those_of_a_controller_by_hand(name: str, step: float) -> None:
@@ -134,6 +136,7 @@ def test_rounding_delays_rates_and_order_are_those_of_a_controller_by_hand(name:
     assert np.array_equal(measured * 256, np.round(measured * 256)) and len(np.unique(measured)) > 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rk4", "generalized_alpha"])
 def test_a_simulator_a_checkpoint_and_parameters_go_with_samples(name: str, tmp_path: Any) -> None:
     whole = model(DIGITAL).simulate(1.0, 0.004, method=name, error_estimate=False)
@@ -152,6 +155,7 @@ def test_a_simulator_a_checkpoint_and_parameters_go_with_samples(name: str, tmp_
     assert np.array_equal(rest.q[-1], whole.q[-1])
 
 
+@pytest.mark.slow_except("True-taylor")
 @pytest.mark.parametrize("name", ["rk4", "rk45", "taylor", "hermite", "generalized_alpha"])
 @pytest.mark.parametrize("events", [False, True])
 def test_the_program_in_c_runs_as_simulate_does(name: str, events: bool, tmp_path: Any) -> None:
@@ -173,6 +177,7 @@ def test_samples_count_from_the_origin_of_time() -> None:
     assert solution.z[6, 0] == pytest.approx(40 * (1.02 - q) - 6 * 0.5 * 0.005, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "tolerance"),
     [("rk4", None), ("rk45", None), ("taylor", None), ("generalized_alpha", None), ("generalized_alpha", 1e-6)],
@@ -193,6 +198,7 @@ def test_events_and_samples_in_one_step(name: str, tolerance: float | None) -> N
     raise AssertionError("the cart never gets there")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rk4", "rk45", "taylor", "generalized_alpha"])
 def test_a_sampled_quantity_that_passes_zero_does_so_at_a_sample(name: str) -> None:
     """The force falls below 20 N at t = 0.1 s: by hand 20.96 and 18.92 N before and behind it."""

@@ -18,6 +18,7 @@ def _scene(**simulation: Any) -> dict[str, Any]:
     return {**SWING, "simulation": {**SWING["simulation"], "method": "generalized_alpha", **simulation}}
 
 
+@pytest.mark.slow
 def test_a_scenes_settings_are_those_of_the_call() -> None:
     plain, loose = eomgen.build(_scene()), eomgen.build(_scene(settings=LOOSE))
     told = plain.simulate(0.5, settings=LOOSE, error_estimate=False)
@@ -30,6 +31,7 @@ def test_a_scenes_settings_are_those_of_the_call() -> None:
     assert over.metadata["settings"]["atol"] == 1e-5
 
 
+@pytest.mark.slow
 def test_other_methods_keep_their_own() -> None:
     model = eomgen.build(_scene(settings=LOOSE))
     other = model.simulate(0.5, method="rk4", error_estimate=False)
@@ -43,6 +45,7 @@ def test_the_emitted_c_has_them_as_defaults(tmp_path: Path) -> None:
     assert "0.0003" in text or "3e-4" in text or "3e-04" in text
 
 
+@pytest.mark.slow
 def test_a_scene_names_its_arithmetic_and_the_call_may_name_another() -> None:
     single = eomgen.build(_scene(real="float"))
     assert single.library.real == "float"

@@ -112,28 +112,36 @@ def check(
         np.testing.assert_allclose(found.hessian_products(functional, vectors[:, -1]), products[:, -1], rtol=1e-12)
 
 
+@pytest.mark.slow_except("trapezoidal")
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal", "hht"])
 def test_a_tree_by_its_parameters_and_its_initial_state(method: str) -> None:
     check(tree(), method, OF_TREE, SWUNG, ["final(angle)", "integral(two[1])", "mean(two[0])", "sum(angle)"])
 
 
+@pytest.mark.slow
 def test_a_controller_with_internal_states() -> None:
     by = ["mass", "length", "lag", "gain", "q.a", "v.a", "z.filtered"]
     check(controlled(), "trapezoidal", by, {"a": 0.6}, ["final(y[0])", "mean(y[1])"])
 
 
+@pytest.mark.slow
+@pytest.mark.long_except("0.01")
 @pytest.mark.parametrize("step", [0.001, 0.01])
 def test_a_beam_at_steps_that_resolve_it_and_that_do_not(step: float) -> None:
     by, initial = ["bend", "tip", "speed", "q.axle"], {"axle": {"velocity": 1.0}}
     check(bending(), "generalized_alpha", by, initial, ["final(y[0])", "mean(y[1])"], step)
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("generalized_alpha", "trapezoidal")
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
 def test_bodies_that_turn_in_space_on_a_base_that_moves_by_a_parameter(method: str) -> None:
     by = ["mass", "length", "damping", "shake", "q.a[0]", "q.a[1]", "q.f[1]", "q.f[4]", "v.a[2]", "v.f[3]"]
     check(turning(), method, by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]}, ["final(y[0])", "mean(y[2])"])
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("absolute-generalized_alpha-by2", "loop-generalized_alpha-by0", "loop-trapezoidal-by1")
 @pytest.mark.parametrize(
     ("builder", "method", "by"),
     [
@@ -187,6 +195,7 @@ def test_constraints_and_starts_that_move_onto_them(builder: Any, method: str, b
         assert np.max(np.abs(products - products.T)) <= 1e-14 * size
 
 
+@pytest.mark.slow
 def test_what_is_left_of_a_taylor_series_is_of_third_order() -> None:
     _, model = built(tree())
     given: dict[str, Any] = {"settings": TO_ROUNDING}

@@ -161,18 +161,22 @@ def check(
     return found
 
 
+@pytest.mark.slow_except("generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal", "hht"])
 def test_a_tree_by_its_parameters_and_its_initial_state(method: str) -> None:
     initial = {"a": {"position": 0.7, "velocity": 0.2}, "b": {"position": -0.3, "velocity": 1.0}}
     check(tree(), method, ["mass", "stiffness", "damping", "length", "q.a", "v.b"], initial)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
 def test_bodies_that_turn_in_space_on_a_base_that_moves_by_a_parameter(method: str) -> None:
     by = ["mass", "length", "damping", "shake", "q.a[0]", "q.f[1]", "q.f[4]", "v.a[2]", "v.f[3]"]
     check(turning(), method, by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]})
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("generalized_alpha", "trapezoidal")
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
 def test_a_loop_whose_rows_move_with_a_parameter(method: str) -> None:
     _, model = built(loop())
@@ -181,16 +185,19 @@ def test_a_loop_whose_rows_move_with_a_parameter(method: str) -> None:
     check(loop(), method, by, {"q": start.q, "v": start.v})
 
 
+@pytest.mark.long
 def test_absolute_coordinates_move_onto_their_constraints() -> None:
     _, model = built(absolute())
     initial = {"q": model.initial_q, "v": model.initial_v}
     check(absolute(), "generalized_alpha", ["mass", "length", "damping"], initial, steps=8)
 
 
+@pytest.mark.slow
 def test_a_controller_with_internal_states() -> None:
     check(controlled(), "trapezoidal", ["mass", "length", "lag", "gain", "q.a", "v.a", "z.filtered"], {"a": 0.6})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.001, 0.01])
 def test_a_beam_at_steps_that_resolve_it_and_that_do_not(step: float) -> None:
     by = ["bend", "tip", "speed", "q.axle"]
@@ -199,6 +206,7 @@ def test_a_beam_at_steps_that_resolve_it_and_that_do_not(step: float) -> None:
     assert np.any(begun["a"] != begun["vdot"]) == (step == 0.001)
 
 
+@pytest.mark.slow
 def test_a_first_step_that_damps_is_refused() -> None:
     _, model = built(bending())
     text = "the start excites motions that are too fast for the step, and the first step, which damps them, has no"
@@ -246,6 +254,7 @@ def refusal(model: Model, *given: Any, **options: Any) -> str:
     return str(caught.value)
 
 
+@pytest.mark.slow
 def test_what_has_no_derivatives_is_refused_by_name() -> None:
     _, model = built(tree())
     assert refusal(model, 0.1, STEP, by=["fixed"]) == (
@@ -318,6 +327,7 @@ def test_derivatives_that_are_no_numbers_are_told() -> None:
     )
 
 
+@pytest.mark.slow
 def test_events_are_refused_because_their_times_move() -> None:
     builder = tree().event("passage", "q.a", action="record")
     _, model = built(builder)
@@ -326,6 +336,7 @@ def test_events_are_refused_because_their_times_move() -> None:
     )
 
 
+@pytest.mark.long
 def test_runs_and_scenes_without_derivatives_say_why() -> None:
     _, model = built(tree())
     assert "t_end: the run from 0 s to 0 s has no whole step of 0.01 s; try: a later t_end" in refusal(model, 0.0, STEP)
@@ -367,6 +378,7 @@ def test_internal_states_that_start_with_rates_of_rates() -> None:
     assert "generalized_alpha starts internal states with rates of their rates, which have no derivatives here" in told
 
 
+@pytest.mark.long
 def test_forces_that_jump_and_runs_that_fail() -> None:
     jumping = tree().effort("push", "a", "1 if t < 0.05 else 2")
     told = refusal(built(jumping)[1], 0.1, STEP)

@@ -6,11 +6,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import eomgen
 from benchmarks import stepper_overhead
 from benchmarks.robots import driven, pinocchio_model, scene
 from tests.codegen.test_stand_alone import compiled, run
+
+pytestmark = pytest.mark.slow
 
 SAMPLES = 1000
 DRIVER = """

@@ -109,6 +109,7 @@ def rows_over(solution: eomgen.Solution) -> np.ndarray:
     return np.column_stack([solution.t, solution.q, solution.v, solution.a, solution.multipliers, solution.z])
 
 
+@pytest.mark.slow_except("generalized_alpha-absolute")
 @pytest.mark.parametrize(("name", "coordinates"), CASES)
 def test_steps_are_those_of_simulate_to_the_bit(name: str, coordinates: str) -> None:
     model, steps, step = pendulum(coordinates), 40, 2.0**-6
@@ -150,6 +151,8 @@ def test_steps_are_those_of_simulate_to_the_bit(name: str, coordinates: str) -> 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("elastic_vehicle-full_car")
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_every_example_is_stepped_as_it_is_simulated(path: Path) -> None:
     model = eomgen.build(path, profile="quick")
@@ -198,6 +201,7 @@ def jumps(name: str, coordinates: str, steps: int, segments: int = 6, **options:
     return np.array([angle_of(model, run.q), rate, run.z[0]])
 
 
+@pytest.mark.slow_except("generalized_alpha-absolute-2-options5")
 @pytest.mark.parametrize(
     ("name", "coordinates", "order", "options"),
     [
@@ -218,6 +222,7 @@ def test_the_order_is_kept_over_jumps(name: str, coordinates: str, order: int, o
     assert errors[-1] < (1e-8 if order == 4 else 1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "tolerance", "error"), [("taylor", None, 1e-10), ("rk45", 1e-10, 1e-7), ("generalized_alpha", 1e-7, 1e-3)]
 )
@@ -225,6 +230,7 @@ def test_methods_of_own_steps_keep_their_tolerance_over_jumps(name: str, toleran
     assert np.linalg.norm(jumps(name, "joint", 8, tolerance=tolerance) - oracle(6)) < error
 
 
+@pytest.mark.slow_except("generalized_alpha-absolute")
 @pytest.mark.parametrize(("name", "coordinates"), CASES)
 def test_copies_and_states_go_on_with_the_same_bits(name: str, coordinates: str) -> None:
     options = {"alpha": 0.1} if name == "newmark" else {}
@@ -250,6 +256,7 @@ def test_copies_and_states_go_on_with_the_same_bits(name: str, coordinates: str)
     assert np.array_equal(on(fresh), first)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_advance_ends_where_it_is_told_to(coordinates: str) -> None:
     """Times off the grid, with an input that is linear over all of the way, against a run by the same steps."""
@@ -267,6 +274,7 @@ def test_advance_ends_where_it_is_told_to(coordinates: str) -> None:
     assert run.t == 1.0 and run.statistics["steps"] > 60
 
 
+@pytest.mark.slow
 def test_what_a_simulator_says_of_itself() -> None:
     run = start("rk4", "joint", step=1e-3)
     assert repr(run) == "<Simulator of pendulum by rk4: t = 0 s, steps of 0.001 s>"
@@ -312,6 +320,7 @@ def test_mistakes_are_told_and_change_nothing(call: Any, text: str) -> None:
     assert np.array_equal(rows_of(run), before)
 
 
+@pytest.mark.slow
 def test_starts_that_cannot_be_are_refused() -> None:
     model = pendulum("joint")
     for options, text in (
@@ -344,6 +353,7 @@ def test_a_step_that_fails_leaves_the_last_good_state() -> None:
     assert run.t == pytest.approx(0.004)
 
 
+@pytest.mark.slow
 def test_what_is_prescribed_ends_a_motion_where_it_ends() -> None:
     text = PENDULUM.replace('unit = "N m" }', 'unit = "N m", formula = "pulse(t)" }')
     text += "[curves.pulse]\npoints = [[0, 0], [0.5, 1], [1, 0]]\n"
@@ -387,6 +397,7 @@ action = "stop"
 """
 
 
+@pytest.mark.slow
 def test_events_within_steps() -> None:
     run = eomgen.build(tomllib.loads(BALL), profile="quick").start(method="rk4", step=1e-2)
     fall = np.sqrt(2.0 / 9.81)
@@ -411,6 +422,7 @@ def test_events_within_steps() -> None:
     assert run.stopped == "" and run.event_counts["bounce"] == 1
 
 
+@pytest.mark.slow
 def test_a_law_of_other_parameters_sets_other_joints_in_motion() -> None:
     """A cart of 2 kg that a drive sets off at 1 m/s at once: m r (V cos phi + r phi') + I phi' = 0 of the bob on it."""
     m, r, inertia, angle = 0.5, 0.3, 0.1, 0.3

@@ -49,6 +49,7 @@ def error(run: eomgen.Solution) -> float:
     return float(np.abs(2.0 * np.sin((run.q[:, :3] - tops(run.t)[:, np.newaxis]) / 2.0)).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1e-2, 5e-3, 1e-3])
 def test_rk4_partitioned_passes_and_says_how_often(model: eomgen.Model, step: float) -> None:
     """The figures of docs/scene.md; as often as the posts lie down in the motion of the closed form."""
@@ -63,6 +64,7 @@ def test_rk4_partitioned_passes_and_says_how_often(model: eomgen.Model, step: fl
     assert error(run) < 3e-6 and np.ptp(run.energy["total"]) < 3e-6
 
 
+@pytest.mark.slow
 def test_rk45_partitioned_says_where_its_error_does_not_follow_the_tolerance(model: eomgen.Model) -> None:
     told = "; near them errors do not follow tolerances: the estimated one is "
     run = model.simulate(10.0, 1e-2, method="rk45_partitioned", tolerance=1e-10)
@@ -73,6 +75,7 @@ def test_rk45_partitioned_says_where_its_error_does_not_follow_the_tolerance(mod
     assert run.success and told not in run.message and error(run) < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1e-2, 5e-3, 2e-3, 1e-3])
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "trapezoidal"])
 def test_generalized_alpha_passes_with_its_order_or_says_why_it_stops(
@@ -88,6 +91,7 @@ def test_generalized_alpha_passes_with_its_order_or_says_why_it_stops(
         assert run.message.endswith(f"{SINGULAR}; try: {way_through(method, step)}")
 
 
+@pytest.mark.slow
 def test_a_stop_names_the_position_and_what_passes_it(model: eomgen.Model) -> None:
     run = model.simulate(10.0, 2e-3, method="generalized_alpha", settings={"max_iterations": 2, "max_halvings": 0})
     assert not run.success and run.message.endswith(f"{SINGULAR}; {WAY}")
@@ -99,6 +103,7 @@ def test_a_stop_names_the_position_and_what_passes_it(model: eomgen.Model) -> No
     assert passed.success and passed.t[-1] > named
 
 
+@pytest.mark.slow_except("1.0-generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned"])
 @pytest.mark.parametrize("speed", [0.0, 1.0])
 def test_a_start_at_one_is_refused_with_the_cause(model: eomgen.Model, method: str, speed: float) -> None:
@@ -143,6 +148,7 @@ def test_a_run_that_meets_none_says_nothing(model: eomgen.Model) -> None:
     assert run.message == "reached t = 0.05 s in 50 steps" and run.stats["singular_passages"] == 0
 
 
+@pytest.mark.slow
 def test_a_stop_elsewhere_does_not_name_them() -> None:
     model = eomgen.build(four_bar("revolute"), profile="quick")
     run = model.simulate(2.0, 2e-2, method="generalized_alpha", settings={"max_iterations": 2, "max_halvings": 0})

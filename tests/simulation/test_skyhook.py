@@ -72,6 +72,7 @@ def test_velocities_are_those_against_the_world() -> None:
     assert at_rest["ideal"] == pytest.approx((2000.0 - 400.0) * speed)
 
 
+@pytest.mark.slow_except("0.01")
 @pytest.mark.parametrize("width", [None, 0.01])
 def test_a_clipped_damper_only_takes_energy_out(width: float | None) -> None:
     run = eomgen.build(scene(width=width)).simulate(2.0, 2e-4)

@@ -13,6 +13,8 @@ from eomgen.arrays import Array
 from eomgen.simulation.stepping.step_parts import StepParts, step_parts
 from tests.simulation.test_error_estimate import good
 
+pytestmark = pytest.mark.slow
+
 STIFFNESS = 400.0
 FREQUENCY = np.sqrt(STIFFNESS)
 SAMPLE = 0.01

@@ -42,6 +42,7 @@ def pendulum() -> Model:
 METHODS = ("generalized_alpha", "rk4", "taylor", "hermite")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("end", "step", "steps"), [(0.0105, 1e-3, 11), (0.05, 0.1, 1), (0.1, 0.03, 4), (0.3, 0.1, 3)])
 def test_a_run_ends_where_it_is_told_to(method: str, end: float, step: float, steps: int) -> None:
@@ -54,6 +55,7 @@ def test_a_run_ends_where_it_is_told_to(method: str, end: float, step: float, st
     assert pendulum().simulate(end, step, method=method, inputs={"push": 0.5}, record_every=7).t[-1] == solution.t[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "order"), [("generalized_alpha", 2), ("rk4", 4), ("hermite", 4)])
 def test_the_shortened_step_keeps_the_order(method: str, order: int) -> None:
     end, errors = 1.0, []
@@ -138,6 +140,7 @@ def fast_wave(period: float) -> Model:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_waves_much_faster_than_the_step_are_refused_before_the_run(method: str) -> None:
     model = fast_wave(1e-12)
@@ -153,12 +156,14 @@ def test_waves_much_faster_than_the_step_are_refused_before_the_run(method: str)
     assert len(model.discontinuity_times(0.0, 1e-9)) == 2001
 
 
+@pytest.mark.long
 def test_a_run_with_very_many_jumps_lists_none_of_them() -> None:
     model = fast_wave(1e-6)
     solution = model.simulate(1.0, 2e-3, method="rk4")
     assert solution.success and solution.v[-1, 0] == pytest.approx(0.5, abs=1e-9)
 
 
+@pytest.mark.long
 def test_ctrl_c_is_heard_among_many_jumps() -> None:
     model = fast_wave(1e-6)  # the signal comes while steps are taken, not while the run is prepared
     timer = threading.Timer(2.0, lambda: signal.raise_signal(signal.SIGINT))

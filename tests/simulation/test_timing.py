@@ -31,6 +31,7 @@ OSCILLATOR: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_a_repeated_run_goes_on_after_events(real: Literal["double", "float"]) -> None:
     model = eomgen.build(OSCILLATOR, real=real, profile="quick")
@@ -44,6 +45,7 @@ def test_a_repeated_run_goes_on_after_events(real: Literal["double", "float"]) -
         assert repeated.state[1:] == pytest.approx(np.append(run.q[-1], run.v[-1]), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_run_that_stops_has_no_times_of_its_steps() -> None:
     model = eomgen.build(OSCILLATOR, profile="quick")
     run = model.simulate(1e4, 5.0, method="rk4", inputs={"push": 0.0}, error_estimate=False)

@@ -44,6 +44,46 @@ LONG = {
 }
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases(
+    "active_quarter_car/lag.toml",
+    "active_quarter_car/scene.toml",
+    "active_vehicle/scene.toml",
+    "bouncing_ball/scene.toml",
+    "double_pendulum_on_shaking_base/scene.toml",
+    "elastic_pendulum/scene.toml",
+    "elastic_slider_crank/scene.toml",
+    "elastic_vehicle/full_car.toml",
+    "elastic_vehicle/scene.toml",
+    "four_bar/scene.toml",
+    "free_spinning_body/scene.toml",
+    "half_car_on_measured_road/scene.toml",
+    "hanging_chain/scene.toml",
+    "heavy_top/joint_coordinates.toml",
+    "heavy_top/r3xso3.toml",
+    "heavy_top/se3.toml",
+    "jerk_limited_arm/scene.toml",
+    "misaligned_four_bar/scene.toml",
+    "pendulum_on_shaking_base/scene.toml",
+    "pi_servo/sampled.toml",
+    "pi_servo/scene.toml",
+    "quarter_car/scene.toml",
+    "quarter_car_on_bump/scene.toml",
+    "robot_arm/scene.toml",
+    "sea_arm/links.toml",
+    "sea_arm/scene.toml",
+    "shear_frame_with_pendulum/scene.toml",
+    "slider_crank_planar/scene.toml",
+    "slider_crank_spatial/scene.toml",
+    "spherical_pendulum/scene.toml",
+    "spin_up_beam/exact.toml",
+    "spin_up_beam/scene.toml",
+    "spin_up_beam/set_b.toml",
+    "spin_up_beam/with_stretch.toml",
+    "spin_up_beam/without_stiffening.toml",
+    "symmetric_top/scene.toml",
+    "unbalanced_shaft/scene.toml",
+)
 @pytest.mark.parametrize("name", SCENES)
 def test_every_closed_form_of_an_example_agrees(name: str) -> None:
     report = check(EXAMPLES / name, states=4, profile="quick", only=LONG.get(name, ()))
@@ -65,6 +105,7 @@ def test_second_derivatives_alone_bring_the_first_ones_that_they_are_held_to() -
     assert report.passed and [form.name for form in report.forms] == ["second_partials.Hd"]
 
 
+@pytest.mark.long
 def test_a_report_is_written_and_drawn(tmp_path: Path) -> None:
     report = check(
         EXAMPLES / "slider_crank_spatial" / "scene.toml", states=3, profile="quick", only=("constraint", "partials")

@@ -51,6 +51,7 @@ PENDULUM: dict[str, Any] = {
 }
 
 
+@pytest.mark.long
 def test_a_swing_has_no_fails() -> None:
     found = eomgen.extremes(PENDULUM, ladders=["length", "time", "structure", "spin", "stiffness"], methods=["rk4"])
     assert not found.fails and not found.left_out
@@ -155,6 +156,7 @@ def test_the_time_limit_is_not_for_compiling() -> None:
     broken.close()
 
 
+@pytest.mark.slow
 def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     """A process that others have run in may be broken: here the third run of each crashes."""
     runs: list[float] = []
@@ -170,6 +172,7 @@ def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.Monke
     assert [cell.verdict for cell in found.cells] == ["holds", "holds"]
 
 
+@pytest.mark.slow
 def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, str]] = []
 
@@ -184,6 +187,7 @@ def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.M
     assert asked[0] == ("single", "rk4") and {model for model, _ in asked[1:]} == {"own"}
 
 
+@pytest.mark.slow
 def test_runs_that_stand_still_by_rounding_are_no_reference() -> None:
     subject = Subject(PENDULUM, {})
     conditions = subject.conditions(step=1e-3, steps=200)
@@ -198,6 +202,7 @@ def test_runs_that_stand_still_by_rounding_are_no_reference() -> None:
     assert "of the step: steps change the coordinates by their rounding only" in far.by
 
 
+@pytest.mark.slow
 def test_formulas_are_scaled_with_their_arguments() -> None:
     scene = PENDULUM | {
         "inputs": {"push": {"formula": "3 * sin(2 * t)", "unit": "N m"}},
@@ -217,6 +222,7 @@ def test_formulas_are_scaled_with_their_arguments() -> None:
     assert found * 7.0**2 == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_numbers_with_units_of_their_own_are_no_similar_scene() -> None:
     scene = PENDULUM | {"parameters": {"limit": 2.0}}
     scene |= {"states": {"drive": {"rate": "limit * v.pin - drive", "initial": 0.5}}}
@@ -227,6 +233,7 @@ def test_numbers_with_units_of_their_own_are_no_similar_scene() -> None:
     assert found.left_out == {"time": said}
 
 
+@pytest.mark.slow
 def test_ladders_over_what_a_scene_has_not_are_left_out_with_the_reason() -> None:
     free = {"type": "free", "parent": "base", "child": "rod", "initial": {"velocity": [1.0, 0, 2.0, 0, 0, 0]}}
     scene = {**PENDULUM, "gravity": [0, 0, 0], "joints": {"j": free}}
@@ -257,6 +264,7 @@ def test_differences_are_relative_to_the_motion_of_each_kind() -> None:
     assert difference(subject, {**still, "q": still["q"] + 1e-11}, still, 0.01).worst > 1.0
 
 
+@pytest.mark.slow
 def test_what_turns_by_rounding_while_it_falls_does_not_turn() -> None:
     body = {"mass": 1.0, "center_of_mass": [-0.1, 0.0, 0.4], "inertia": [0.06, 0.06, 0.05, -0.01, -0.01, 0.01]}
     joint = {"type": "free", "parent": "base", "child": "b"}
@@ -272,6 +280,7 @@ def test_what_turns_by_rounding_while_it_falls_does_not_turn() -> None:
     assert difference(subject, held, turned, 0.01).worst > 0.1
 
 
+@pytest.mark.slow
 def test_a_study_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
     first = eomgen.extremes(PENDULUM, ladders=["gravity"], methods=["rk4"], folder=tmp_path)
     assert len(first.cells) == 5
@@ -287,6 +296,7 @@ def test_a_study_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
         eomgen.extremes(PENDULUM | {"gravity": [0, 0, -1]}, folder=tmp_path, resume=True)
 
 
+@pytest.mark.slow
 def test_what_the_budget_leaves_out_is_said() -> None:
     found = eomgen.extremes(PENDULUM, ladders=["gravity"], methods=["rk4"], budget=1e-9)
     assert not found.cells and set(found.left_out.values()) == {"the budget is spent"}
@@ -308,6 +318,7 @@ def test_cells_are_printed_as_they_are_named(capsys: pytest.CaptureFixture[str])
     assert capsys.readouterr().out.split() == ["cells", "cell", "step:-1:rk4", ":+1:"]
 
 
+@pytest.mark.long
 def test_the_command_line_writes_table_json_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "swing.toml"
     joint = '[joints.pin]\ntype = "revolute"\nparent = "base"\nchild = "rod"\naxis = [0, -1, 0]\n'

@@ -154,7 +154,7 @@ def test_given_deviations_have_normal_intervals_and_are_doubted(slider: eomgen.M
     assert "which are too large" in large.message
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_intervals_hold_the_truth_as_often_as_they_state(slider: eomgen.Model) -> None:
     held = np.zeros(2)
     for seed in range(40):
@@ -504,7 +504,7 @@ def test_starts_at_rest_follow_what_is_unknown() -> None:
         found_by(resting, {"t": t, "x": x}, "stiffness", states=["q.slide"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) -> None:
     resting = built_for_run(load_toml(SCENE.replace("duration = 4 }", 'duration = 4, start = "equilibrium" }')))
     found = found_by(resting, data(), "stiffness", "damping", initial={"slide": 0.1})

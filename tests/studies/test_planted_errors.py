@@ -185,6 +185,12 @@ def planted(monkeypatch: pytest.MonkeyPatch, term: str, output: str, change: Cal
     monkeypatch.setattr(Functions, "__call__", wrong)
 
 
+@pytest.mark.slow_except("rod-elastic-K_geo-elastic.K_geo-1")
+@pytest.mark.long_cases(
+    "drone-mass-M-mass.M-0",
+    "gate-parameter_partials-Phip-parameter_partials.Phip-2",
+    "reed-section_loads-strain-section_loads.strain-2",
+)
 @pytest.mark.usefixtures("derived_once")
 @pytest.mark.parametrize(
     ("scene", "term", "output", "form", "change"),
@@ -206,6 +212,7 @@ def test_an_error_in_any_compiled_form_is_found_and_named(
     assert worst.value != worst.expected and not abs(worst.value - worst.expected) <= worst.bar  # or no number
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("derived_once")
 def test_every_term_has_a_form_or_is_behind_one() -> None:
     """A new term must bring what holds it: a form in ``eomgen/studies``, and an error planted above."""
@@ -315,6 +322,8 @@ def swing(folder: Path, name: str) -> Path:
     return path
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("missing_bias-constraint_bias.g-absolute")
 @pytest.mark.usefixtures("own_cache")
 @pytest.mark.parametrize(
     ("plant", "form", "coordinates"),
@@ -338,6 +347,7 @@ def test_an_error_in_a_derivation_is_found_in_the_compiled_model(
     assert [item.name for item in report.failures] == [form]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("own_cache")
 def test_an_error_ends_with_exit_code_6_and_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

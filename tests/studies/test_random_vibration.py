@@ -171,7 +171,7 @@ def test_projected_second_order_costs_a_tangent_and_an_adjoint_for_each_directio
     assert "the quadratic form about the mean misses" in alone.message and "corrected" in alone.moments
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_most_probable_points_with_projected_hessians_are_the_same(duffing: eomgen.Model) -> None:
     whole, alone = (
         study(duffing, thresholds=[1.1862], **options) for options in ({}, {"projected": 0.99, "whole": False})
@@ -183,7 +183,7 @@ def test_most_probable_points_with_projected_hessians_are_the_same(duffing: eomg
     assert alone.costs["most_probable_points"].tangents < whole.costs["most_probable_points"].tangents
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_distribution_at_most_probable_points_is_that_of_the_oracle(duffing: eomgen.Model) -> None:
     """FORM 0.00163, quadratic 0.00106 where a million samples have 0.00100 (dossier, 4.6)."""
     found = study(duffing, thresholds=[-1.0978, 1.1862], samples=4000, tail_samples=4000, levels=[1.5])
@@ -204,6 +204,7 @@ def test_the_distribution_at_most_probable_points_is_that_of_the_oracle(duffing:
     assert found.indices[0] < 0.0 < found.indices[1]
 
 
+@pytest.mark.long
 def test_covariance_with_earlier_times_of_the_linear_oscillator() -> None:
     """Reference digits of integrators_and_random_vibration.md 4.6; modes of another quadrature move the fifth."""
     found = study(built(scene(0.0)), thresholds=[0.5], points=False, times=[10.0, 15.0])
@@ -211,6 +212,7 @@ def test_covariance_with_earlier_times_of_the_linear_oscillator() -> None:
     assert abs(found.autocovariance["first_order"][1] - 0.35781765) > 1e-3
 
 
+@pytest.mark.long
 def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, out = tmp_path / "duffing.toml", tmp_path / "out"
     file.write_text(scene(0.1, 0.5), encoding="utf-8")
@@ -299,6 +301,7 @@ def test_methods_without_derivatives_and_thresholds_too_far_out_are_named() -> N
         random_vibration(few, "x", 1.0, 0.1, thresholds=[1e9], method="trapezoidal")
 
 
+@pytest.mark.long
 def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
     plain = {"format": 1, "name": "plain", "bodies": {"mass": {"mass": 1, "inertia": [1, 1, 1]}}}
     plain |= {"joints": {"slide": {"type": "prismatic", "parent": "base", "child": "mass", "axis": [1, 0, 0]}}}
@@ -314,6 +317,7 @@ def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
     assert "-0.5 have none, trust samples there" in found.message
 
 
+@pytest.mark.slow
 def test_outputs_without_spread_are_named() -> None:
     text = scene(0.1, 0.5) + '\n[outputs.fixed]\nformula = "3"\n\n[outputs.far]\nformula = "1e9 + q.slide"\n'
     model = built(text)
@@ -343,7 +347,7 @@ def test_a_gradient_that_changes_fast_is_said_to_jump_only_with_a_kink() -> None
     assert "where the gradient of the response jumps" in note and ": by max(q.slide, 0): 1.5 have none" in note
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_bistable_scene_says_that_its_forms_are_none() -> None:
     text = scene(0.1, 0.99).replace("0.5 * (1 + 0.3 * g)**2", "0.4 * g").replace("0.48835331272856514", "1.0")
     text = text.replace("duration = 15", "duration = 10")
@@ -391,6 +395,7 @@ def test_forms_are_held_against_samples_on_the_rarer_side() -> None:
     assert np.isnan([left.below[0], left.above[0]]).all() and left.above[1] == 0.5
 
 
+@pytest.mark.slow
 def test_forces_that_jump_leave_samples_alone() -> None:
     """The mean run passes the jump; where it does not, one on the way to a most probable point does."""
     text = scene(0.1, 0.9).replace("- 0.2 * v.slide", "- 0.2 * v.slide - (0.1 if q.slide > 0.3 else 0)")

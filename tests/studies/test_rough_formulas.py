@@ -10,6 +10,8 @@ import eomgen
 from eomgen.studies import FormReport, check
 from eomgen.studies.verification.differences import LADDER
 
+pytestmark = pytest.mark.slow
+
 
 def swing(effort: str, position: float = 0.0, velocity: float = 0.0) -> eomgen.SceneBuilder:
     """Return a pendulum with a formula in its joint."""

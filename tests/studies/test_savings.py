@@ -31,6 +31,7 @@ def _variants(path: str) -> dict[str, Variant]:
     return {variant.name: variant for variant in variants(load(path), ("residual", "partials"), absolute)}
 
 
+@pytest.mark.slow_except("examples/quarter_car/scene.toml")
 @pytest.mark.parametrize("path", [QUARTER, ARM, BEAM])
 def test_variants_ask_for_more_and_differ_in_content(path: str) -> None:
     made = _variants(path)
@@ -56,6 +57,7 @@ def test_all_terms_are_those_with_two_derivatives_at_most() -> None:
     assert not {"rates_3", "mass_rates_1", "rates_closed", "coriolis", "adjoints"} & set(ALL_TERMS)
 
 
+@pytest.mark.long
 def test_variants_have_the_same_motion() -> None:
     ends = {}
     for name, variant in _variants(QUARTER).items():
@@ -80,6 +82,7 @@ def measured() -> eomgen.studies.savings.study.Savings:
     return found
 
 
+@pytest.mark.long
 def test_costs_and_ratios(measured: eomgen.studies.savings.study.Savings, tmp_path: Path) -> None:
     asked, step, moving, absolute = measured.costs
     assert [cost.name for cost in measured.costs] == ["as asked", "terms of a step", "moving base", "absolute"]
@@ -109,6 +112,7 @@ def test_costs_and_ratios(measured: eomgen.studies.savings.study.Savings, tmp_pa
     assert [line.split(",")[0] for line in lines[1:]] == [cost.name for cost in measured.costs]
 
 
+@pytest.mark.slow
 def test_the_verb_prints_a_table(
     measured: eomgen.studies.savings.study.Savings,
     tmp_path: Path,
@@ -126,6 +130,7 @@ def test_the_verb_prints_a_table(
     assert json.loads(capsys.readouterr().out)["variants"][2]["name"] == "moving base"
 
 
+@pytest.mark.slow
 def test_mistakes_are_answered() -> None:
     with pytest.raises(UsageError, match="rounds: 0 rounds give no median; try: 7"):
         eomgen.savings(BEAM, rounds=0)

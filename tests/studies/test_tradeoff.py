@@ -71,6 +71,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[eomgen.Tradeoff, Pa
     return made, folder
 
 
+@pytest.mark.slow
 def test_points_have_errors_times_and_counts_against_a_reference_of_known_uncertainty(
     study: tuple[eomgen.Tradeoff, Path],
 ) -> None:
@@ -90,6 +91,7 @@ def test_points_have_errors_times_and_counts_against_a_reference_of_known_uncert
         assert {"q", "v", "state", "angle"} == set(point.error)
 
 
+@pytest.mark.slow
 def test_no_point_counts_as_more_accurate_than_the_reference_is_known(study: tuple[eomgen.Tradeoff, Path]) -> None:
     found = study[0]
     assert found.usable
@@ -111,6 +113,7 @@ def test_the_reference_itself_counts_as_accurate_as_it_is_known() -> None:
     assert held.errors_of(run)["q"].largest == 0.0  # of which nothing is known
 
 
+@pytest.mark.long
 def test_absolute_coordinates_of_what_has_no_constraints_are_studied_where_asked_for() -> None:
     options: dict[str, Any] = {"methods": ["rk4", "taylor"], "steps": [0.02, 0.01], "t_end": 0.2, "repeats": 1}
     said: list[str] = []
@@ -120,6 +123,7 @@ def test_absolute_coordinates_of_what_has_no_constraints_are_studied_where_asked
     assert said == ["methods to build, or to take from the cache: 3, and up to 9 for the best"]
 
 
+@pytest.mark.slow
 def test_builds_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(work_precision, "LEAST_BUILDING", 0.0)
     methods = ["generalized_alpha", "rk4", "taylor", "rk45"]
@@ -154,6 +158,7 @@ def test_peaks_between_the_rows_of_coarse_runs_are_compared_where_runs_record_th
     assert errors(coarse, dense)["angle"].largest == pytest.approx(apart / size)
 
 
+@pytest.mark.slow
 def test_errors_are_those_of_runs_made_by_hand(study: tuple[eomgen.Tradeoff, Path]) -> None:
     model = eomgen.build(SWING)
     exact = model.simulate(1.28, 0.02, method="taylor", tolerance=1e-15)
@@ -204,6 +209,7 @@ def test_files_hold_all_points(study: tuple[eomgen.Tradeoff, Path]) -> None:
     assert (folder / "tradeoff.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_a_study_goes_on_where_it_was_left(study: tuple[eomgen.Tradeoff, Path]) -> None:
     found, folder = study
     journal = folder / "points.jsonl"
@@ -222,6 +228,7 @@ def test_a_study_goes_on_where_it_was_left(study: tuple[eomgen.Tradeoff, Path]) 
     assert all(json.loads(line) for line in journal.read_text().splitlines())
 
 
+@pytest.mark.slow
 def test_axes_are_cut_to_what_makes_a_difference() -> None:
     refused: dict[str, str] = {}
     swing = {c.row.name for c in candidates("joint", eomgen.build(SWING), (), refused)}
@@ -234,6 +241,7 @@ def test_axes_are_cut_to_what_makes_a_difference() -> None:
     assert not held & {"rk4", "taylor", "hermite"}
 
 
+@pytest.mark.long
 def test_formulations_of_one_scene_have_one_motion() -> None:
     found = formulations(THROWN, {}, others=True)
     runs = {}
@@ -248,6 +256,7 @@ def test_formulations_of_one_scene_have_one_motion() -> None:
         assert "multipliers" not in apart
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", ["four_bar/scene.toml"])
 def test_formulations_of_a_loop_begin_in_one_state(example: str) -> None:
     path = Path(__file__).resolve().parents[2] / "examples" / example
@@ -258,6 +267,7 @@ def test_formulations_of_a_loop_begin_in_one_state(example: str) -> None:
     assert errors(runs["SE3"], runs["joint"])["state"].largest < 1e-6
 
 
+@pytest.mark.slow_cases("options1-outputs: the scene has no output 'angel'; try: angle")
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -282,11 +292,13 @@ def test_mistakes_are_named(options: dict[str, Any], message: str) -> None:
     assert message in str(raised.value)
 
 
+@pytest.mark.long
 def test_a_motion_without_a_reference_is_refused() -> None:
     with pytest.raises(eomgen.NumericalError, match=r"% of the motion: no error can be told from them; try: a shorter"):
         eomgen.tradeoff(WILD, t_end=150.0, methods=["taylor", "rk4"], steps=[0.02], budget=32.0)
 
 
+@pytest.mark.slow
 def test_folders_of_studies_are_not_taken_by_mistake(study: tuple[eomgen.Tradeoff, Path]) -> None:
     folder = study[1]
     with pytest.raises(eomgen.FileError, match=r"holds the points of a study, points.jsonl; try: --resume"):

@@ -67,6 +67,7 @@ def tuned(path: Path) -> eomgen.Tuned:
     return found
 
 
+@pytest.mark.long
 def test_the_demand_is_met_on_the_scene_and_on_runs_not_tuned_on(tuned: eomgen.Tuned) -> None:
     assert tuned.error <= 1e-4
     assert len(tuned.verified) == 3
@@ -87,6 +88,7 @@ def test_the_demand_is_met_on_the_scene_and_on_runs_not_tuned_on(tuned: eomgen.T
 SCENE_DATA = tomllib.loads(SCENE)
 
 
+@pytest.mark.slow
 def test_one_line_says_why(tuned: eomgen.Tuned) -> None:
     assert " meets 0.0001 in " in tuned.why
     assert "one digit more costs" in tuned.why
@@ -95,6 +97,7 @@ def test_one_line_says_why(tuned: eomgen.Tuned) -> None:
     assert {"why", "verified", "simulation", "rivals", "next_digit", "machine", "spent", "met"} <= set(data)
 
 
+@pytest.mark.slow
 def test_what_is_near_a_winner_of_the_verification_races_as_well(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """rk4 wins, and is made to miss the conditions of the verification; then generalized_alpha does, with policies."""
     trained, checked = race.Race._trained, tune.verified
@@ -126,6 +129,7 @@ def test_what_is_near_a_winner_of_the_verification_races_as_well(path: Path, mon
     assert said.index(built[0]) > first
 
 
+@pytest.mark.slow
 def test_the_scene_is_written_with_its_comments(tuned: eomgen.Tuned, tmp_path: Path) -> None:
     """Comments of the file and of its sections stay."""
     text = tuned.save(tmp_path / "tuned.toml").read_text()
@@ -183,6 +187,8 @@ start = "equilibrium"
 """
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("generalized_alpha", "rk45")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
 def test_errors_are_the_largest_over_all_rows_of_the_file_that_is_written(method: str, tmp_path: Path) -> None:
     (tmp_path / "car.toml").write_text(STOPPED)
@@ -318,6 +324,7 @@ def _runner(inputs: Any = None) -> Runner:
     return Runner(formulations(PUSHED, {}, others=False), tuning_grid(1.28, 1e-3, 1e-3), None, inputs)
 
 
+@pytest.mark.slow
 def test_conditions_have_other_states_parameters_and_inputs() -> None:
     def pull(t: float) -> float:
         return 2.0 * t
@@ -346,6 +353,7 @@ def test_conditions_have_other_states_parameters_and_inputs() -> None:
 DEMAND = Demand(1e-4, "angle", "largest")
 
 
+@pytest.mark.slow
 def test_a_run_under_other_conditions_is_that_of_simulate() -> None:
     runner = _runner({"pull": 1.0})
     judge = Judge(runner, candidates("joint", runner.model("joint"), ["rk4"], {}), DEMAND, 5.0, lambda _: None)
@@ -365,6 +373,7 @@ def _halved_in_single(repeated: Repeated, count: int) -> list[float]:
     return [1e-6 * repeated.steps * (0.5 if repeated.real == "float" else 1.0)] * count
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("error", "real"), [(1e-3, "float"), (1e-9, "double")])
 def test_single_precision_is_chosen_where_it_suffices(
     error: float, real: str, path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -379,6 +388,7 @@ def test_single_precision_is_chosen_where_it_suffices(
     assert tuned.simulation.get("real", "double") == real
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [1e-2, 1e-5, 1e-8])
 def test_the_judge_knows_a_motion_to_a_part_of_the_demand_and_no_better(error: float) -> None:
     runner = Runner(formulations(SCENE_DATA, {}, others=False), tuning_grid(1.28, 1e-3, 1e-3))
@@ -391,6 +401,7 @@ def test_the_judge_knows_a_motion_to_a_part_of_the_demand_and_no_better(error: f
     assert float(held.described.rpartition(" ")[2]) >= 1e-6 * error
 
 
+@pytest.mark.slow
 def test_a_cycle_buys_accuracy_and_bounds_its_iterations(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(real_time, "CYCLES", 200)
     bought = eomgen.tune(path, real_time=0.02, output="angle", methods=["generalized_alpha"], t_end=0.64, budget=12.0)
@@ -429,11 +440,13 @@ def test_mistakes_are_named(arguments: dict[str, Any], message: str) -> None:
     assert message in str(raised.value)
 
 
+@pytest.mark.long
 def test_what_has_no_reference_is_not_tuned() -> None:
     with pytest.raises(eomgen.NumericalError, match=r"differ by .* no error can be told from them"):
         eomgen.tune(WILD, 1e-6, t_end=150.0, methods=["taylor", "rk4"])
 
 
+@pytest.mark.slow
 def test_what_does_not_move_is_not_studied() -> None:
     still = {**SWING, "gravity": [0, 0, 0]}
     for ask in (lambda: eomgen.tune(still, 1e-4, methods=["rk4"]), lambda: eomgen.tradeoff(still, methods=["rk4"])):
@@ -453,6 +466,7 @@ def test_where_the_file_cannot_be_written_is_found_before_the_work(
     assert "either --error is demanded" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = [str(path), "--error", "1e-3", "--output", "angle", "--methods", "rk4,generalized_alpha"]
     assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.toml")]) == 0

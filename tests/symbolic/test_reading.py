@@ -73,6 +73,7 @@ def test_a_select_on_a_comparison_reads_as_its_condition():
     assert expression.args[0][1] == sympy.Ne(symbols[0] - symbols[1], 0)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(programs)
 def test_named_and_whole_are_the_same_numbers(program):
@@ -84,6 +85,7 @@ def test_named_and_whole_are_the_same_numbers(program):
         assert numbers(block, POINT)[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_large_blocks_get_names_and_need_no_recursion():
     tape = Tape()
     x = [tape.input("x", k) for k in range(3)]

@@ -117,6 +117,7 @@ def test_dot_product(tape):
         dot(tape, x, y[:2])
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(
     strategies.lists(

@@ -14,6 +14,8 @@ from eomgen.pipeline.pipeline import derive, load, terms_of_step
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.system.system import System
 
+pytestmark = pytest.mark.slow
+
 #: Functions that are evaluated in each iteration, or each stage, by method.
 REPEATED = {
     "generalized_alpha": {"residual", "partials", "equations", "iteration", "internal_rate"},
@@ -38,6 +40,7 @@ def steady_operations(system: System, name: str) -> tuple[int, int]:
     return len(operations), len(steady.intersection(operations))
 
 
+@pytest.mark.long_except("rk4")
 @pytest.mark.parametrize("method", REPEATED)
 def test_few_operations_of_a_step_are_of_time_and_parameters_alone(method: str) -> None:
     every, steady = 0, 0

@@ -127,6 +127,7 @@ def test_what_fails_while_sources_are_written_is_passed_on(tmp_path: Path) -> No
     assert builder.find(b"content") is None
 
 
+@pytest.mark.slow
 def test_a_cached_library_loads_without_cffi_sympy_and_jinja(tmp_path: Path) -> None:
     build(tmp_path, "api")
     script = (
@@ -179,6 +180,7 @@ def test_without_python_headers_the_abi_mode_serves(tmp_path: Path, monkeypatch:
         Builder("quick", mode="api", cache=Cache(tmp_path))
 
 
+@pytest.mark.long
 def test_four_processes_build_the_same_model_at_once(tmp_path: Path) -> None:
     script = (
         "import pathlib, sys, numpy\nfrom tests.toolchain.test_builder import build\n"

@@ -33,6 +33,8 @@ from tests.toolchain.fire import (
 )
 from tests.toolchain.test_builder import CDEF, FILES, LAYOUT, build
 
+pytestmark = pytest.mark.slow
+
 
 def value(library) -> float:
     y = np.zeros(1)
@@ -57,6 +59,7 @@ def wait_for(file: Path) -> None:
 # -- crowds and kills --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_eight_processes_build_one_scene_and_one_of_them_compiles(tmp_path: Path) -> None:
     scene, cache, log = scene_in(tmp_path), tmp_path / "cache", tmp_path / "log"
     counting = script(tmp_path / "counting", f'echo "$*" >> {log}\nexec cc "$@"')
@@ -70,6 +73,7 @@ def test_eight_processes_build_one_scene_and_one_of_them_compiles(tmp_path: Path
     assert len([path for path in cache.iterdir() if (path / "entry.json").exists()]) == 2
 
 
+@pytest.mark.long
 def test_kills_at_any_moment_leave_nothing_in_the_way(tmp_path: Path) -> None:
     scene, cache = scene_in(tmp_path), tmp_path / "cache"
     lengths = random.Random(4)
@@ -162,6 +166,7 @@ def test_interrupted_builds_leave_nothing(tmp_path: Path) -> None:
 # -- disks -------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long_cases("30000", "90000")
 @pytest.mark.parametrize("size", [30_000, 90_000])
 def test_a_full_disk_is_named_and_left_as_it_was(size: int, tmp_path: Path) -> None:
     """In memory where that can be mounted; else a limit on the size of files comes nearest. The smaller one hits the
@@ -182,6 +187,7 @@ def test_a_full_disk_is_named_and_left_as_it_was(size: int, tmp_path: Path) -> N
     assert command(words, tmp_path / "large").returncode == 0
 
 
+@pytest.mark.long
 def test_a_read_only_cache_still_serves_what_is_in_it(tmp_path: Path) -> None:
     scene, cache = scene_in(tmp_path), tmp_path / "cache"
     with mounted(cache, "size=20m") as disk:

@@ -51,6 +51,7 @@ def test_this_machine_is_sound() -> None:
     assert find_compiler().version in {check.name: check for check in checks}["compiler"].found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("chosen", "what"),
     [("no-such-cc", "no C compiler 'no-such-cc' on the path"), ("gcc 'x", "cannot be read: No closing quotation")],
@@ -59,11 +60,13 @@ def test_a_compiler_that_is_not_there(chosen: str, what: str, tmp_path: Path) ->
     assert_mended("compiler", environment(tmp_path, CC=chosen), what, "unset CC")
 
 
+@pytest.mark.slow
 def test_a_compiler_that_compiles_nothing(tmp_path: Path) -> None:
     broken = script(tmp_path / "broken", "echo no luck >&2; exit 1")
     assert_mended("compiles", environment(tmp_path / "cache", CC=str(broken)), "no luck", "unset CC")
 
 
+@pytest.mark.long
 def test_no_compiler_at_all(tmp_path: Path) -> None:
     """On a path that holds the package manager only. Its command is run as a rehearsal: tests do not change
     machines."""
@@ -81,6 +84,7 @@ def test_no_compiler_at_all(tmp_path: Path) -> None:
         assert rehearsal.returncode == 0, rehearsal.stderr
 
 
+@pytest.mark.slow
 def test_a_cache_in_the_place_of_which_there_is_a_file(tmp_path: Path) -> None:
     file = tmp_path / "the cache"
     file.write_text("mine", encoding="utf-8")
@@ -89,6 +93,7 @@ def test_a_cache_in_the_place_of_which_there_is_a_file(tmp_path: Path) -> None:
     assert (tmp_path / "the cache.old").read_text(encoding="utf-8") == "mine"
 
 
+@pytest.mark.slow
 def test_a_cache_on_a_disk_that_cannot_be_written(tmp_path: Path) -> None:
     with mounted(tmp_path / "disk", "ro") as read_only:
         folder = tmp_path / "disk" if read_only else Path("/proc/nowhere")
@@ -115,16 +120,19 @@ def test_a_cache_that_everyone_can_write(tmp_path: Path) -> None:
     assert_mended("cache", environment(folder), words, f"chmod go-w {folder}")
 
 
+@pytest.mark.slow
 def test_a_default_cache_that_cannot_be_written(tmp_path: Path) -> None:
     where = {name: text for name, text in environment(tmp_path).items() if name != "EOMGEN_CACHE"}
     where |= {"XDG_CACHE_HOME": "/proc/nowhere", "HOME": str(tmp_path)}
     assert_mended("cache", where, "cannot be written", 'export EOMGEN_CACHE="$HOME/eomgen-cache"')
 
 
+@pytest.mark.slow
 def test_a_cache_of_a_user_that_there_is_not() -> None:
     assert_mended("cache", environment(Path("~no_such_user")), "'~no_such_user' cannot be found", "unset EOMGEN_CACHE")
 
 
+@pytest.mark.slow
 def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with mounted(tmp_path / "disk", "size=1m") as small:
         if small:
@@ -134,6 +142,7 @@ def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert doctor._room().found.endswith(f"MB free for the cache in {tmp_path}")
 
 
+@pytest.mark.slow
 def test_no_place_for_temporary_files(tmp_path: Path) -> None:
     blocked = (
         "import tempfile; tempfile._candidate_tempdir_list = lambda: ['/proc/nowhere'] if 'TMPDIR' in os.environ else"
@@ -145,6 +154,7 @@ def test_no_place_for_temporary_files(tmp_path: Path) -> None:
     assert_mended("temporary files", where, "No usable temporary directory", "unset TMPDIR")
 
 
+@pytest.mark.long
 def test_a_package_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its command is run as it stands: pip finds that nothing is missing on this machine."""
 

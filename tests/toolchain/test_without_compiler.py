@@ -71,6 +71,7 @@ def ran(folder: Path, before: str = "", **options: object) -> dict[str, object]:
     return found
 
 
+@pytest.mark.long
 def test_a_compiled_model_runs_to_the_same_bits_without_sympy(shipped: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("EOMGEN_CACHE", str(shipped / "cache"))
@@ -79,6 +80,7 @@ def test_a_compiled_model_runs_to_the_same_bits_without_sympy(shipped: Path) -> 
     assert found == {"q": expected.q[-1].tolist(), "success": True, "message": expected.message, "slow": []}
 
 
+@pytest.mark.long
 def test_a_copy_that_cannot_be_written_does_as_well(shipped: Path, tmp_path: Path) -> None:
     elsewhere = tmp_path / "elsewhere"
     shutil.copytree(shipped, elsewhere)
@@ -92,11 +94,14 @@ def test_a_copy_that_cannot_be_written_does_as_well(shipped: Path, tmp_path: Pat
             file.chmod(0o755 if file.is_dir() else 0o644)
 
 
+@pytest.mark.long
 def test_pythons_headers_are_not_needed_either(shipped: Path) -> None:
     missing = "import eomgen.toolchain.builder as builder; builder.python_headers = lambda: None"
     assert ran(shipped, missing)["success"] is True
 
 
+@pytest.mark.slow
+@pytest.mark.long_cases("method")
 @pytest.mark.parametrize("change", ["method", "scene", "damage"])
 def test_what_has_to_be_compiled_says_so(change: str, shipped: Path, tmp_path: Path) -> None:
     folder = tmp_path / "other"

@@ -14,6 +14,7 @@ from eomgen.waves import Components, Jonswap, Radar, Sea, Spreading, discretized
 INCIDENCE = math.radians(23.0)
 
 
+@pytest.mark.slow_except("30.0-0.1996-0.213")
 @pytest.mark.parametrize(
     ("over_velocity", "with_flight", "against"),
     [(30.0, 0.1996, 0.2130), (60.0, 0.3389, 0.3432), (120.0, 0.4183, 0.4195)],
@@ -72,6 +73,7 @@ def test_the_intensity_of_a_line_is_that_of_the_water() -> None:
     assert np.abs(Radar(0.0, INCIDENCE).line(profile, length, 400) - 1.0).max() < 0.12
 
 
+@pytest.mark.slow_except("0.0")
 @pytest.mark.parametrize("heading", [0.0, math.pi])
 def test_the_spectrum_of_images_is_that_of_many_seas(heading: float) -> None:
     """Of first order it is exact, caustics and all."""
@@ -90,6 +92,7 @@ def test_the_spectrum_of_images_is_that_of_many_seas(heading: float) -> None:
     assert np.abs(Radar(0.0, INCIDENCE).intensity_spectrum(spectrum, length, 30)).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_an_image_has_the_area_of_the_sea_and_its_bunching() -> None:
     swell = discretized(Jonswap(1.0, 9.0), length=700.0, band=(0.8, 1.4), spreading=Spreading(20.0, 0.3, 5))
     sea, radar = Sea(swell.realisation(2), order=1), Radar(60.0, INCIDENCE)
