@@ -38,7 +38,7 @@ def to_program(
     Parameters
     ----------
     method : mapping, optional
-        What the integrators' templates need; without it the model is functions only.
+        Data of the integrators' templates; without it the model is functions only.
     functions : names, optional
         The functions wanted, in this order; all by default.
     part_limit, nest_limit : int
@@ -133,7 +133,7 @@ def to_program(
 
 
 def _patterns(system: System) -> dict[str, str]:
-    """Return where the nonzeros of ``iteration`` belong, as text, by the names of its outputs."""
+    """Return the positions of the nonzeros of ``iteration``, as text, by the names of its outputs."""
     names = {block.name for block in system.functions["iteration"].outputs}
     return {name: packed_places(pairs) for name, pairs in system.patterns.items() if name in names}
 

@@ -23,7 +23,7 @@ def manifest(program: Program, files: Mapping[str, str], **more: object) -> str:
     files : mapping
         Of the folder, without the manifest.
     more
-        What else a target says of them.
+        Further entries of a target.
     """
     data = {
         "generator": "eomgen",

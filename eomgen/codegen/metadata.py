@@ -1,6 +1,6 @@
 """Metadata of a compiled library: the Program without its statements, as JSON types, stored beside the library.
 
-The runtime needs this and the compiled code, nothing else: no scene, no tape, no SymPy.
+The runtime needs only this and the compiled code: no scene, no tape, no SymPy.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from eomgen.codegen.program import Program
 
 #: Version of the data below; part of every cache key.
 LAYOUT_VERSION = 3
-#: Largest argument of compiled sines and cosines, rad: up to it, what is subtracted of it are exact products.
+#: Largest argument of compiled sines and cosines, rad: up to it, range reduction subtracts exact products.
 LARGEST_ANGLE = 1e10
 
 #: Fields of a Program that only its C is made of.
@@ -39,7 +39,7 @@ _OF_STEPPER = 60
 
 
 def stack_bytes(program: Program) -> int:
-    """Return how much stack the functions of a Program need at most, about."""
+    """Return an estimate of the largest stack that the functions of a Program need."""
     of_functions = max((function.workspace for function in program.functions), default=0)
     return 8 * (of_functions + (_OF_STEPPER * program.sizes["v"] if program.method else 0))
 

@@ -3,7 +3,7 @@
 Expressions are nested tuples over leaves: an integer ``n`` is local value n of the function (``-n`` its negative),
 ``("K", number)`` a constant, ``("in", block, index)`` an input component, ``("w", slot)`` a value that an earlier part
 left in the workspace, ``("neg", x)`` a negative; every other tuple is an operation named as in ``symbolic.tape.Op``.
-Nothing here knows C, and nothing in the templates knows mechanics.
+This module does not know C, and the templates do not know mechanics.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ class Statement:
     (slot, step, block or "w", index, step, length): equally spaced places into the workspace; ``spread`` (output
     number, component, step, slot, step, length, sign): equally spaced slots into an output; ``circular`` (slot of the
     first sine, slot of the first cosine, block, index, step, length): sines and cosines of equally spaced inputs into
-    the workspace; ``repeat`` (number of iterations, statements, read, given): a loop over k whose statements read
+    the workspace; ``repeat`` (number of iterations, statements, inputs, outputs): a loop over k; its statements read
     components of block ``read`` and fill output 0; with a fifth number, within it a loop over so many j.
 
     ``read`` and ``given`` are expressions of k: ``("row", block, start, step)`` is component start + step k of a block,
     of the workspace ``"w"``, or, by number, of an output, ``("row", block, places)`` component places[k], ``("numbers",
     values)`` constant values[k], ``("choice", block, (end, start, step), ...)`` or ``("choice", "numbers", (end,
-    value), ...)`` what the first range with k < end says. Expressions of j and k are ``("cell", block, start, inner,
+    value), ...)`` the value of the first range with k < end. Expressions of j and k are ``("cell", block, start, inner,
     step)``: start + inner j + step k, ``("cell", block, places, step)``: places[j] + step k, and ``("cells", values)``:
     values[j]. Others do not change.
     """
@@ -48,9 +48,9 @@ class Statement:
 
 @dataclass(frozen=True)
 class Part:
-    """A chunk of a function that is compiled on its own: what it reads, what it fills, whether it needs the workspace.
+    """A chunk of a function that is compiled on its own: its inputs, its outputs, whether it needs the workspace.
 
-    ``names`` are what mechanics calls local values, (number, text); a target makes them legal and distinct.
+    ``names`` are names of local values in mechanics, (number, text); a target makes them legal and distinct.
     """
 
     statements: tuple[Statement, ...]
@@ -63,7 +63,7 @@ class Part:
 
 @dataclass(frozen=True)
 class OutputArray:
-    """An output of a function, row-major. ``argument`` is its name where inputs and words of C are in the way."""
+    """An output of a function, row-major. ``argument`` is its name, unlike names of inputs and words of C."""
 
     name: str
     argument: str
@@ -92,8 +92,8 @@ class ProgramFunction:
 
 @dataclass(frozen=True)
 class Addition:
-    """What elements ``first <= element < end`` of a loop add to an output: ``sign`` times column ``columns[j]`` of
-    their row to component ``places[j] + step (element - first)``, or ``places[j] + starts[element]`` where the starts
+    """Addition of elements ``first <= element < end`` of a loop to an output: ``sign`` times column ``columns[j]`` of
+    their row to component ``places[j] + step (element - first)``, or ``places[j] + starts[element]`` if the starts
     of all elements are given."""
 
     first: int
@@ -116,13 +116,12 @@ class ProgramLoop:
         Values it reads from, and leaves in, the workspace.
     lanes : elements taken side by side; sum ``lane`` of each is of every lanes-th element, and these are added last.
     constants : (columns, count) numbers
-    index : for each slot, where the gathered values of elements are: ranges (end, start, step), start + step element up
-        to an end, or nothing where they are in a column of ``places``, (count, such slots).
+    index : for each slot, the places of the gathered values: ranges (end, start, step), start + step element up
+        to an end, or empty if they are in a column of ``places``, (count, such slots).
     shared, initial : places among the gathered values, of values that all elements share and of the first carries.
     statements : outputs 0, 1 and 2 are the terms of the sums, the next carries and the element's rows; ``reads`` names
-        the
-        blocks among ``element, shared, gather, carry`` that they read.
-    additions : where the rows are added to outputs of the function that runs the loop, instead of being left in the
+        the blocks among ``element, shared, gather, carry`` that they read.
+    additions : targets of the rows that are added to outputs of the function that runs the loop, instead of left in the
         workspace; outputs are numbered among ``outputs``, of these.
     """
 
@@ -151,9 +150,9 @@ class ProgramCurve:
     Attributes
     ----------
     rows : (pieces + 1, degree + 2)
-        Where a piece begins, then its coefficients in powers of the distance from there, lowest first; the last row is
+        The start of a piece, then its coefficients in powers of the distance from there, lowest first; the last row is
         the end.
-    outside : ``error``, ``hold`` or ``periodic``; ``first`` and ``last`` are what is held.
+    outside : ``error``, ``hold`` or ``periodic``; ``first`` and ``last`` are the held values.
     """
 
     name: str
@@ -197,7 +196,7 @@ class Program:
         Components of the base struct that are zero at all times: no function reads them.
     base_read, base_of_step : tuple of int, Part
         Components of the base struct that the equations of a step read, and the statements that give these alone, as
-        one output. No statements where tables or loops give them.
+        one output. No statements if tables or loops give them.
     angles : tuple of str
         Numbers of q behind the factors: references of angles that are counted over turns.
     base_fields : tuple of (name, size, meaning)
@@ -211,7 +210,7 @@ class Program:
     method : mapping
         Filled by the integrators; empty when the model is functions only.
     warnings : tuple of str
-        What every run says again.
+        Warnings repeated by every run.
     left_out : tuple of str
         Constraint rows that follow from others at the default parameters, and may not at others.
     row_units : tuple of str
@@ -221,9 +220,9 @@ class Program:
     sources : tuple of SourceFile
         C files that the scene brings along.
     start : str
-        What there is to say about the initial state, where it is not simply that of the joints.
+        A note on the initial state, unless it is simply the joints' own.
     patterns : mapping from str to str
-        Where the nonzeros that ``iteration`` gives belong, by the names of its outputs; see ``system.patterns``.
+        Positions of the nonzeros of ``iteration``, by the names of its outputs; see ``system.patterns``.
     """
 
     prefix: str

@@ -46,14 +46,14 @@ class Value:
 
     @property
     def decided(self) -> bool | None:
-        """Whether it holds, where that is known beforehand."""
+        """The value of a condition, if it is known beforehand."""
         return self.text == "1" if isinstance(self.type, Whole) and self.text in {"0", "1"} else None
 
 
 @dataclass(frozen=True)
 class Place:
-    """What can be written to: its text, its type, the region of its variable (None: memory of the caller), and the
-    text of its places where each lane has one of its own."""
+    """A target of assignments: its text, its type, the region of its variable (None: memory of the caller), and the
+    text of its places if each lane has one of its own."""
 
     text: str
     type: Type
@@ -62,7 +62,7 @@ class Place:
 
 
 class Expressions(ABC):
-    """Expressions of one function; ``RoutineText`` says what names mean and which lanes are here."""
+    """Expressions of one function; ``RoutineText`` knows the meaning of names and the active lanes."""
 
     def __init__(self, source: Source, routine: Routine, outputs: Mapping[str, list[int]]) -> None:
         self.source, self.routine, self.outputs = source, routine, outputs
@@ -77,12 +77,12 @@ class Expressions(ABC):
         self._may_be_null = _compared_with_null(routine.node.body)
         self._unasked = False
 
-    #: Where the statement stands.
+    #: Position of the statement.
     region: Region
 
     @abstractmethod
     def find(self, name: str) -> Variable | None:
-        """Return the local variable or argument of a name, None where there is none."""
+        """Return the local variable or argument of a name, None if there is none."""
 
     @abstractmethod
     def mask(self) -> str:
@@ -282,7 +282,7 @@ class Expressions(ABC):
         return Value(f"({{ {begin} eg_any({here}) ? {found} : {first}; }})", Truths())
 
     def _for_all(self, node: Any) -> Value:
-        """Return an operand that is evaluated in all lanes, also where its condition does not hold."""
+        """Return an operand that is evaluated in all lanes, also if its condition does not hold."""
         before, self._unasked = self._unasked, True
         value = self.value(node)
         self._unasked = before
@@ -339,7 +339,7 @@ class Expressions(ABC):
     # -- places --------------------------------------------------------------------------------------------------------
 
     def place(self, node: Any) -> Place:
-        """Return what an expression names."""
+        """Return the object named by an expression."""
         match node:
             case c_ast.ID():
                 variable = self.find(node.name)

@@ -13,7 +13,7 @@ class Region:
 
     mask: str
     outer: Region | None = None
-    #: The loop whose turns this region is.
+    #: The loop with this region as its body.
     loop: Loop | None = None
     #: Some lanes left from within a block of it.
     left: bool = False
@@ -21,7 +21,7 @@ class Region:
 
 @dataclass
 class Loop:
-    """A loop of the source; ``run`` names the lanes that take another turn, where lanes part company."""
+    """A loop of the source; ``run`` names the lanes that take another iteration, if lanes diverge."""
 
     region: Region
     run: str = ""

@@ -40,7 +40,7 @@ class RoutineText(Expressions):
 
     Attributes
     ----------
-    signature, text : what declares and what defines it
+    signature, text : its declaration and its definition
     called : functions of the stepper that it calls
     functions : functions of the model that it calls under a mask
     """
@@ -101,7 +101,7 @@ class RoutineText(Expressions):
     # -- statements ------------------------------------------------------------------------------------------------
 
     def _block(self, node: Any) -> bool:
-        """Write the statements of a block; False where none comes behind them."""
+        """Write the statements of a block; False if control never leaves it at its end."""
         self.variables.append({})
         going = True
         for item in node.block_items or [] if isinstance(node, c_ast.Compound) else [node]:
@@ -407,7 +407,7 @@ class RoutineText(Expressions):
         self.variables.pop()
 
     def _loop(self, condition: Any, step: Any, body: Any, *, late: bool = False) -> None:
-        """Write a loop; ``late``: whose first turn asks no condition."""
+        """Write a loop; ``late``: its first iteration has no condition."""
         again = ""
         if late:
             again, step = self.fresh("again"), None

@@ -1,4 +1,4 @@
-"""The C that is translated: its declarations, and its functions with what translation finds out about them."""
+"""The C that is translated: its declarations, and its functions with the results of their analysis."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _SMALL = {"signed char", "unsigned char", "short", "unsigned short"}
 
 
 class NotInLanes(Exception):
-    """A construct that cannot be translated, with where it is."""
+    """A construct that cannot be translated, with its position."""
 
 
 def no_lanes(what: str, node: Any) -> NotInLanes:
@@ -44,11 +44,11 @@ class Routine:
 
     Attributes
     ----------
-    varying : names of whole numbers, parameters or variables, of which each lane has its own
-    elements : of pointers among the parameters, what they point at, as their callers say
-    widened : tables of which each lane has its own, since a function takes those and others
+    varying : names of whole numbers, parameters or variables, with a value per lane
+    elements : types of the targets of pointers among the parameters, by their callers
+    widened : tables with a copy per lane, since a function takes them and others
     given : pointers among the parameters that some caller gives; others are null
-    counters : whole numbers that are nothing but counters of loops
+    counters : whole numbers that are only counters of loops
     gives : the pointer that is returned, if one is, may be other than null
     """
 
@@ -103,7 +103,7 @@ def read(tree: Any, outputs: Mapping[str, list[int]]) -> Source:
 
 
 def type_of(node: Any, source: Source) -> Type:
-    """Return the type of a declarator, whole numbers as what all lanes have in common."""
+    """Return the type of a declarator; whole numbers are the same in all lanes."""
     match node:
         case c_ast.TypeDecl():
             return type_of(node.type, source)
@@ -156,7 +156,7 @@ def _read_type(item: Any, source: Source) -> None:
         source.enumerators |= {each.name for each in kind.values.enumerators}
     elif isinstance(kind, c_ast.Struct) and kind.decls is not None:
         members = {each.name: type_of(each.type, source) for each in kind.decls}
-        if not item.name.endswith("_settings"):  # whole numbers of settings are those of the method
+        if not item.name.endswith("_settings"):  # whole numbers of settings belong to the method
             members = {name: in_lanes(member) for name, member in members.items()}
         source.structures[item.name] = members
         source.names[item.name] = Structure(item.name)
@@ -245,7 +245,7 @@ def declared(name: str, kind: Type, *, constant: bool = False) -> str:
 
 
 class _References(c_ast.NodeVisitor):  # type: ignore[misc]
-    """Counts where names stand, and where within loops that begin by setting them."""
+    """Counts the places of names, and the places within loops that begin by setting them."""
 
     def __init__(self) -> None:
         self.everywhere: dict[str, int] = {}

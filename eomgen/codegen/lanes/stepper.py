@@ -1,4 +1,4 @@
-"""The files of a library that steps several trajectories side by side, from those of the library of one."""
+"""The files of a library that steps several trajectories side by side, made from the files of the library of one."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def lane_files(
     Parameters
     ----------
     files : mapping from name to text
-        Those of the library of one trajectory.
+        Files of the library of one trajectory.
     layout : mapping
         Of that library, with a method.
     preprocessed : callable

@@ -1,8 +1,8 @@
 """A stepper's C for one trajectory made into C for one trajectory in each lane.
 
-What the author of a stepper writes is control flow of one trajectory: if, loops, return. In lanes each of these holds
-for some trajectories and not for others, so every block has a mask of the lanes that are in it; what lies outside stays
-as it is. Values are the same bits as those of the scalar text, because each lane has the same operations in the same
+The author of a stepper writes the control flow of one trajectory: if, loops, return. In lanes each of these holds
+for some trajectories and not for others, so every block has a mask of the lanes that are in it; code outside stays
+as it is. Values have the same bits as the scalar text, because each lane has the same operations in the same
 order (Karrenberg and Hack 2011, whole-function vectorisation; Pharr and Mark 2012, ispc).
 """
 
@@ -32,7 +32,7 @@ def translated(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping
     text : str
         C without directives of the preprocessor: declarations of the model, and the stepper.
     roots : mapping from name to names
-        Functions that are called from elsewhere, and those of their pointers that are always null. They take a mask
+        Functions that are called from elsewhere, and their pointer arguments that are always null. They take a mask
         first; their whole numbers are the same for all lanes.
     outputs : mapping from name to sizes
         Functions of the model, which are compiled for lanes from their own text; sizes of the arrays they fill, in the
@@ -98,7 +98,7 @@ def _file(source: Source, made: Mapping[str, RoutineText], outputs: Mapping[str,
 
 
 def _both(source: Source, found: RoutineText, outputs: Mapping[str, list[int]]) -> str:
-    """Return the text of a function; of a long one without branches another for where all lanes are there, too."""
+    """Return the text of a function; of a long one without branches a second text for all lanes active, too."""
     if found.parts or found.called or found.functions or found.stores < _MANY_STORES or not _is_void(found):
         return found.text
     name = found.routine.name

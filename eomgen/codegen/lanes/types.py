@@ -1,4 +1,4 @@
-"""Types of the translation: what is the same in all lanes, and what each lane has its own of."""
+"""Types of the translation: values common to all lanes, and values per lane."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Wholes(Type):
 
 @dataclass(frozen=True)
 class Truths(Type):
-    """What a comparison gives in each lane: all bits set, or none."""
+    """The result of a comparison in each lane: all bits set, or none."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Structure(Type):
 
 @dataclass(frozen=True)
 class Pointer(Type):
-    """An address that all lanes have in common, of what each lane has its own of."""
+    """An address common to all lanes, of values per lane."""
 
     to: Type
 
@@ -63,7 +63,7 @@ class Array(Type):
 
 @dataclass(frozen=True)
 class Other(Type):
-    """What passes through unchanged, such as members that are characters or functions."""
+    """Values passed through unchanged, such as members that are characters or functions."""
 
     text: str
 
@@ -91,7 +91,7 @@ def spelled(kind: Type) -> str:
 
 
 def element(kind: Type) -> Type:
-    """Return what a pointer or an array is of."""
+    """Return the type of the elements of a pointer or an array."""
     if isinstance(kind, Array):
         return kind.of
     if isinstance(kind, Pointer):
@@ -100,7 +100,7 @@ def element(kind: Type) -> Type:
 
 
 def leaf(kind: Type) -> Type:
-    """Return what an address, or an array of arrays, is of in the end."""
+    """Return the innermost element type of an address, or of an array of arrays."""
     while isinstance(kind, Pointer | Array):
         kind = element(kind)
     return kind

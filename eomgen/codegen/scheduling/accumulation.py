@@ -1,8 +1,8 @@
 """Outputs that are sums over elements: the loop of a Map adds its rows to them, and none of its rows waits.
 
 Forces and tangents of elements only add up in the rows of their nodes. An output that is a sum of results of Maps and
-of other values is set to the sum of these; then each element adds what it gives, in the order of the elements. The rows
-of 4096 elements of a beam are 4.7 MB where they wait for additions, and 1 kB where each is added at once.
+of other values is set to the sum of these; then each element adds its terms, in the order of the elements. The rows
+of 4096 elements of a beam take 4.7 MB if they wait for additions, and 1 kB if each is added at once.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Summand:
 
 @dataclass(frozen=True)
 class Accumulated:
-    """Outputs without what Maps add to them, and what each Map adds, by its number."""
+    """Outputs without the additions of Maps, and the additions of each Map, by its number."""
 
     outputs: list[list[Ref]]
     additions: dict[int, tuple[Addition, ...]]
@@ -46,7 +46,7 @@ class Accumulated:
 
 
 def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
-    """Take the results of Maps out of the outputs where all that are read of a Map are summands of outputs."""
+    """Take the results of Maps out of the outputs if all used results of a Map are summands of outputs."""
     numbers = {
         number
         for number, loop in enumerate(tape.maps)
@@ -95,7 +95,7 @@ def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
 
 
 def _uses(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> dict[int, int]:
-    """Return how often each operation is read or stored."""
+    """Return the number of reads and stores of each operation."""
     uses = dict.fromkeys(live, 0)
     gathered: set[int] = set()
     for node in live:
@@ -129,7 +129,7 @@ def _summands(tape: Tape, ref: Ref, uses: Mapping[int, int]) -> tuple[list[Ref],
 
 
 def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Addition, ...] | None:
-    """Return where the elements add their rows; None where elements of many kinds add to different outputs."""
+    """Return the places to which elements add their rows; None if elements of many kinds add to different outputs."""
     loop = cast("Map", tape.maps[number])
     width = len(loop.stacked)
     places = [[-1] * loop.count for _ in range(width)]
@@ -155,7 +155,7 @@ def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Ad
 
 
 def _tabled(places: NDArray[np.int64], kinds: NDArray[np.int64]) -> tuple[Addition, ...] | None:
-    """Return additions whose places are tabulated; columns, (width, count), that keep their distance share a table."""
+    """Return additions with tabulated places; columns, (width, count), that keep their distance share a table."""
     if np.any(kinds != kinds[:, :1]):
         return None
     groups: dict[tuple[int, bytes], tuple[list[int], list[int], tuple[int, ...]]] = {}

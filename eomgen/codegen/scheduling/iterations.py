@@ -95,7 +95,7 @@ def loop_iteration(tape: Tape, loop: RerolledLoop, read_outside: set[int], store
     Parameters
     ----------
     read_outside : operations that the rest of the function reads
-    stores : where operations are stored: output number, component, sign
+    stores : places of stored operations: output number, component, sign
     """
     iterations = loop.iterations
     position_of = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}

@@ -1,6 +1,6 @@
 """Map on the tape -> loop of the Program: kernel as statements, constants and gather indices as tables.
 
-In a function that runs a loop, both what it gathers and what it gives lie in the workspace, in ranges of their own, so
+In a function that runs a loop, its gathered inputs and its results lie in the workspace, in ranges of their own, so
 that neither the length of the code nor the number of locals grows with the number of elements. Runs of equally spaced
 places, the rule in meshes and chains, are copied by loops too. Elements that need no others are taken several at a
 time, with a sum each, which compilers turn into vectors without changing the order of any sum.
@@ -16,12 +16,12 @@ from eomgen.codegen.scheduling.shortened import MOST_RANGES
 from eomgen.codegen.scheduling.stretches import ranges
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map
 
-#: Elements side by side where they depend on nothing but constants and what all share: two vectors of four doubles.
+#: Elements side by side if they depend only on constants and shared values: two vectors of four doubles.
 _SIDE_BY_SIDE = 8
 
 
 def _lanes(loop: Map) -> int:
-    """Return how many elements are taken side by side: what divides their number, 1 where some need others."""
+    """Return the number of elements taken side by side: a divisor of their number, 1 if some need others."""
     alone = loop.sums and not (loop.gather or loop.last or loop.stacked)
     return math.gcd(loop.count, _SIDE_BY_SIDE) if alone else 1
 

@@ -14,7 +14,7 @@ from eomgen.codegen.scheduling.shortened import counted
 from eomgen.integrators.newton.matrix import WEIGHTS
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 
-#: Kinds of solvers whose matrix is assembled by loops.
+#: Kinds of solvers with a matrix assembled by loops.
 _LOOPED = ("tables", "fronts")
 _ONE = WEIGHTS.index("one")
 

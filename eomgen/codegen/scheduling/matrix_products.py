@@ -10,9 +10,9 @@ from eomgen.codegen.scheduling.shortened import counted
 
 
 def added_products(terms: Sequence[tuple[int, int, int]], gain: str = "") -> tuple[Statement, ...]:
-    """Return loops that add matrix times vector to output 0; nothing where tables are as short.
+    """Return loops that add matrix times vector to output 0; empty if tables are as short.
 
-    They read ``right``, what is added to, ``numbers``, those of the matrix, and ``vector``.
+    They read ``right``, the initial value, ``numbers``, the matrix entries, and ``vector``.
 
     Parameters
     ----------

@@ -20,16 +20,16 @@ class Plan:
 
     Attributes
     ----------
-    live : all operations, in order; ``order`` : without those that are computed together with an earlier one.
-    members : from an operation to those computed together with it: cosine with sine, results of a loop.
+    live : all operations, in order; ``order`` : without operations computed together with an earlier one.
+    members : from an operation to the operations computed with it: cosine with sine, results of a loop.
     part_of, last_part : the part that computes an operation, and the last one that reads it.
-    uses : how often an operation is read or stored.
-    stores : where an operation is stored: output number, component, sign.
+    uses : number of reads and stores of an operation.
+    stores : places of stored operations: output number, component, sign.
     loops : from the first operation of a loop to the loop; in ``order`` it stands for the whole of it.
     read_outside : operations of loops that are read outside of their loop.
-    added : from the number of a Map to those of its results that its loop adds to outputs, which is done at the end.
-    maps : from the number of a Map to the loop that runs for it, for others too that are joined with it, and where its
-        results begin among those of the loop.
+    added : from the number of a Map to its results that its loop adds to outputs at the end.
+    maps : from the number of a Map to the loop that runs for it, for joined Maps too, and the position of its
+        first result among the loop's.
     """
 
     def __init__(
@@ -123,7 +123,7 @@ class Plan:
         tape, uses, last_part, head = self.tape, self.uses, self.last_part, self.head
         for node in self.order:
             part = self.part_of[node]
-            if node in self.loops:  # what a loop reads gets a statement of its own, so it counts twice
+            if node in self.loops:  # an operand of a loop gets a statement of its own, so it counts twice
                 members, times = list(chain.from_iterable(self.loops[node].iterations)), 2
             else:
                 members, times = [node], 1

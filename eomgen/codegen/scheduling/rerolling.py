@@ -1,6 +1,6 @@
 """Loop rerolling: repeated sequences of operations on the tape, as in chains of identical bodies, become loops.
 
-Recursions over bodies record the same operations for each body in turn. Where a sequence of operation codes repeats
+Recursions over bodies record the same operations for each body in turn. If a sequence of operation codes repeats
 with some period, one period becomes the body of a loop. Operands within the same iteration are locals, all others are
 workspace or array entries at looked-up indices. Repeats are found by hashes of windows (Karp and Rabin 1987).
 """
@@ -33,7 +33,7 @@ MINIMUM_ITERATIONS = 4
 _WINDOW = 24
 _DISTANCES = 12
 
-#: Input blocks that are no arrays: structs and a number, whose components a loop cannot index.
+#: Input blocks that are no arrays: structs and a number, with components that a loop cannot index.
 UNINDEXED = frozenset({"p", "t", "base"})
 #: Input blocks of a model's functions that a loop can index.
 _ARRAYS = frozenset(INPUT_BLOCKS) - UNINDEXED
@@ -59,7 +59,7 @@ def operands(tape: Tape, node: int) -> tuple[int, ...]:
 
 
 def find_loops(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
-    """Return the loops in a sequence of live tape nodes, in order and disjoint; none goes past where a Map runs."""
+    """Return the loops in a sequence of live tape nodes, in order and disjoint; none spans the call of a Map."""
     loops = []
     for is_map, nodes in groupby(live, lambda node: tape.op[node] is Op.MAP):
         if is_map:
@@ -77,7 +77,7 @@ def find_loops(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
 
 
 def is_circular(tape: Tape, node: int) -> bool:
-    """Return whether a node is a sine or cosine of an input: those of a function are computed all at once."""
+    """Return whether a node is a sine or cosine of an input: all of a function are computed at once."""
     return tape.op[node] in (Op.SIN, Op.COS) and tape.op[abs(tape.a[node])] is Op.INPUT
 
 
@@ -103,7 +103,7 @@ def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
 
 
 def _search(codes: NDArray[np.uint64], low: int, high: int, repeats: list[tuple[int, int, int]]) -> None:
-    """Append (start, period, iterations) of the repeats in [low, high): the longest, then those on both sides of it."""
+    """Append (start, period, iterations) of the repeats in [low, high): the longest, then repeats on both sides."""
     pending = [(low, high)]
     while pending:
         low, high = pending.pop()
@@ -159,7 +159,7 @@ def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]]) -> RerolledLo
 
 
 def _alike(tape: Tape, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which iterations, (count, period), have the local operands of the middle one."""
+    """Return the mask of iterations, (count, period), with the same local operands as the middle one."""
     count, period = nodes.shape
     low = int(nodes.min())
     position = np.full(int(nodes.max()) - low + 1, -1, dtype=np.int64)

@@ -2,7 +2,7 @@
 
 Compilers need time that grows faster than the length of a function (72 600 statements: over 180 s whole, 10 s in
 chunks), so a long function becomes parts of nearly equal length; a value that a later part needs waits in a slot of a
-workspace. What repeats in a long function becomes loops first.
+workspace. Repeats in a long function become loops first.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _CONST, _INPUT = Op.CONST, Op.INPUT
 
 @dataclass(frozen=True)
 class RunLoop:
-    """A Map that a function runs, and what its elements add to outputs, numbered among those that it adds to."""
+    """A Map that a function runs, and the additions of its elements to outputs, numbered among these outputs."""
 
     loop: Map
     additions: tuple[Addition, ...] = ()
@@ -142,7 +142,7 @@ class Writer:
             self._emit("repeat", *data)
 
     def _store(self, node: int) -> None:
-        """Store a value where it is an output, by a loop where it is the same output many times."""
+        """Store a value that is an output, by a loop if it is the same output many times."""
         stores = self.plan.stores.get(node, ())
         if len(stores) >= REPEATED_FROM:
             stores = self._store_repeated(node, stores)
@@ -151,7 +151,7 @@ class Writer:
             self._emit("out", number, component, self._leaf(sign * node))
 
     def _store_repeated(self, node: int, stores: Sequence[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
-        """Store a value by one loop for each output and sign that has it many times; return what is left."""
+        """Store a value by one loop for each output and sign that has it many times; return the remaining places."""
         groups: dict[tuple[int, int], list[int]] = {}
         for number, component, sign in stores:
             groups.setdefault((number, sign), []).append(component)
@@ -166,9 +166,9 @@ class Writer:
 
 #: One value that is the same output so many times is stored by a loop.
 REPEATED_FROM = 64
-#: What a Map gathers is copied by a loop for each run of equally spaced places up to this many runs.
+#: Gathered values of a Map are copied by a loop for each run of equally spaced places up to this many runs.
 FEW_RUNS = 12
-#: Values stored in one loop, where a function has loops, from this many on.
+#: Values stored in one loop, if a function has loops, from this many on.
 COPIED_FROM = 8
 
 
@@ -176,7 +176,7 @@ class LoopWriter(Writer):
     """Writes the loops that ``rerolling`` found; it is the ``iterations.Values`` of each."""
 
     def _circular(self) -> None:
-        """Take sines and cosines of all angles that are inputs into the workspace, where loops can count through
+        """Compute sines and cosines of all angles that are inputs into the workspace if loops can count through
         them."""
         tape = self.tape
         nodes = [node for node in self.plan.live if is_circular(tape, node)]
@@ -224,7 +224,7 @@ class LoopWriter(Writer):
         return self.kept[node]
 
     def _repeat(self, loop: RerolledLoop) -> None:
-        """Write a loop; what others need of it stays in the workspace, iteration by iteration."""
+        """Write a loop; results needed elsewhere stay in the workspace, iteration by iteration."""
         iteration = loop_iteration(self.tape, loop, self.plan.read_outside, self.plan.stores, self)
         for k, nodes in enumerate(loop.iterations):
             for number, position in enumerate(iteration.exports):
@@ -240,7 +240,7 @@ class LoopWriter(Writer):
         self._store_all(iteration.unmatched)
 
     def _store_all(self, stores: Iterable[Unmatched]) -> None:
-        """Store values of the workspace, by loops where they are many."""
+        """Store values of the workspace, by loops if they are many."""
         groups: dict[tuple[int, int], list[tuple[int, Ref]]] = {}
         for number, component, sign, node in stores:
             groups.setdefault((number, sign), []).append((component, sign * node))
@@ -251,7 +251,7 @@ class LoopWriter(Writer):
                     self._emit("out", number, component, self._leaf(ref))
 
     def _copy(self, number: int, items: Sequence[tuple[int, Ref]]) -> bool:
-        """Store many values that are there already in one loop; return False where they are few, or of different
+        """Store many values that exist already in one loop; return False if they are few, or of different
         kinds."""
         if len(items) < COPIED_FROM:
             return False
@@ -269,7 +269,7 @@ PART_LIMIT = 1500
 NEST_LIMIT = 6
 #: Structural zeros of an output are stored one by one up to here, by a loop beyond when they are the majority.
 FILL_FROM = 9
-#: Functions longer than this are searched for repeats, and written with loops where that leaves less than this part of
+#: Functions longer than this are searched for repeats, and written with loops if these leave less than this part of
 #: them.
 REROLL_FROM = 1500
 REROLLED_PART = 0.6
@@ -293,7 +293,7 @@ class Schedule:
 class _Scheduler(LoopWriter):
     """Writes a function operation by operation."""
 
-    #: What the loops of Maps add to outputs, by their numbers.
+    #: Additions of the loops of Maps to outputs, by their numbers.
     additions: Mapping[int, tuple[Addition, ...]] = MappingProxyType({})
 
     def _node(self, node: int) -> None:
@@ -359,7 +359,7 @@ class _Scheduler(LoopWriter):
                 self._store(member)
 
     def _map(self, node: int) -> None:
-        """Run a loop: gather into the workspace, call, and leave the results where they are."""
+        """Run a loop: gather into the workspace, call, and leave the results there."""
         tape = self.tape
         loop = self.plan.maps[tape.a[node]][0]
         if tape.a[node] in self.additions:
@@ -377,7 +377,7 @@ class _Scheduler(LoopWriter):
         self._spread(members, len(loop.sums) + len(loop.last), max(1, len(loop.stacked)))
 
     def _add(self, node: int, loop: Map, additions: Sequence[Addition]) -> None:
-        """Run a loop whose elements add to outputs; all else of the function has been done."""
+        """Run a loop with elements that add to outputs; all else of the function has been done."""
         first = self.slots
         self.slots += len(loop.gathered)
         self.open.workspace = True
@@ -389,7 +389,7 @@ class _Scheduler(LoopWriter):
         self._emit("add", self._loop_number(RunLoop(loop, own)), first, tuple(outputs))
 
     def _loop_number(self, run: RunLoop) -> int:
-        """Return the number of a loop in the Program, where equal loops are one."""
+        """Return the number of a loop in the Program; equal loops are one."""
         for number, known in enumerate(self.loops):
             same = known.loop is run.loop or known.loop.key == run.loop.key
             if same and known.additions == run.additions:
@@ -398,7 +398,7 @@ class _Scheduler(LoopWriter):
         return len(self.loops) - 1
 
     def _place(self, result: int) -> int:
-        """Return the place of a Map's result among those of its loop."""
+        """Return the place of a Map's result among the results of its loop."""
         return self.plan.maps[self.tape.a[result]][1] + self.tape.b[result]
 
     def _gather(self, refs: Sequence[Ref], slot: int) -> None:
@@ -430,7 +430,7 @@ class _Scheduler(LoopWriter):
                     self._emit("gather", to, to_step, block, start, step, length)
 
     def _copy_to_workspace(self, block: str, places: Sequence[tuple[int, int]], *, is_minus: bool) -> None:
-        """Copy values of a block to other places of the workspace, (to, from), by loops where they are many."""
+        """Copy values of a block to other places of the workspace, (to, from), by loops if they are many."""
         if len(places) < COPIED_FROM:
             for to, start in places:
                 source: Expression = ("w", start) if block == "w" else ("in", block, start)
@@ -484,7 +484,7 @@ class _Scheduler(LoopWriter):
                 self._emit("out", number, component, self._leaf(ref))
 
     def _without_inputs(self, number: int, items: list[tuple[int, Ref]]) -> list[tuple[int, Ref]]:
-        """Store entries of inputs that are many in an output by loops; return what is left."""
+        """Store entries of inputs that are many in an output by loops; return the remaining entries."""
         groups: dict[tuple[str, bool], list[tuple[int, Ref]]] = {}
         for component, ref in items:
             symbol = self.tape.symbol(ref)
@@ -559,7 +559,7 @@ def schedule(
     loops : the loops of the Program, completed here.
     curve_numbers : from the id of a curve to its number in the Program; completed here.
     fill : whether many structural zeros may become a loop.
-    reroll : whether what repeats may become loops.
+    reroll : whether repeats may become loops.
     """
     apart = accumulated(tape, outputs)
     plan = Plan(tape, apart.outputs, part_limit, _worthwhile if reroll else lambda *_: [], apart.nodes)
@@ -571,7 +571,7 @@ def schedule(
 
 
 def _worthwhile(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
-    """Return the loops of a long function, or none where they would shorten it too little."""
+    """Return the loops of a long function, or none if they would shorten it too little."""
     written = sum(tape.op[node] is not _MAP for node in live)
     if written <= REROLL_FROM:
         return []

@@ -1,4 +1,4 @@
-"""Loops whose tables of indices grow with their length -> loops that count instead, cut where the rule changes.
+"""Loops with tables of indices that grow with their length -> loops that count instead, cut at changes of the rule.
 
 A loop of a few statements becomes one for each stretch of its tables. A loop of many statements stays one, and its
 tables become choices between a few ranges of its counter.
@@ -24,7 +24,7 @@ MOST_RANGES = 4
 def counted(
     count: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
 ) -> list[tuple[Any, ...]]:
-    """Return the data of statements of kind ``repeat`` that do in the same order what one with tables does."""
+    """Return the data of statements of kind ``repeat`` with the same effects in the same order as one with tables."""
     whole = (count, tuple(statements), tuple(read), tuple(given))
     if count < _LONG or not any(_is_table(expression) for expression in (*read, *given)):
         return [whole]
@@ -60,7 +60,7 @@ def _cut(
 
 
 def _orders(count: int, read: Sequence[Expression], given: Sequence[Expression]) -> Iterator[Sequence[int]]:
-    """Yield orders of the iterations: the one that there is, and where none waits for another, those by what is read,
+    """Yield orders of the iterations: the given one, and if none waits for another, orders by operands,
     which keep the results of one loop together."""
     yield range(count)
     rows = [[expression for expression in side if _plain(expression)[0] == "row"] for side in (read, given)]
@@ -83,7 +83,7 @@ def _ordered(expression: Expression, order: Sequence[int]) -> Expression:
 
 
 def _plain(expression: Expression) -> tuple[Any, ...]:
-    """Return an expression without its minus; of a local value, nothing that is a table."""
+    """Return an expression without its minus; of a local value, an empty table."""
     if not isinstance(expression, tuple):
         return ("local",)
     return cast("tuple[Any, ...]", expression[1]) if expression[0] == "neg" and _is_tuple(expression[1]) else expression
@@ -142,7 +142,7 @@ def _within(expression: Expression, stretch: Stretch) -> Expression:
 
 
 def _choice(expression: Expression) -> Expression:
-    """Return a table as a choice between ranges of the counter, or as it is where they are many."""
+    """Return a table as a choice between ranges of the counter, or as it is if they are many."""
     if not _is_table(expression):
         return expression
     plain = _plain(expression)

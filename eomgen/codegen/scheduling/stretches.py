@@ -1,6 +1,6 @@
 """Tables of indices as rules: rows that repeat one period, each time moved by the same step.
 
-Equal parts of a scene are numbered alike, so tables of where a loop reads and stores have such rows but at their ends.
+Equal parts of a scene are numbered alike, so tables of the places read and stored by a loop repeat but at their ends.
 Differences of neighbouring rows then repeat exactly, and repeats are found by hashes of windows (Karp and Rabin 1987).
 """
 
@@ -34,7 +34,7 @@ class Stretch:
 
 
 def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[Stretch]:
-    """Cut a table into stretches, in order; those of one period are what repeats nothing.
+    """Cut a table into stretches, in order; stretches of period one have no repeats.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[
 
 
 def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Cut places in ranges of equally spaced ones: (end, start, step) where place k < end is start + step k."""
+    """Cut places in ranges of equally spaced ones: (end, start, step) if place k < end is start + step k."""
     found: list[tuple[int, int, int]] = []
     for k, place in enumerate(places):
         if found and found[-1][1] + found[-1][2] * k == place:
@@ -68,7 +68,7 @@ def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
 
 
 def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[Stretch]:
-    """Yield the longest repeat, then those on both sides of it."""
+    """Yield the longest repeat, then repeats on both sides of it."""
     if len(table) < 2:
         return
     codes = np.unique(np.diff(table, axis=0), axis=0, return_inverse=True)[1].reshape(-1)

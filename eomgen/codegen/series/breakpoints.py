@@ -15,7 +15,7 @@ from eomgen.system.system import Discontinuity, System
 
 #: Operations with kinks or jumps. A selection switches with its condition, which is among these.
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE})
-#: Where they come from if no formula of the scene has them.
+#: Origin of breakpoints that no formula of the scene has.
 _OF_BEAMS = (
     " (elements of geometrically exact beams have these: the rotation vector between two nodes is one formula next to"
     " no rotation and another next to half a turn)"
@@ -33,7 +33,7 @@ def breakpoints_in_time(source: Tape, *, analytic: bool = True, nodes: bool = Fa
     """Return the times at which an operation of the tape is not analytic, without repetition.
 
     ``analytic``: whether derivatives of all orders are taken, or the first alone, which smooth curves have everywhere.
-    ``nodes``: whether geometrically exact beams are among what is recorded.
+    ``nodes``: whether geometrically exact beams are among the recorded bodies.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def breakpoints_in_time(source: Tape, *, analytic: bool = True, nodes: bool = Fa
 
 
 def _has_rate(tape: Tape, node: int) -> bool:
-    """Return whether what is taken of a curve has a continuous rate: the next derivative jumps nowhere."""
+    """Return whether the recorded derivative of a curve has a continuous rate: the next derivative has no jumps."""
     curve, derivative = tape.curves[tape.b[node]]
     return all(order > derivative + 1 for _, order in curve.kinks())
 

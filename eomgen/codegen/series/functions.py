@@ -23,12 +23,12 @@ LANES = 8
 def series_functions(
     system: System, curve_numbers: dict[int, int]
 ) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
-    """Return ``series_start``, ``series_next``, ``extent``, what a driver needs, and times at which a series ends.
+    """Return ``series_start``, ``series_next``, ``extent``, the driver's data, and the times at which a series ends.
 
-    What it needs are sizes, ``products``, ``kept``, ``previous``, and ``room`` of a row of products, and ``kinds``:
+    The driver's data are sizes, ``products``, ``kept``, ``previous``, and ``room`` of a row of products, and ``kinds``:
     which components of q and of v are angles, and which are lengths.
 
-    Raises ModelError where the motion has no Taylor series.
+    Raises ModelError if the motion has no Taylor series.
     """
     recurrence = Recurrence(system, by_inverse=inverse_serves(system))
     breakpoints = breakpoints_in_time(recurrence.source, nodes=has_nodes(system))
@@ -71,7 +71,7 @@ def series_functions(
 
 
 def extent_function(system: System, curve_numbers: dict[int, int]) -> list[ProgramFunction]:
-    """Return the function of the size of the machine and of gravity, where a system tells them."""
+    """Return the function of the size of the machine and of gravity, if a system has it."""
     if not system.extent:
         return []
     sizes = [("extent", system.extent, "size of the machine, m, and of gravity, m/s^2")]

@@ -1,7 +1,7 @@
 """Accelerations and their rates at one state, for steps that take no higher coefficients of the motion.
 
-The recurrence at k = 1 with empty inner sums is one function, in which nothing is stored between order 0 and 1. Steps
-evaluate it several times at the same time, so what depends on time, inputs and parameters alone is a function of its
+The recurrence at k = 1 with empty inner sums is one function, without storage between order 0 and 1. Steps
+evaluate it several times at the same time, so the part of time, inputs and parameters alone is a function of its
 own: a road of many harmonics is nearly all of the work.
 """
 
@@ -20,7 +20,7 @@ from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import System
 
-#: Input blocks that are the same in all evaluations at one time, and the block of what is made of them.
+#: Input blocks that are the same in all evaluations at one time, and the block of their results.
 OF_TIME, HELD = ("p", "t", "u", "followed"), "held"
 BLOCKS = ("p", "t", "q", "v", "z", "u", "followed", HELD)
 #: The least part of all operations that is worth a function of its own.
@@ -28,12 +28,12 @@ WORTHWHILE = 0.1
 
 
 def rate_functions(system: System, curve_numbers: dict[int, int]) -> tuple[tuple[ProgramFunction, ...], dict[str, Any]]:
-    """Return ``series_rates``, ``series_of_time`` where there is enough of that, ``extent``, and what a driver needs.
+    """Return ``series_rates``, ``series_of_time`` if it is worth a function, ``extent``, and the driver's data.
 
     ``series_rates`` gives the rate of each block of the state and half its second rate; ``held``: how many numbers it
     takes from ``series_of_time``.
 
-    Raises ModelError where accelerations have no rates.
+    Raises ModelError if accelerations have no rates.
     """
     recurrence = Recurrence(system, by_inverse=inverse_serves(system))
     breakpoints_in_time(recurrence.source, analytic=False, nodes=has_nodes(system))

@@ -17,7 +17,7 @@ from eomgen.symbolic.series import LEFT, RIGHT, Series, Term, record_series
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import System
 
-#: Coefficient k of what blocks of the caller hold at order 0.
+#: Coefficient k of the caller's blocks, by their blocks at order 0.
 NEXT = {"t": "t_k", "q": "q_k", "v": "v_k", "z": "z_k"}
 
 
@@ -109,7 +109,7 @@ class Recurrence:
 class _ByInverse:
     """Accelerations from a residual that is affine in them.
 
-    First everything with a_k = 0, then what a_k adds.
+    First everything with a_k = 0, then the contribution of a_k.
     """
 
     def __init__(
@@ -205,7 +205,7 @@ class _ByInverse:
         return term if sign > 0 else self.series.negative(term)
 
     def _added(self, node: int, accelerations: Sequence[Term], added: dict[int, Term]) -> Term:
-        """Return what accelerations add to a node."""
+        """Return the contribution of accelerations to a node."""
         source, series, tape = self.source, self.series, self.series.tape
         op = source.op[node]
         if op is Op.INPUT:
@@ -245,7 +245,7 @@ class _TreeSolver:
                     A[i][j] = A[j][i] = tape.sub(A[i][j], tape.mul(factor, A[k][j]))
 
     def __call__(self, right: Sequence[Ref], *, kept: bool) -> list[Ref]:
-        """Return M^-1 right; ``kept`` says whether it is one of order k, which reads the factors from what is kept."""
+        """Return M^-1 right; ``kept`` says whether it is one of order k, which reads the kept factors."""
         tape, read = self.series.tape, self.series.keep if kept else (lambda ref: ref)
         x = list(right)
         for k in reversed(range(len(x))):

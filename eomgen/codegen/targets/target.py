@@ -10,18 +10,18 @@ from eomgen.codegen.program import Program
 
 @dataclass(frozen=True)
 class Names:
-    """How the names of a System become those of a language; each raises ModelError for a name that cannot.
+    """Naming rules from a System to a language; each raises ModelError for an impossible name.
 
     Attributes
     ----------
     model : callable
         ``model(name)``: the prefix of all names of the model.
     function : callable
-        ``function(name, what)``: a name that a front end gave; ``what`` says of what, for messages.
+        ``function(name, what)``: a name from a front end; ``what`` describes its owner, for messages.
     member : callable
         ``member(name, prefix)``: an identifier for any text, different for different texts.
     output : callable
-        ``output(name, inputs)``: the argument of an output beside those of input blocks.
+        ``output(name, inputs)``: the argument of an output beside the arguments of input blocks.
     """
 
     model: Callable[[str], str]

@@ -12,11 +12,11 @@ _WINDOW = 4000
 
 _INDENT = "    "
 _COMMENT_LINE = re.compile(r"\s*(/\*|\*) ")
-#: Where a line may end: behind a comma or an assignment, before an operator.
+#: Places at which a line may end: behind a comma or an assignment, before an operator.
 _BREAK = re.compile(
     r"(?<=,) (?=\S)|(?<= =) (?=\S)| (?=(?:&&|\|\||[+?:-]) )|(?<=:) (?=return )|(?<=[;{]) (?=return |\(void\))"
 )
-#: What no break may be in: texts and comments.
+#: Tokens without breaks inside: texts and comments.
 _CLOSED = re.compile(r'"(?:[^"\\]|\\.)*"|/\*.*?\*/')
 
 
@@ -62,7 +62,7 @@ def _folded_comment(line: str) -> list[str]:
 
 
 def _folded_code(line: str, indent: str) -> list[str]:
-    """Break where the fewest brackets are open, as late as that allows, in the second half of the line if at all
+    """Break at the fewest open brackets, as late as possible with these, in the second half of the line if at all
     possible."""
     pieces = []
     line, rest = line[:_WINDOW], line[_WINDOW:]  # a table of numbers may be as long as a book: page by page

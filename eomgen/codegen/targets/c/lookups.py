@@ -1,4 +1,4 @@
-"""Tables of integers in C, or where equal parts of a scene make long ones regular, what counts in their place."""
+"""Tables of integers in C, or, for regular long ones of equal parts of a scene, counted expressions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eomgen.codegen.targets.c.places import chosen, moved, place
 _LONG = 72
 #: So many equal items at equally spaced places become a loop.
 _MANY = 8
-#: Periods whose entries have steps of their own are shorter than this.
+#: Periods of entries with steps of their own are shorter than this.
 _LONGEST_PERIOD = 17
 #: Ranges of one table at most.
 _RANGES = 6
@@ -57,7 +57,7 @@ class Lookup:
                 return
 
     def _periodic(self, stretch: Stretch) -> str:
-        """Return the text of what a stretch says of @."""
+        """Return the text of a stretch as an expression of @."""
         at = f"(@ - {stretch.start})" if stretch.start else "@"
         first = self.values[stretch.start : stretch.start + stretch.period]
         inner = f"{at} % {stretch.period}" if stretch.count > 1 else at
@@ -74,7 +74,7 @@ class Lookup:
         return moved(text, step, f"({at} / {stretch.period})")
 
     def declaration(self, depth: int = 1, note: str = "") -> str:
-        """Return the lines that declare what ``at`` reads, each ended; a ``note`` says what one table holds."""
+        """Return the lines that declare the tables read by ``at``, each ended; a ``note`` describes one table."""
         indent, result = "    " * depth, ""
         behind = f" /* {note} */" if note else ""
         for name, values in self.tables:
@@ -128,7 +128,7 @@ def nonzeros(places: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
 
 
 def places_of_fronts(fronts: Sequence[Sequence[int]]) -> list[str]:
-    """Return the columns of the table of fronts as texts of i; nothing where they are few or not regular."""
+    """Return the columns of the table of fronts as texts of i; empty if they are few or not regular."""
     columns = [ranges(column) for column in zip(*fronts, strict=True)]
     if len(fronts) < _LONG // 2 or max(map(len, columns)) > _RANGES:
         return []
@@ -136,14 +136,14 @@ def places_of_fronts(fronts: Sequence[Sequence[int]]) -> list[str]:
 
 
 def repeated(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
-    """Return items with ``count``, many of one kind at equally spaced places as one whose places are texts of k.
+    """Return items with ``count``, many of one kind at equally spaced places as one with places as texts of k.
 
-    Where kinds take turns, as positions and rotations of free bodies do, and it makes fewer, kind follows on kind.
+    If kinds alternate, as positions and rotations of free bodies do, and fewer items result, items are sorted by kind.
 
     Parameters
     ----------
     items : in any order
-    kinds, places : keys of what has to be equal, and of integers
+    kinds, places : keys of data that have to be equal, and of integers
     """
     by_kind: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
     for item in items:

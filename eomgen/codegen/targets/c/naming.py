@@ -119,7 +119,7 @@ _POINTERS = {
     "weights": "NWEIGHTS", "direction": "NDIRECTION",
 }  # fmt: skip  # a table
 _DERIVATIVES = ("j", "s", "a_higher", "u_dot", "u_ddot", "u_higher", "base_rates")
-#: What only the functions of a Taylor stepper read.
+#: Arguments read only by the functions of a Taylor stepper.
 _SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "previous", "held", "order")
 
 
@@ -164,11 +164,11 @@ class CNames:
         return [f"{name}[{index}]" for name, size, _ in self.program.base_fields for index in range(size)]
 
     def base_targets(self) -> list[str]:
-        """Return where the function ``base`` stores its components."""
+        """Return the argument into which the function ``base`` stores its components."""
         return [f"base->{member}" for member in self.base_members()]
 
     def input_texts(self) -> dict[str, str | Sequence[str]]:
-        """Return what the printer needs: the text of every component of every input block."""
+        """Return the printer's names: the text of every component of every input block."""
         texts: dict[str, str | Sequence[str]] = {block: block + "[{}]" for block in _POINTERS}
         texts |= {block: block + "[{}]" for block in _SERIES}
         texts["t"] = "t"
@@ -273,7 +273,7 @@ class CNames:
 
     @staticmethod
     def loop_inputs(loop: ProgramLoop) -> dict[str, str | Sequence[str]]:
-        """Return the texts of what an element of a loop reads."""
+        """Return the texts of the inputs of an element of a loop."""
         column = iter(range(len(loop.index)))
         return {
             "element": f"K(constants[{{}}][element{' + lane' if loop.lanes > 1 else ''}])",
@@ -289,13 +289,13 @@ class CNames:
 
     @staticmethod
     def loop_parameters(loop: ProgramLoop, real: str = "real") -> str:
-        """Return the parameters of a loop: what it reads, and what it fills or adds to."""
+        """Return the parameters of a loop: its inputs, and its outputs or targets of additions."""
         names = [f"r{k}" for k in range(loop.outputs)] if loop.additions else ["r"]
         return ", ".join([f"const {real} *restrict g", *(f"{real} *restrict {name}" for name in names)])
 
     @staticmethod
     def addition_tables(items: Sequence[Addition]) -> list[str]:
-        """Return the tables of what additions read and where they add; none where these are equally spaced."""
+        """Return the tables of inputs and targets of additions; none if these are equally spaced."""
         tables: dict[str, tuple[int, ...]] = {}
         for number, item in enumerate(items):
             tables |= {f"column{number}": item.columns, f"place{number}": item.places}
@@ -336,7 +336,7 @@ class CNames:
 
     @staticmethod
     def loop_outputs(loop: ProgramLoop) -> list[str | Sequence[str]]:
-        """Return the texts of what an element of a loop gives: terms of sums, next carries, rows."""
+        """Return the texts of the results of an element of a loop: terms of sums, next carries, rows."""
         if loop.additions:
             return ["term", "next", "row"]
         head = loop.sums + len(loop.initial)

@@ -1,4 +1,4 @@
-"""Texts of places in arrays: equally spaced ones, choices between ranges, and those that move with each period."""
+"""Texts of places in arrays: equally spaced ones, choices between ranges, and places that move with each period."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ _COUNTING = frozenset({"fill", "gather", "spread", "angles", "circular"})
 LANES = 4
 
 
-#: Expressions of the counters of a loop, and what may be around one.
+#: Expressions of the counters of a loop, and operators that may be around one.
 _COUNTED = frozenset({"row", "numbers", "cell", "cells", "choice", "neg"})
 #: Entries of a table in one line.
 _ROW = 16
@@ -266,7 +266,7 @@ class Printer:
 
 
 class BranchingPrinter(Printer):
-    """Prints for numbers that are never lanes: a choice is a branch, so what is not chosen is not computed."""
+    """Prints for numbers that are never lanes: a choice is a branch, so the other side is not computed."""
 
     def _print(self, expression: Expression) -> tuple[str, int]:
         if not isinstance(expression, int) and expression[0] == "SELECT":

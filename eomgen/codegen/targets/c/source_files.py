@@ -16,7 +16,7 @@ _PER_STATEMENT = 2
 class SourceFile:
     """A C file: the loops and the parts of long functions it holds, and the functions it defines.
 
-    ``name`` has no suffix; loops are numbers of those of the Program.
+    ``name`` has no suffix; loops are numbers of the Program's loops.
     """
 
     name: str

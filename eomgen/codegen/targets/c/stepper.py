@@ -20,7 +20,7 @@ _WHOLE, _PART = 1000, 200
 
 
 class StepperProgram(Protocol):
-    """What is asked of a Program."""
+    """Facts asked of a Program."""
 
     @property
     def prefix(self) -> str: ...
@@ -40,11 +40,11 @@ class StepperProgram(Protocol):
 
 
 def stepper_names(program: StepperProgram) -> dict[str, Any]:
-    """Return what every template of a stepper may name, beside ``program``.
+    """Return the names that every template of a stepper may use, beside ``program``.
 
     ``P``, ``N``: prefix of functions and of constants; ``nq, nv, nz, nu``: sizes; ``method``; ``turns``: numbers in q
     that are stepped without whole turns; ``wrapped``: a step has another around it, which knows turns or angles;
-    ``begin``: what a run begins with; ``remembers``: a state holds the inputs and parameters of its accelerations;
+    ``begin``: start of a run; ``remembers``: a state holds the inputs and parameters of its accelerations;
     ``rotations``: runs of the configuration that are rotations or poses; ``blocks`` of a state, with sizes;
     ``kernels``: functions on the groups; ``number, call, copy_state, finite``: see ``Calls``.
     With constraints also ``un``: the unknowns; ``nl, nh``: rows, and holonomic ones; ``ni``: independent components;
@@ -101,10 +101,10 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
 
 
 def _linear_system(program: StepperProgram) -> dict[str, Any]:
-    """Return what the templates of the linear systems of implicit steps choose by.
+    """Return the facts by which templates choose the linear systems of implicit steps.
 
-    ``solver``; ``scaled``: kinetic energy measures the unknowns; ``matrix``: what fills the iteration matrix;
-    ``partials``: where its numbers begin; ``entries_are_finite``; ``unrolled`` rows and ``substitution`` of an
+    ``solver``; ``scaled``: kinetic energy measures the unknowns; ``matrix``: function that fills the iteration matrix;
+    ``partials``: position of its first number; ``entries_are_finite``; ``unrolled`` rows and ``substitution`` of an
     elimination that is written out; ``kinds`` of one by fronts.
     """
     solver = program.method["solver"]
@@ -119,11 +119,11 @@ def _linear_system(program: StepperProgram) -> dict[str, Any]:
 
 
 def _newton(program: StepperProgram) -> dict[str, Any]:
-    """Return what the templates of steps with iterations choose by.
+    """Return the facts by which templates choose steps with iterations.
 
     ``direct``: accelerations are a function of the model; ``perturbed``: positions alone are constrained (index 3);
     ``held``: velocities are brought onto the constraints in each iteration; ``moved``: statements of the increment,
-    where it is written out; ``violation``: of row i of Phi; ``jacobian``: B at the start of a step;
+    if it is written out; ``violation``: of row i of Phi; ``jacobian``: B at the start of a step;
     ``tolerance`` of velocities, ``rounding`` of them and
     ``multiplier_rounding``; ``iterate``: arguments.
     """
@@ -168,7 +168,7 @@ def _good_settings(program: StepperProgram) -> str:
 
 
 def _tolerances(program: StepperProgram) -> dict[str, str]:
-    """Return what velocities and multipliers are measured by: kinetic energy, or where it is unknown the largest of a
+    """Return the measure of velocities and multipliers: kinetic energy, or if it is unknown the largest of a
     kind."""
     un, scaled = program.method["unknowns"], bool(program.method["solver"]["inertia"])
     kind = "0" if scaled else Lookup("angular", program.method["angular"]).at()
@@ -189,7 +189,7 @@ def _tolerances(program: StepperProgram) -> dict[str, str]:
 
 
 def _elimination(program: StepperProgram) -> dict[str, Any]:
-    """Return the statements of an elimination whose pivots were chosen beforehand."""
+    """Return the statements of an elimination with pivots chosen beforehand."""
     solver, un = program.method["solver"], program.method["unknowns"]
     data = solver.get("elimination", {})
     smallest = f"{program.prefix}_SMALLEST_PIVOT"
@@ -210,7 +210,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
         forward, backward = [], []
         upper = [{column: slot for slot, column in row["upper"]} for row in data["unrolled"]]
         for k, row in enumerate(data["unrolled"]):
-            if "sum" in row:  # against what it is made of, in the units of its row
+            if "sum" in row:  # against its summands, in the units of its row
                 test = is_large(row["diagonal"], "", [(slot, "") for slot in (row["sum"], *row["within"])])
             else:
                 test = is_large(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
@@ -255,7 +255,7 @@ def in_parts(rows: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]
 
 
 def _statements(row: Mapping[str, Any]) -> int:
-    """Return how many statements eliminate a row."""
+    """Return the number of statements that eliminate a row."""
     updates = sum(1 + len(taken["updates"]) + len(taken.get("outside", ())) for taken in row["taken"])
     return len(row["loads"]) + len(row.get("upper", ())) + updates
 
@@ -288,7 +288,7 @@ def _front_place(local: Sequence[int]) -> str:
 
 
 def _right_side(row: int, un: Mapping[str, int], *, plain: bool) -> str:
-    """Return the right side of a row: as it is, or by what its kind is multiplied, with none in inner rows."""
+    """Return the right side of a row: as it is, or times the factor of its kind, with none in inner rows."""
     if plain:
         return f"r[{row}]"
     if row >= un["size"]:
@@ -335,7 +335,7 @@ def _assembled(solver: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _increment(method: Mapping[str, Any]) -> str:
-    """Return the statements D = E - offset - W B_n^T eta where they are few, nothing where loops are to be printed."""
+    """Return the statements D = E - offset - W B_n^T eta if they are few, empty if loops are to be printed."""
     un, nonzeros = method["unknowns"], method["solver"]["B"]
     if len(nonzeros) > WRITTEN_OUT[0] or un["v"] > WRITTEN_OUT[1]:
         return ""
@@ -350,7 +350,7 @@ def _increment(method: Mapping[str, Any]) -> str:
     return indented(printer.lines([Statement("out", (0, i, value)) for i, value in enumerate(values)]), 1)
 
 
-#: What implicit steppers call the functions of a model with: their iterate.
+#: Arguments with which implicit steppers call the functions of a model: their iterate.
 ITERATE = {
     "p": "p",
     "t": "t",
@@ -364,7 +364,7 @@ ITERATE = {
 }
 
 
-#: What coordinate partitioning calls them with: a point on the way, at the accelerations of the dependent components
+#: Arguments of coordinate partitioning: a point on the way, at the accelerations of the dependent components
 #: alone.
 POINT = {
     "p": "p", "t": "t", "q": "q", "v": "v", "a": "work->offset", "z": "work->z", "lam": "work->no_lam", "u": "work->u",
@@ -373,7 +373,7 @@ POINT = {
 
 
 class Calls:
-    """Calls of functions, as texts: a stepper never assumes what a function takes or gives."""
+    """Calls of functions, as texts: a stepper never assumes the arguments or results of a function."""
 
     def __init__(self, program: StepperProgram) -> None:
         self.program = program
@@ -398,7 +398,7 @@ class Calls:
         )
 
     def finite(self, owner: str, parts: str = "q v z") -> str:
-        """Return the condition that parts of a place are finite; those that begin with a are as large as v."""
+        """Return the condition that parts of a place are finite; names that begin with a have the size of v."""
         sizes, test = self.program.sizes, f"{self.program.prefix}_finite"
         sized = [(part, sizes["v" if part[0] == "a" else part[0]]) for part in parts.split()]
         return " && ".join(f"{test}({owner}{part}, {size})" for part, size in sized if size)
@@ -427,7 +427,7 @@ class Calls:
         return f"\n{indent}".join(f"{left}{name} = {right}{name};" for name in self.program.method["parameters"])
 
     def copy_state(self, to: str, source: str) -> str:
-        """Return the copy of a state but for what its accelerations were evaluated with, which steps keep."""
+        """Return the copy of a state without the arguments of its accelerations, which steps keep."""
         if not any(item["group"] == "conditions" for item in self.program.method["state"]):
             return f"{to} = {source};"
         pointers = [text[1:] if text[0] == "*" else f"&{text}" for text in (to, source)]

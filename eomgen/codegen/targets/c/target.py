@@ -28,12 +28,12 @@ from eomgen.codegen.targets.target import Target
 from eomgen.integrators.families.register import family_named
 from eomgen.resources import template_folder
 
-#: Where an argument of a curve is taken for a break, in parts of itself, and for an end, in parts of the range.
+#: Distance at which an argument of a curve counts as a break, relative to it, or as an end, relative to the range.
 SNAP = 8.0 * sys.float_info.epsilon
 EDGE = 1e-9
 #: Under ``family/<name>/`` templates are found in the folder of a family, which may be in another distribution.
 _FAMILY = "family/"
-#: Templates whose lines are long as they are meant to be, or never.
+#: Templates with lines that are long on purpose, or never.
 _NOT_FOLDED = ("c/main/README.md.jinja", "c/model/tables.c.jinja")
 
 
@@ -43,7 +43,7 @@ def stepper_template(family: str) -> str:
 
 
 def _family_path(name: str) -> Path | None:
-    """Return the file of a template ``family/<name>/<file>``, None where there is none."""
+    """Return the file of a template ``family/<name>/<file>``, None if there is none."""
     if not name.startswith(_FAMILY):
         return None
     family, _, file = name.removeprefix(_FAMILY).partition("/")
@@ -52,7 +52,7 @@ def _family_path(name: str) -> Path | None:
 
 
 def _family_file(name: str) -> tuple[str, str, Callable[[], bool]] | None:
-    """Return text, path, and whether both are still those of the name."""
+    """Return text, path, and whether both still belong to the name."""
     path = _family_path(name)
     if path is None:
         return None
@@ -86,14 +86,14 @@ def environment() -> jinja2.Environment:
 
 
 def _products(rows: Sequence[Mapping[str, Any]], name: str, vector: str) -> str:
-    """Return loops that add a matrix times a vector to ``right``, nothing where a table of its entries is as short."""
+    """Return loops that add a matrix times a vector to ``right``, empty if a table of its entries is as short."""
     terms = [(row["row"], number, column) for row in rows for number, column, _ in row[name]]
     inputs = {"right": "right[{}]", "numbers": "w[{}]", "vector": f"{vector}[{{}}]", "gain": ["gain"]}
     return indented(Printer(inputs, ["right"]).lines(added_products(terms, "" if name == "M" else "gain")), 1)
 
 
 class _Context:
-    """What every template of a Program sees."""
+    """Names for every template of a Program."""
 
     def __init__(self, program: Program, file_limit: int) -> None:
         self.program = program
@@ -127,7 +127,7 @@ class _Context:
         return indented(printer.lines(part.statements), 1)
 
     def kernel(self, loop: ProgramLoop) -> str:
-        """Return what one element of a loop computes."""
+        """Return the results of one element of a loop."""
         return indented(
             Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop)).lines(loop.statements),
             3 if loop.lanes > 1 else 2,
@@ -159,15 +159,15 @@ class _Context:
 def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[str, str]:
     """Return the stand-alone folder of a Program: file name to text. The same Program gives the same bytes.
 
-    ``<prefix>.h``, ``<prefix>.c`` (and ``<prefix>_2.c``... of large models), ``<prefix>_step.c`` where there is a
-    method, ``<prefix>_curves.c`` where there are curves, and ``<prefix>_tables.c`` where these are long, C files that
+    ``<prefix>.h``, ``<prefix>.c`` (and ``<prefix>_2.c``... of large models), ``<prefix>_step.c`` if there is a
+    method, ``<prefix>_curves.c`` if there are curves, and ``<prefix>_tables.c`` if these are long, C files that
     the scene brings along, ``main.c``, ``eomgen_real.h``, ``README.md`` and ``manifest.json``.
     """
     return _files(_Context(program, file_limit))
 
 
 def written_library(program: Program, bytecode: Path) -> Iterator[tuple[str, str]]:
-    """Yield what ``generate_files`` and ``generate_interface`` return, each file as soon as it is written, headers
+    """Yield the files of ``generate_files`` and ``generate_interface``, each as soon as it is written, headers
     before the sources that include them.
 
     ``bytecode``: the folder in which the templates' is kept, for later processes.
@@ -222,13 +222,13 @@ def _documents(context: _Context, files: Mapping[str, str]) -> dict[str, str]:
 
 
 def rendered(program: Program, templates: Mapping[str, str], **extra: object) -> dict[str, str]:
-    """Return the files of a Program whose header and steps are not those of mechanics: its functions, and files by
+    """Return the files of a Program with a header and steps other than mechanics': its functions, and files by
     templates of their own.
 
     Parameters
     ----------
     templates : by the name of the file
-    extra : what the templates print besides the Program
+    extra : names for the templates besides the Program
     """
     context = _Context(program, FILE_LIMIT)
     files = {"eomgen_real.h": context.render("c/model/eomgen_real.h.jinja")}
@@ -240,7 +240,7 @@ def rendered(program: Program, templates: Mapping[str, str], **extra: object) ->
 
 
 def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, str]:
-    """Return what a loadable library needs besides the model's own files: the generic interface and its header."""
+    """Return the files of a loadable library besides the model's own: the generic interface and its header."""
     return _interface(_Context(program, FILE_LIMIT), files)
 
 

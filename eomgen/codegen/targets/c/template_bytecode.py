@@ -18,7 +18,7 @@ _DIGEST = 32
 
 
 class TemplateBytecode(jinja2.BytecodeCache):
-    """Bytecode in a folder that is made when it is needed; none is kept where nothing can be written.
+    """Bytecode in a folder that is made at its first use; none is kept if the folder cannot be written.
 
     A file is taken if it is whole by its digest, and of the same template, Python, Jinja and eomgen, whose filters may
     have been applied to constants.
@@ -33,7 +33,7 @@ class TemplateBytecode(jinja2.BytecodeCache):
         return hashlib.sha256(text.encode()).hexdigest()
 
     def load_bytecode(self, bucket: Bucket) -> None:
-        """Take what is kept of a template."""
+        """Take the bytecode of a template from the folder."""
         with contextlib.suppress(OSError):
             kept = (self.folder / bucket.key).read_bytes()
             if hashlib.sha256(kept[_DIGEST:]).digest() == kept[:_DIGEST]:
