@@ -111,7 +111,7 @@ def _rows(model: CompiledModel, motions: int, rng: np.random.Generator, p: Array
 
 
 def _check(Y: Array, kept: tuple[int, ...], matrix: Array) -> None:
-    """Raise NumericalError where combinations do not hold at other motions."""
+    """Raise NumericalError if combinations do not hold at other motions."""
     sizes = np.linalg.norm(Y, axis=0)
     missed = np.linalg.norm(Y - Y[:, kept] @ matrix, axis=0)
     if np.any(missed > _MISSED * np.max(sizes, initial=0.0)):

@@ -61,7 +61,7 @@ def shortenings(model: CompiledModel, q: Array) -> Array:
 
 def largest_bending(model: CompiledModel, t: Array, q: Array) -> Bending | None:
     """Return the beam that bends most in some row of a run, t (n,) in s and q (n, nq), beyond what beams are for; None
-    where none does."""
+    if none does."""
     shares, beams = shortenings(model, q), model.library.layout["slopes"]
     rows = shares.argmax(axis=0)
     found = [

@@ -36,7 +36,7 @@ class BucklingLoads:
     values : (n,) of the parameter, nearest to the preload first
     modes : (nv, n) displacements, the largest component of each 1 rad, or the scene's length
     components : of each mode, the names of those that take the largest part
-    warning : that extrapolation misleads, as the load bends the structure on its way; empty where it does not
+    warning : that extrapolation misleads, as the load bends the structure on its way; empty if it does not
     """
 
     parameter: str

@@ -23,7 +23,7 @@ from eomgen.text import nearest, shown
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Excitations per turn whose crossings are looked for, where none are given.
+#: Excitations per turn whose crossings are looked for, if none are given.
 ORDERS = (1.0,)
 _SPEED = "rad/s"
 

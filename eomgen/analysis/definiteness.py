@@ -90,7 +90,7 @@ def _definite(model: CompiledModel, q: Array, p: Array) -> bool:
 
 
 def _smallest(model: CompiledModel, q: Array, p: Array) -> float | None:
-    """Return the smallest eigenvalue of M; None where there is no M, or one that is not finite."""
+    """Return the smallest eigenvalue of M; None if there is no M, or one that is not finite."""
     if "mass" not in model.functions:
         return None
     M = model.mass(q, parameters=p)

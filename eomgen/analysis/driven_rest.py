@@ -1,7 +1,7 @@
 """Rest beside drives of constant rate: the velocities that drives give, and whether a state stays at rest beside them.
 
 Laws of time enter the rows as Phi_t. A state is at rest beside them where only what they drive moves, B v = -Phi_t with
-v constant, and where nothing that acts on the rest changes along this motion (a relative equilibrium; Marsden 1992,
+v constant, and if nothing that acts on the rest changes along this motion (a relative equilibrium; Marsden 1992,
 chapter 4).
 """
 
@@ -50,7 +50,7 @@ def law_rates(model: CompiledModel, measures: Measures, q: Array) -> Array:
 
 
 def driven_velocity(model: CompiledModel, measures: Measures, q: Array) -> Array:
-    """Return the velocity, (nv,), of what laws of time drive at q; zero where no law has a rate at this time.
+    """Return the velocity, (nv,), of what laws of time drive at q; zero if no law has a rate at this time.
 
     It is the least one that meets the rows: components of joints that are driven have their laws' rates.
 
@@ -111,7 +111,7 @@ def where_driven(model: CompiledModel, measures: Measures, q: Array) -> Array:
 
 
 def check_rates(model: CompiledModel, measures: Measures, q: Array, v: Array) -> None:
-    """Raise NumericalError where drives that give velocities v at q change them later, or cannot keep them."""
+    """Raise NumericalError if drives that give velocities v at q change them later, or cannot keep them."""
     extents = _extents(model, measures, q)
     size = float(np.max(np.abs(v) / extents))
     for seconds in _later(size):
@@ -130,7 +130,7 @@ def check_rates(model: CompiledModel, measures: Measures, q: Array, v: Array) ->
 
 
 def check_lasting(model: CompiledModel, measures: Measures, u: Inputs, q: Array, v: Array, z: Array) -> None:
-    """Raise NumericalError where forces at rest beside drives change as these move on from q with v."""
+    """Raise NumericalError if forces at rest beside drives change as these move on from q with v."""
     extents = _extents(model, measures, q)
     pace = float(np.max(np.abs(v) / extents))
     left = 2.0 * np.abs(_unbalanced(model, measures, u, q, v, z))
@@ -161,7 +161,7 @@ def drives(model: CompiledModel, v: Array) -> str:
 
 
 def _kinematic(model: CompiledModel) -> CompiledModel:
-    """Return a model that has the rows' rates. Raises UsageError where it was built without and cannot be built."""
+    """Return a model that has the rows' rates. Raises UsageError if it was built without and cannot be built."""
     needed = ("constraint_velocity", "constraint_bias")
     able = model.having(needed)
     if missing := [name for name in needed if name not in able.functions]:
@@ -204,7 +204,7 @@ def _given(measures: Measures) -> dict[str, Any]:
 
 
 def held_base(model: CompiledModel, p: Array, t: float) -> Array | None:
-    """Return the base held where it is at t, (19,); None where it does not move at all."""
+    """Return the base held where it is at t, (19,); None if it does not move at all."""
     if "base" not in model.functions:
         return None
     base = model.base(t, parameters=p)

@@ -69,7 +69,7 @@ class ElementStrains:
         return csr_array(self._of_nodes(_along_twists(d)) @ self._twists(q))
 
     def doubt(self, d: Array) -> str:
-        """Return which element turns by nearly half a turn, beyond which strains tell nothing; empty where none
+        """Return which element turns by nearly half a turn, beyond which strains tell nothing; empty if none
         does."""
         turns = np.linalg.norm(d[:, :3], axis=1)
         if not np.any(turns > _HALF_TURN):

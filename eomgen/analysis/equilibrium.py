@@ -54,11 +54,11 @@ class Equilibrium:
     frequencies : (free,) angular frequencies of small motions without damping, rad/s, increasing; of an unstable
         direction minus the rate at which it grows; beside drives by stiffness alone, without gyroscopic forces, which
         ``linearize`` has
-    stable : False where a direction is unstable; None where internal states, forces that follow the motion or
+    stable : False if a direction is unstable; None if internal states, forces that follow the motion or
         gyroscopic ones decide
     undetermined : components of v along which nothing pulls back
     message : all of this in one sentence
-    base : (19,) state of the base, held where it is at t; None where it is the world
+    base : (19,) state of the base, held where it is at t; None if it is the world
     notes : what is doubtful: that a damped motion settles elsewhere, springs and tyres that are inside out, long ways
     """
 
@@ -112,7 +112,7 @@ def equilibrium(
     Without ``any_kind`` that is where a heavily damped motion from the initial state settles: a stable equilibrium,
     also from an unstable one. With it, it is the nearest of any kind that was found, distances being measured by the
     kinetic energy that gets there in unit time: candidates are where the damped motion settles, and where Newton's path
-    leads from the initial state and from places where the damped motion lingers. Where no damped motion settles,
+    leads from the initial state and from places where the damped motion lingers. If no damped motion settles,
     Newton's equilibrium is returned. ``notes`` say where that differs from where the damped motion settles, and name
     springs and tyres that are inside out at rest, and ways that are longer than the scene. Dampers and regularised
     friction do not act at rest.
@@ -228,7 +228,7 @@ def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Point,
 
 @dataclass(frozen=True)
 class _Stiffness:
-    """Squared frequencies by stiffness alone, increasing, 0 where nothing pulls back, and their directions (nv, n)."""
+    """Squared frequencies by stiffness alone, increasing, 0 if nothing pulls back, and their directions (nv, n)."""
 
     values: Array
     directions: Array

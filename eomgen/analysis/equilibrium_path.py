@@ -135,7 +135,7 @@ class EquilibriumPath:
 
     @property
     def largest_column(self) -> str:
-        """Name of the output that changes most; where none does, of the position of a body."""
+        """Name of the output that changes most; if none does, of the position of a body."""
         changes = {name: float(np.ptp(column)) for name, column in self.columns.items()}
         outputs = {name: change for name, change in changes.items() if name in self.outputs and change > 0.0}
         among = outputs or changes
@@ -196,9 +196,9 @@ class EquilibriumPath:
         Parameters
         ----------
         over : name or names of columns
-            The one that changes most where none is given.
+            The one that changes most if none is given.
         axes : matplotlib Axes, one for each column
-            A new figure where none are given.
+            A new figure if none are given.
         path : file of a figure, .png, .svg or .pdf
 
         Raises

@@ -35,7 +35,7 @@ class Measures:
     ----------
     p : (np,) tunable parameters
     t : time, s
-    base : (19,) state of the base, None where it is the world
+    base : (19,) state of the base, None if it is the world
     """
 
     def __init__(self, model: CompiledModel, p: Array, t: float, base: Array | None) -> None:
@@ -43,7 +43,7 @@ class Measures:
         self.values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
 
     def number(self, formula: Formula) -> float:
-        """Return the value of a formula of parameters; 0 where it has none."""
+        """Return the value of a formula of parameters; 0 if it has none."""
         try:
             return float(evaluate(formula, lambda symbol: self.values[symbol.name]))
         except (ArithmeticError, KeyError):

@@ -52,7 +52,7 @@ def _units(model: CompiledModel) -> dict[str, str]:
 
 
 def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple[str, ...]]:
-    """Return the units of all signals of the linear model, by kind; empty where they are not known."""
+    """Return the units of all signals of the linear model, by kind; empty if they are not known."""
     description = model.description
     velocities = model.v_units
     if not by_components:
@@ -73,7 +73,7 @@ def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple
 def reference_values(
     model: CompiledModel, reference: Reference, operating_point: OperatingPoint, measures: Measures
 ) -> dict[str, Array]:
-    """Return what all signals are at the reference, by kind; not a number where that is not known.
+    """Return what all signals are at the reference, by kind; not a number if that is not known.
 
     Components on groups have no value of their own, and the joints between absolute bodies are not evaluated.
     """

@@ -133,7 +133,7 @@ def about(
     a, lam = _dynamics(model, state, operating_point)
     measures, names = _measures(model, state, a, operating_point, independent)
     of_inputs = model.nu or model.nz or names.disturbances
-    # where nothing else acts
+    # if nothing else acts
     whole = "linearization" if "linearization" in model.functions or of_inputs else "partials"
     terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
     blocks: dict[str, Array] = {}
@@ -235,7 +235,7 @@ def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoin
 
 
 def _check_mass(model: CompiledModel, state: State, operating_point: OperatingPoint) -> None:
-    """Raise ModelError where the inertia matrix of a model without constraints is not positive definite, with the
+    """Raise ModelError if the inertia matrix of a model without constraints is not positive definite, with the
     component."""
     if "mass" in model.functions:
         M = model.mass(state.q, parameters=operating_point.parameters)

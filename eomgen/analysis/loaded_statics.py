@@ -45,7 +45,7 @@ class Varied:
 
     @classmethod
     def of(cls, model: CompiledModel, call: str, name: str, parameters: Parameters, t: float, u: Inputs) -> Varied:
-        """Return what is varied by name. Raises UsageError where there is nothing of that name."""
+        """Return what is varied by name. Raises UsageError if there is nothing of that name."""
         p = model.evaluator.one_set(parameters)
         units = {**model.evaluator.parameter_units, **model.input_units, "t": "s"}
         if name not in (*model.parameters, *model.inputs, "t"):
@@ -158,7 +158,7 @@ def loaded_statics(
 
 
 def check_partials(model: CompiledModel, call: str) -> None:
-    """Raise UsageError where a model was built without the terms that equilibria need."""
+    """Raise UsageError if a model was built without the terms that equilibria need."""
     needed = {"residual"} | ({"constraint_jacobian"} if model.multipliers else set())
     if "iteration" in model.functions:  # has the others' nonzeros
         needed |= {"internal_rate"} if model.nz else set()

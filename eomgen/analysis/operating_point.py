@@ -31,7 +31,7 @@ EquilibriumState = Equilibrium | SteadyMotion
 
 @dataclass(frozen=True)
 class State:
-    """A state to linearise about; accelerations and multipliers are None where the dynamics give them."""
+    """A state to linearise about; accelerations and multipliers are None if the dynamics give them."""
 
     what: str
     q: Array
@@ -76,7 +76,7 @@ def given_state(model: CompiledModel, given: Mapping[str, Any]) -> State:
 
 
 def check_constraints(model: CompiledModel, state: State, operating_point: OperatingPoint) -> None:
-    """Raise UsageError where a given state does not meet the constraints, or given accelerations break them."""
+    """Raise UsageError if a given state does not meet the constraints, or given accelerations break them."""
     model.check_left_out(state.q, state.v, operating_point.t, operating_point.parameters)
     if not model.multipliers:
         return

@@ -17,7 +17,7 @@ _CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)
 
 
 def check_continuous(model: CompiledModel, what: str) -> None:
-    """Raise ModelError where states are sampled: between samples they stay, whatever the motion.
+    """Raise ModelError if states are sampled: between samples they stay, whatever the motion.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def check_continuous(model: CompiledModel, what: str) -> None:
 
 
 def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapping[str, Any]) -> SampledPart | None:
-    """Return the sampled states with the partials of their new values at a state; None where nothing is sampled.
+    """Return the sampled states with the partials of their new values at a state; None if nothing is sampled.
 
     Partials are differences of fourth order, dq left-trivialised.
 

@@ -71,7 +71,7 @@ def named_values(
 
 
 def check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) -> None:
-    """Raise UsageError where a velocity that is given, (nv,), is not that of a drive of the same component."""
+    """Raise UsageError if a velocity that is given, (nv,), is not that of a drive of the same component."""
     for name, value, unit in zip(model.v_names, v.tolist(), model.v_units, strict=True):
         rate = driven.get(name.removeprefix("v."), value)
         if abs(rate - value) > _SAME * max(abs(rate), abs(value)):

@@ -6,7 +6,7 @@ are symmetries, too. So the search is one for roots of
 
     r(q, v, vdot, lam) = 0,  Phi = 0,  B v + Phi_t = 0,  its rate = 0,  zdot = 0,  and v as given
 
-in q across the symmetries and in g (Meirovitch 1970, section 2.13; Marsden 1992, chapter 4). Where no symmetry is
+in q across the symmetries and in g (Meirovitch 1970, section 2.13; Marsden 1992, chapter 4). If no symmetry is
 found, constant velocities are tried: of single coordinates on which nothing depends, of those given, and of those that
 the rows force to go with them. What is found is followed along the motion before it is called steady.
 """
@@ -228,7 +228,7 @@ def _undetermined(conditions: Conditions, found: Search, given: Given) -> list[s
 def _check_lasting(
     model: CompiledModel, conditions: Conditions, found: Search, measures: Measures, names: Sequence[str]
 ) -> None:
-    """Raise NumericalError where accelerations appear later along the motion found, beside what rounding leaves at its
+    """Raise NumericalError if accelerations appear later along the motion found, beside what rounding leaves at its
     start, in directions that may turn with the motion."""
     state, extents = found.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))

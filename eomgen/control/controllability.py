@@ -46,7 +46,7 @@ class Dynamics:
 
     @property
     def rate(self) -> float:
-        """What eigenvalues are compared with: the largest; 1 where the model is sampled."""
+        """What eigenvalues are compared with: the largest; 1 if the model is sampled."""
         if self.sample is not None or not len(self.A):
             return 1.0
         return float(np.max(np.abs(np.linalg.eigvals(self.A)))) or 1.0
@@ -62,14 +62,14 @@ class Dynamics:
 
 
 def check_stabilisable(dynamics: Dynamics, B: Array) -> None:
-    """Raise ModelError where a motion that does not decay is out of the actuators' reach, naming it."""
+    """Raise ModelError if a motion that does not decay is out of the actuators' reach, naming it."""
     if worst := _worst(dynamics, _lost(dynamics, B)):
         what = f"{worst} cannot be stabilised: no actuator moves it"
         raise ModelError(what, "an actuator that works on it, or a spring, a damper or a filter that makes it decay")
 
 
 def check_controllable(dynamics: Dynamics, B: Array) -> None:
-    """Raise ModelError where a motion is out of the actuators' reach, whether it decays or not."""
+    """Raise ModelError if a motion is out of the actuators' reach, whether it decays or not."""
     lost = _lost(dynamics, B)
     if lost:
         what = f"{described(dynamics, lost[0])} cannot be placed: no actuator moves it"
@@ -77,14 +77,14 @@ def check_controllable(dynamics: Dynamics, B: Array) -> None:
 
 
 def check_detectable(dynamics: Dynamics, C: Array, measured: Sequence[str]) -> None:
-    """Raise ModelError where a motion that does not decay is not seen in what is measured, naming it."""
+    """Raise ModelError if a motion that does not decay is not seen in what is measured, naming it."""
     if worst := _worst(dynamics, _lost(dynamics.dual, C.T)):
         what = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it"
         raise ModelError(what, "a measured signal that it moves")
 
 
 def check_weighted(dynamics: Dynamics, root: Array) -> None:
-    """Raise ModelError where a motion on the border of stability costs nothing: optimal control would leave it there.
+    """Raise ModelError if a motion on the border of stability costs nothing: optimal control would leave it there.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def check_weighted(dynamics: Dynamics, root: Array) -> None:
 
 
 def check_driven(dynamics: Dynamics, root: Array) -> None:
-    """Raise ModelError where noise leaves a motion on the border of stability alone: its gain would be zero.
+    """Raise ModelError if noise leaves a motion on the border of stability alone: its gain would be zero.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def check_driven(dynamics: Dynamics, root: Array) -> None:
 
 
 def check_observable(dynamics: Dynamics, C: Array) -> None:
-    """Raise ModelError where a motion is not seen, whether it decays or not; of the dual model, C transposed."""
+    """Raise ModelError if a motion is not seen, whether it decays or not; of the dual model, C transposed."""
     lost = _lost(dynamics, C)
     if lost:
         of = described(dynamics, lost[0])

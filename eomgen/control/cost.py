@@ -55,7 +55,7 @@ def quadratic_cost(
 
 
 def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
-    """Return a model with these inputs, all of them where none is named; the others are disturbances.
+    """Return a model with these inputs, all of them if none is named; the others are disturbances.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
 def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
     """Return how an output, or else a state, of a name follows from states (ns,) and inputs (nu,).
 
-    Raises UsageError with the nearest names where there is none.
+    Raises UsageError with the nearest names if there is none.
     """
     known = (*space.outputs, *space.states)
     name = spelled(name, known)
@@ -116,7 +116,7 @@ def near(name: str, known: Sequence[str]) -> str:
 
 
 def number(what: str, name: str, value: object) -> float:
-    """Return the weight of a name. Raises UsageError where it is no number from zero on."""
+    """Return the weight of a name. Raises UsageError if it is no number from zero on."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         raise UsageError(Problem(what, f"the weight of {name} is {type(value).__name__}, not a number", f"{name}: 1.0"))
     if not (np.isfinite(value) and value >= 0.0):

@@ -31,9 +31,9 @@ class Margins:
 
     Attributes
     ----------
-    gain_margin : factor above 1 on the loop's gain at which it becomes unstable; infinite where none does
-    gain_reduction : factor below 1 at which it does; 0 where none does
-    phase_margin : additional lag or lead at which it does, degrees; infinite where the loop's gain is never 1
+    gain_margin : factor above 1 on the loop's gain at which it becomes unstable; infinite if none does
+    gain_reduction : factor below 1 at which it does; 0 if none does
+    phase_margin : additional lag or lead at which it does, degrees; infinite if the loop's gain is never 1
     delay_margin : additional delay at which it does, s
     modulus_margin : least distance of the open loop from -1
     crossover : frequencies at which the loop's gain is 1, rad/s, increasing

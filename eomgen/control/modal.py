@@ -54,7 +54,7 @@ class ModalFeedback:
     g, h : modal gains that were asked for, one of each controlled mode.
     crosstalk : largest modal force that reaches another controlled mode, or is missing in its own, per force that is
         asked for;
-        0 where there are as many independent actuators as controlled modes.
+        0 if there are as many independent actuators as controlled modes.
     spillover : largest modal force that reaches a mode that is not controlled, per force that is asked for.
     eigenvalues : (2n,) of the closed loop with all modes, 1/s.
     """
@@ -71,7 +71,7 @@ class ModalFeedback:
 
 
 def modes_of(plant: Plant) -> Modes:
-    """Return the undamped modes. Raises ModelError where K is not symmetric, or an equilibrium unstable."""
+    """Return the undamped modes. Raises ModelError if K is not symmetric, or an equilibrium unstable."""
     if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=_ASYMMETRY * np.abs(plant.K).max(initial=0.0)):
         raise ModelError("the stiffness matrix is not symmetric, so there are no modes that keep their shape", "lqr")
     squares, shapes = eigh((plant.K + plant.K.T) / 2.0, (plant.M + plant.M.T) / 2.0)

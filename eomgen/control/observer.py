@@ -203,7 +203,7 @@ def place_observer(
 def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
     """Return an observer before its gains are known.
 
-    Raises UsageError where a sample would contain what follows from it: an input that is at work at once.
+    Raises UsageError if a sample would contain what follows from it: an input that is at work at once.
     """
     observer = Observer(space, measured, np.zeros((len(space.states), len(measured))))
     if space.sample is not None and np.any(observer.D):
@@ -253,7 +253,7 @@ def _noise(space: StateSpace, noise: Weighted, measured: Sequence[str]) -> tuple
 
 
 def _refuse_white_measurements(measured: Sequence[str], F: Array, W: Array) -> None:
-    """Raise UsageError where a measured signal contains white noise that drives the model."""
+    """Raise UsageError if a measured signal contains white noise that drives the model."""
     for name, row in zip(measured, F @ W, strict=True):
         if np.any(row):
             what = f"{name} contains white noise itself, and its value at a sample would be infinite"

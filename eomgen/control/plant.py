@@ -17,7 +17,7 @@ Complex = NDArray[np.complex128]
 
 
 def real_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> Array:
-    """Return a matrix as floats. Raises UsageError where its shape is another one or an entry is not finite."""
+    """Return a matrix as floats. Raises UsageError if its shape is another one or an entry is not finite."""
     try:
         matrix = np.array(value, dtype=float)
     except (TypeError, ValueError):

@@ -72,7 +72,7 @@ class Regulator:
         return page(f"Regulator{self.space.when}: u = -G s", gains, margins_html(self.margins), of_loop)
 
     def gain(self, input: str, state: str) -> float:
-        """Return the gain of one state in one input. Raises UsageError where there is none of that name."""
+        """Return the gain of one state in one input. Raises UsageError if there is none of that name."""
         for name, known in ((input, self.space.inputs), (state, self.space.states)):
             if name not in known:
                 raise UsageError(Problem("gain", f"there is no {name!a} among the gains", near(name, known)))
@@ -110,7 +110,7 @@ class Regulator:
         Parameters
         ----------
         axes : matplotlib Axes, one for each input
-            A new figure of pyplot where none are given.
+            A new figure of pyplot if none are given.
 
         Raises
         ------

@@ -25,7 +25,7 @@ _RANK = 1e-9
 
 
 def check_stabilisable(plant: Plant) -> None:
-    """Raise ModelError where a mode that does not decay is out of the actuators' reach, naming the fastest."""
+    """Raise ModelError if a mode that does not decay is out of the actuators' reach, naming the fastest."""
     lost = [(value, shape) for value, shape, reach in _reached(plant) if reach < _RANK]
     lost = [(value, shape) for value, shape in lost if value.real > -_ON_AXIS * plant.scales.rate]
     if lost:
@@ -35,7 +35,7 @@ def check_stabilisable(plant: Plant) -> None:
 
 
 def check_controllable(plant: Plant) -> None:
-    """Raise ModelError where a mode is out of the actuators' reach, whether it decays or not."""
+    """Raise ModelError if a mode is out of the actuators' reach, whether it decays or not."""
     for value, shape, reach in _reached(plant):
         if reach < _RANK:
             what = f"{described(plant, value, shape)} cannot be placed: no actuator moves it"
@@ -43,7 +43,7 @@ def check_controllable(plant: Plant) -> None:
 
 
 def check_detectable(plant: Plant, A: Array, root: Array) -> None:
-    """Raise ModelError where a mode on the imaginary axis costs nothing: optimal control would leave it there.
+    """Raise ModelError if a mode on the imaginary axis costs nothing: optimal control would leave it there.
 
     Parameters
     ----------

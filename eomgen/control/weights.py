@@ -68,7 +68,7 @@ class Weights:
 
 
 def weight(name: str, value: ArrayLike, size: int) -> Array:
-    """Return a weight as a symmetric matrix. Raises UsageError where it is none, or negative in some direction."""
+    """Return a weight as a symmetric matrix. Raises UsageError if it is none, or negative in some direction."""
     given = np.asarray(value, dtype=float)
     if given.ndim < 2 and given.shape in ((), (size,)):
         given = np.diag(np.broadcast_to(given, (size,)))

@@ -40,7 +40,7 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
 
 
 def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, float]) -> dict[str, float]:
-    """Return the stationary root mean square of every output by name; infinite where white noise is part of it.
+    """Return the stationary root mean square of every output by name; infinite if white noise is part of it.
 
     Raises as ``stationary_covariance``.
     """

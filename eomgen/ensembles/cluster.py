@@ -158,7 +158,7 @@ def _named(client: Any) -> str:
 
 
 def _started(start: Callable[[], Any]) -> Any:
-    """Return a cluster of processes of this machine. Raises UsageError where they do not start."""
+    """Return a cluster of processes of this machine. Raises UsageError if they do not start."""
     try:
         return start()
     except (RuntimeError, OSError) as error:
@@ -168,7 +168,7 @@ def _started(start: Callable[[], Any]) -> Any:
 
 
 def _reached(name: str, connect: Callable[[], Any]) -> Any:
-    """Return a client. Raises FileError where no scheduler answers."""
+    """Return a client. Raises FileError if no scheduler answers."""
     try:
         return connect()
     except (OSError, ValueError, KeyError, TimeoutError) as error:
@@ -182,7 +182,7 @@ def _first_line(error: BaseException) -> str:
 
 
 def _check_versions(client: Any, name: str) -> None:
-    """Raise UsageError where a worker has another eomgen, or none."""
+    """Raise UsageError if a worker has another eomgen, or none."""
 
     def version_there() -> str:  # sent as it stands, since it is a local function: a worker may have no such module
         module = "eomgen.version"
@@ -214,7 +214,7 @@ class _Run:
     def parts(self, first: int) -> Iterator[Block]:
         """Give parts in their order; whatever ends them, the cluster is rid of them afterwards."""
         distributed = importlib.import_module("distributed")
-        from eomgen.ensembles.worker import Delivery, run_part  # noqa: PLC0415  # Dask is imported where it is asked for
+        from eomgen.ensembles.worker import Delivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
 
         name = self._shipment.ensemble
         pending: dict[Any, tuple[int, int]] = {}
@@ -267,7 +267,7 @@ class _Run:
         return max(1, wanted - wanted % _FIRST if wanted > _FIRST else wanted)
 
     def _taken(self, begin: int, count: int, status: str, result: Any) -> Part:
-        """Return the result of a part. Raises EomgenError where there is none."""
+        """Return the result of a part. Raises EomgenError if there is none."""
         where = f"cluster {self._machines.name}"
         if isinstance(result, Refusal):
             raise result.kind([replace(item, where=f"{where}: {item.where}".rstrip(": ")) for item in result.problems])

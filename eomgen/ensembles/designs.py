@@ -139,7 +139,7 @@ def random_design(name: str, distributions: Sequence[Distribution], samples: int
 
 
 def unbalanced(name: str, samples: int) -> str:
-    """Return a note on a number of samples that a design is not made for; empty where there is none."""
+    """Return a note on a number of samples that a design is not made for; empty if there is none."""
     if name not in _BALANCED or samples & (samples - 1) == 0:
         return ""
     return f"{name} is balanced for a power of two: {1 << (samples.bit_length() - 1)} or {1 << samples.bit_length()}"

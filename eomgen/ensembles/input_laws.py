@@ -37,7 +37,7 @@ def laws_that_vary(model: CompiledModel) -> list[str]:
 
 def law_of(model: CompiledModel, name: str, where: str) -> int:
     """Return the place of the input that ``seed.road`` or ``scale.road`` is of, that of waves behind all inputs. Raises
-    UsageError where there is none whose law so varies."""
+    UsageError if there is none whose law so varies."""
     kind, _, of = name.partition(".")
     place = {item.name: k for k, item in enumerate(model.description.inputs)}.get(of)
     label = f"{where} {name}"
@@ -112,7 +112,7 @@ def is_whole(values: Array) -> bool:
 
 
 def check_seeds(name: str, how: Distribution) -> None:
-    """Raise UsageError where seeds are not whole numbers from 0 on."""
+    """Raise UsageError if seeds are not whole numbers from 0 on."""
     least = how.quantiles(np.array([_SMALLEST])) if not how.levels else np.array(how.levels)
     if not how.whole or np.min(least) < 0.0:
         what = f"a seed is a whole number from 0 on, and {how.text} has others"
@@ -120,7 +120,7 @@ def check_seeds(name: str, how: Distribution) -> None:
 
 
 def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
-    """Raise UsageError where seeds, by name with the places of their inputs, are of wheels in the same track."""
+    """Raise UsageError if seeds, by name with the places of their inputs, are of wheels in the same track."""
     of_track: dict[tuple[str, int], str] = {}
     for name, place in seeds.items():
         if model.description.inputs[place].random is not None:

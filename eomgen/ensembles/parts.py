@@ -105,7 +105,7 @@ class Room:
         self.stop = threading.Event()
 
     def run(self, first: int, values: Array) -> Part | Refusal | None:
-        """Run the samples from this number on, with values (n, d) of what varies; None where it was stopped."""
+        """Run the samples from this number on, with values (n, d) of what varies; None if it was stopped."""
         try:
             model = self._made()
             with tempfile.TemporaryDirectory(prefix="eomgen-runs-") as folder:
@@ -129,7 +129,7 @@ class Room:
         return Part(block, solutions, seconds, model.library.digest, work.how)
 
     def _made(self) -> CompiledModel:
-        """Return the model. Raises EomgenError where it cannot be made here, or not as the sender's."""
+        """Return the model. Raises EomgenError if it cannot be made here, or not as the sender's."""
         with self._making:
             if self._model is None:
                 if self._shipment.version != __version__:

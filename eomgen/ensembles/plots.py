@@ -114,7 +114,7 @@ def _scatter(ensemble: Drawn) -> Any:
 
 
 def _rankings(ensemble: Drawn) -> Any | None:
-    """Return the figure of rankings; None where there are too few samples for one."""
+    """Return the figure of rankings; None if there are too few samples for one."""
     found = []
     for result in _drawn_results(ensemble):
         try:

@@ -128,7 +128,7 @@ class Reduction:
         return bool(self._digests)
 
     def quantiles(self, column: int, probabilities: Array) -> Array:
-        """Return quantiles of a column, (probabilities, times). Raises UsageError where nothing sketches them."""
+        """Return quantiles of a column, (probabilities, times). Raises UsageError if nothing sketches them."""
         if not self._digests:
             what = "quantiles are sketched by the package datasketches, which is not installed"
             raise UsageError(Problem("quantile", what, "pip install 'eomgen[ensembles]', and the ensemble again"))
@@ -142,7 +142,7 @@ class Reduction:
     def histogram(self, column: int, time: int, edges: Array) -> Array:
         """Return the probabilities between edges, (edges - 1,), of a column at a time; what is on an edge is below it.
 
-        Raises UsageError where nothing sketches them.
+        Raises UsageError if nothing sketches them.
         """
         if not self._digests:
             self.quantiles(column, np.array([0.5]))
@@ -198,7 +198,7 @@ def _over(sums: Array, count: Array) -> Array:
 
 
 def _sketches() -> Any:
-    """Return the package of sketches, or None where it is not installed."""
+    """Return the package of sketches, or None if it is not installed."""
     try:
         return importlib.import_module("datasketches")
     except ImportError:

@@ -72,7 +72,7 @@ class Samples:
     thinned : places of the rows that are reduced
     keep : numbers of samples whose solutions are written to ``folder``, as files that end in ``keep_as``
     alike : what their runs have in common, with which they may run side by side; None: one after the other
-    stop : set where no further sample is to begin
+    stop : set if no further sample is to begin
     """
 
     model: CompiledModel
@@ -92,7 +92,7 @@ class Samples:
     _made: Lanes | str | None = field(default=None, init=False, repr=False)
 
     def block(self, first: int, count: int) -> Block | None:
-        """Return a block of samples; None where it was stopped."""
+        """Return a block of samples; None if it was stopped."""
         values = self.design.values(first, count)
         rows, extremes = self._unknown(count)
         failed: list[Failed] = []
@@ -171,7 +171,7 @@ class Samples:
         return (self.folder or Path()) / f"sample_{number:07d}.{self.keep_as}"
 
     def _look(self, done: int, steps: int) -> None:
-        """End a run where no more samples are wanted; called every tenth of a second."""
+        """End a run if no more samples are wanted; called every tenth of a second."""
         if self.stop.is_set():
             raise _StoppedError
 

@@ -173,7 +173,7 @@ def _doubts(pilot: Solution) -> str:
 
 @contextmanager
 def _alone(folder: Path | None) -> Iterator[None]:
-    """Keep other ensembles out of a folder. Raises FileError where one is at work in it."""
+    """Keep other ensembles out of a folder. Raises FileError if one is at work in it."""
     if folder is None:
         yield
         return
@@ -303,7 +303,7 @@ def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
 
 
 def _check_kind(keep_as: str) -> None:
-    """Raise UsageError where solutions cannot be kept as such files."""
+    """Raise UsageError if solutions cannot be kept as such files."""
     if keep_as not in _KEPT_AS:
         hint = " or ".join(_KEPT_AS)
         raise UsageError(Problem("keep_as", f"solutions are not kept as {quoted(str(keep_as))}", hint))

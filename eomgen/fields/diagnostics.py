@@ -13,7 +13,7 @@ _WINDOW = 5.0
 
 
 def split_r_hat(chains: ArrayLike) -> Array:
-    """Return the potential scale reduction of the halves of chains (Gelman and Rubin), 1 where they agree.
+    """Return the potential scale reduction of the halves of chains (Gelman and Rubin), 1 if they agree.
 
     Parameters
     ----------

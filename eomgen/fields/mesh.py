@@ -146,7 +146,7 @@ class Mesh:
         Returns
         -------
         (k, power) : (bins,) each
-            Mean |k| of the amplitudes in each bin; NaN where there are none.
+            Mean |k| of the amplitudes in each bin; NaN if there are none.
         """
         number, inside, count, mean = _binned(self, bins)
         weights = np.broadcast_to(self.weights, self.half)

@@ -377,9 +377,9 @@ class FieldPosterior:
         raise NumericalError(Problem("mode", what, "more iterations, or a larger tolerance"))
 
     def _below_a_saddle(self, x: Complex, value: float, inverse: Array | float) -> tuple[Complex, float] | None:
-        """Return a field of less U, and U there, beside one without a gradient; None where the latter is a minimum.
+        """Return a field of less U, and U there, beside one without a gradient; None if the latter is a minimum.
 
-        The Hessian is 1 + sum of A^T h'' A. Of one field it is positive where no cell has h'' below 0; else power
+        The Hessian is 1 + sum of A^T h'' A. Of one field it is positive if no cell has h'' below 0; else power
         iterations look for its least eigenvalue with the inverse mass as metric, from the largest one down.
         """
         fields = [] if self.prior_alone else self._to_cells(x)

@@ -21,7 +21,7 @@ class Samples:
     Attributes
     ----------
     accepted : whether the end of a trajectory was taken
-    energy_errors : dH of each trajectory; infinite where numbers ended
+    energy_errors : dH of each trajectory; infinite if numbers ended
     potential : U of the samples
     gradients : evaluations of the gradient, of each trajectory
     cells : values of the field that is watched in the cells that are watched, (chains, samples, cells)
@@ -93,7 +93,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a trajectory ended: dH, infinite where numbers ended; whether its end was taken; gradients that it took."""
+    """How a trajectory ended: dH, infinite if numbers ended; whether its end was taken; gradients that it took."""
 
     error: float
     accepted: bool

@@ -360,7 +360,7 @@ class Sampler:
     def _from_drift(
         self, _: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
     ) -> float | None:
-        """Follow a trajectory that ends with a drift, and return U at its end; None where it was stopped."""
+        """Follow a trajectory that ends with a drift, and return U at its end; None if it was stopped."""
         if not _follow(self.posterior, parts, step, self._moved, self._momenta, self._inverse, stop):
             return None
         return self.posterior.energy(self._moved)
@@ -368,7 +368,7 @@ class Sampler:
     def _from_slope(
         self, chain: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
     ) -> float | None:
-        """Follow a trajectory that begins and ends with a kick, and return U at its end; None where it was stopped.
+        """Follow a trajectory that begins and ends with a kick, and return U at its end; None if it was stopped.
 
         Its first kick takes the gradient that the last trajectory of this kind has left where the chain is, and its
         last one the cells that U is of.

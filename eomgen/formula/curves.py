@@ -118,7 +118,7 @@ class Curve:
 
     @property
     def period(self) -> float:
-        """0 where the curve is not periodic."""
+        """0 if the curve is not periodic."""
         return self.end - self.start if self.outside == "periodic" else 0.0
 
     @cached_property

@@ -68,7 +68,7 @@ def reaches(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Ite
 
 @dataclass(frozen=True)
 class Breakpoint:
-    """A time at which something is not smooth: from ``time`` on every ``period`` where that is not 0.
+    """A time at which something is not smooth: from ``time`` on every ``period`` if that is not 0.
 
     ``order`` is the lowest derivative that jumps of what forces depend on, 0 for themselves. ``blur`` is how many times
     the precision of its numbers the time is uncertain by, in s.

@@ -105,7 +105,7 @@ def first_jump(
 def _lasting_change(
     law: Callable[[Array], tuple[Array, Array]], times: Array, order: int, *, turns: bool
 ) -> float | None:
-    """Return the first time at which a law changes much however closely it is looked at; None where there is none.
+    """Return the first time at which a law changes much however closely it is looked at; None if there is none.
 
     Parameters
     ----------

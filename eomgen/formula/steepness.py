@@ -1,6 +1,6 @@
 """Prescribed motions steeper than the step of a run: drives and motions of the base that steppers cannot follow.
 
-A law is bisected where it is not linear, down to intervals of one step. There the trapezoidal rule for the rate is
+A law is bisected if it is not linear, down to intervals of one step. There the trapezoidal rule for the rate is
 compared with the change of the law.
 """
 
@@ -78,7 +78,7 @@ def steep(
 def steepest(
     formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, step: float, angle: bool
 ) -> Steepness | None:
-    """Return where a step misses most of a law, None where all steps follow it.
+    """Return where a step misses most of a law, None if all steps follow it.
 
     Steppers take positions of a law at the ends of steps, and its rates and accelerations there; a law that moves
     between otherwise than they say is not followed. Measured is the trapezoidal rule for the rate against the change of

@@ -43,7 +43,7 @@ def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, en
 
 @functools.lru_cache(maxsize=256)
 def undefined_from(formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float) -> float | None:
-    """Return from which time on a formula has no value for a while, s; None where it has one at all times.
+    """Return from which time on a formula has no value for a while, s; None if it has one at all times.
 
     A time alone without a value, as of a division by zero, does not count.
 

@@ -52,7 +52,7 @@ class WaveField:
 
     Attributes
     ----------
-    depth : m; infinite where there is no bottom
+    depth : m; infinite if there is no bottom
     level : z of the water at rest in the world, m
     ramp : how long the amplitudes take to grow from 0 at t = 0, s; 0 for waves that are there from the beginning
     stretching : what the motion between the water at rest and the surface is: ``wheeler`` takes z - eta, shrunk to the

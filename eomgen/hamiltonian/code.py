@@ -22,7 +22,7 @@ CDEF = f"""\
     int compensated, double *work, double *state, double *record, long *counted);
 """
 #: Iterations of an implicit step at most, the change, in parts of the state, that may be rounding, and by what every
-#: second change has to be smaller: where it is not, Newton's method takes over.
+#: second change has to be smaller: if it is not, Newton's method takes over.
 MOST_ITERATIONS, ROUNDING, SLOW = 200, 1e-12, 0.3
 #: Turns of its linear equations, and the part of the residual that is left.
 CYCLES, LINEAR = 6, 1e-10

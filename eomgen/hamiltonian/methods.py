@@ -35,7 +35,7 @@ class Method:
     Attributes
     ----------
     fractions : of a step, of drifts and kicks in turn or of other steps
-    stability_limit : the largest stable step times the largest frequency; 0 where there is none
+    stability_limit : the largest stable step times the largest frequency; 0 if there is none
     stages : of other steps than drifts and kicks
     A, b, error : coefficients of these, A by rows; of pairs the weights of the error that they estimate
     """

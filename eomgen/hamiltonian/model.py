@@ -44,7 +44,7 @@ _STATUSES = {
 
 
 def built_library(document: Hamiltonian, content: bytes, builder: Builder) -> Library:
-    """Return the compiled library of a system, from the cache where it is there.
+    """Return the compiled library of a system, from the cache if it is there.
 
     ``content``: everything that it follows from.
     """

@@ -27,7 +27,7 @@ class HamiltonianSolution:
     q, p : (rows, n)
         Coordinates and momenta.
     energy : mapping
-        ``kinetic`` (of momenta alone), ``potential`` (of coordinates alone), ``coupled`` where there is such a part,
+        ``kinetic`` (of momenta alone), ``potential`` (of coordinates alone), ``coupled`` if there is such a part,
         and ``total``, their sum H; (rows,) each.
     outputs : mapping
         By name, (rows,) each.

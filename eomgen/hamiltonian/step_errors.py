@@ -19,7 +19,7 @@ LOST = 0.1
 #: The part of a tolerance at which another run tells its errors.
 FINER = 0.1
 
-#: Rows of the motion in a multiple of the step, behind every so many steps of the run and at its end; None where it
+#: Rows of the motion in a multiple of the step, behind every so many steps of the run and at its end; None if it
 #: fails.
 Rows = Callable[[float, int], "Array | None"]
 
@@ -41,7 +41,7 @@ class StepErrors:
     order, declared_order : float
         Seen in the runs (NaN where two runs tell none), and of the method.
     lost_at : float
-        The first time with an error above a tenth of a motion; infinite where there is none.
+        The first time with an error above a tenth of a motion; infinite if there is none.
     method : str
         The runs that tell it.
     t, relative_at : (rows,)

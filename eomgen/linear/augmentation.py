@@ -154,7 +154,7 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
 def delay_line(input: str, output: str, samples: int, sample: float | str, unit: str = "") -> StateSpace:
     """Return the exact delay of a sampled model by whole samples, as a model to drive others by.
 
-    Raises UsageError where the number of samples is not 1 or more.
+    Raises UsageError if the number of samples is not 1 or more.
     """
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
         raise UsageError(Problem("delay_line", f"a delay of {samples!r} samples", "a whole number of them, from 1 on"))

@@ -44,7 +44,7 @@ class Campbell:
     ----------
     parameter, unit : name and unit of what changes
     values : (n,) in ``unit``; those without a linear model are left out
-    eigenvalues : (n, modes) complex, 1/s, imaginary parts positive; not a number where a mode does not oscillate
+    eigenvalues : (n, modes) complex, 1/s, imaginary parts positive; not a number if a mode does not oscillate
     whirl : (n, modes) 1 forward, -1 backward, 0 neither or not known
     orders : those whose crossings were looked for
     crossings : by order and speed
@@ -132,7 +132,7 @@ class Campbell:
         Parameters
         ----------
         axes : matplotlib Axes
-            A new figure of pyplot where none are given.
+            A new figure of pyplot if none are given.
         frequencies : pair of float
             Limits of the frequency axis, Hz. By default the picture ends above the highest ray and the lowest mode,
             and says how many modes lie higher.

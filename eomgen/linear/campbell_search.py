@@ -300,7 +300,7 @@ def _between(
     pairs: Sequence[tuple[str, str]],
     depth: int,
 ) -> list[_Node]:
-    """Return the nodes between two by which modes can be told apart; none where they are near enough, or where there is
+    """Return the nodes between two by which modes can be told apart; none if they are near enough, or if there is
     no linear model between them."""
     costs = _costs(low.oscillations, high.oscillations)
     rows, chosen = linear_sum_assignment(costs)

@@ -132,7 +132,7 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    """Return matrix^-1 right. Raises ModelError where the matrix has no inverse."""
+    """Return matrix^-1 right. Raises ModelError if the matrix has no inverse."""
     try:
         return np.asarray(np.linalg.solve(matrix, right), dtype=float)
     except np.linalg.LinAlgError:
@@ -146,7 +146,7 @@ def singular_mechanism() -> ModelError:
 
 
 def _pivots(matrix: Array, favour: Array) -> list[int]:
-    """Return as many columns as there are rows, each the largest of what is left. Raises ModelError where rows are
+    """Return as many columns as there are rows, each the largest of what is left. Raises ModelError if rows are
     dependent."""
     rows = len(matrix)
     if not rows:

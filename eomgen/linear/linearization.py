@@ -59,7 +59,7 @@ class Names:
     """Names of the components of v (without their letter), and of internal states, inputs, disturbances and outputs.
 
     ``measured`` are the coordinates of which the independent ones are chosen: the components, or those of joints
-    between absolute bodies. ``units`` are those of inputs, outputs and states by name, where they are known.
+    between absolute bodies. ``units`` are those of inputs, outputs and states by name, if they are known.
     ``units_by_kind`` and ``references``, as of a ``StateSpace``, are those of ``measured``, of its rates under
     ``velocities``, of ``states``, ``inputs``, ``disturbances`` and ``outputs``. ``orientations``: as of a
     ``StateSpace``.
@@ -181,7 +181,7 @@ class Linearization:
     def undamped_frequencies(self) -> Array:
         """(n,) angular frequencies of M0 x'' + K0 x = 0, rad/s, increasing.
 
-        Of a direction that is unstable without damping minus the rate at which it grows; not a number where eigenvalues
+        Of a direction that is unstable without damping minus the rate at which it grows; not a number if eigenvalues
         are complex, as forces that follow the motion can make them.
         """
         values = np.asarray(scipy.linalg.eigvals(self.K0, self.M0)) if len(self.M0) else np.zeros(0, complex)
@@ -266,9 +266,9 @@ class Linearization:
         input, output : str
             As of ``frequency_response``.
         frequencies : (n,) Hz
-            From a tenth of the lowest frequency of a mode to ten times the highest where none are given.
+            From a tenth of the lowest frequency of a mode to ten times the highest if none are given.
         axes : two of matplotlib's Axes
-            A new figure of pyplot where none are given.
+            A new figure of pyplot if none are given.
 
         Raises
         ------
@@ -287,7 +287,7 @@ class Linearization:
         return plot_response(band, values, (input, output), axes)
 
     def _unit(self, name: str) -> str:
-        """Return the unit of an output or a state; empty where it is not known."""
+        """Return the unit of an output or a state; empty if it is not known."""
         return self.names.units.get(spelled(name, tuple(self.names.units)), "")
 
     # -- random vibration ----------------------------------------------------------------------------------------------
@@ -301,7 +301,7 @@ class Linearization:
             As of ``frequency_response``.
         excitation : RoadExcitation or InputSpectrum of ``eomgen.spectra``
         frequencies : (n,) Hz
-            Over the band of the excitation, close about resonances, where none are given.
+            Over the band of the excitation, close about resonances, if none are given.
 
         Raises
         ------
@@ -331,7 +331,7 @@ class Linearization:
         Parameters
         ----------
         band : Hz
-            The part that counts; all of the excitation's where none is given.
+            The part that counts; all of the excitation's if none is given.
         weighting : ``Wk`` or ``Wd`` of ISO 2631-1
             Of an acceleration in m/s^2, as people feel it.
 
@@ -376,9 +376,9 @@ class Linearization:
         Parameters
         ----------
         outputs : names, or a mapping from names to weightings (``Wk``, ``Wd``, None)
-            All outputs where none are given.
+            All outputs if none are given.
         speeds : (n,) m/s, or texts with their unit: ``"80 km/h"``
-            That of the excitation where none are given.
+            That of the excitation if none are given.
 
         Raises
         ------

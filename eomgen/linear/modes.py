@@ -36,7 +36,7 @@ class Modes:
     eigenvalues : (n,) complex, 1/s, imaginary parts not negative
     angular_frequency : (n,) |eigenvalue|, rad/s; of an oscillation that without damping
     frequency : (n,) the same in Hz
-    damping_ratio : (n,) -Re / |eigenvalue|: 1 where it decays without oscillation, -1 where it grows so, 0 of a zero
+    damping_ratio : (n,) -Re / |eigenvalue|: 1 if it decays without oscillation, -1 if it grows so, 0 of a zero
         eigenvalue
     uncertainty : (n,) of the eigenvalues by rounding; those below it are zero
     shapes : (nv, n) complex changes of all coordinates, left-trivialised; the largest is 1
@@ -78,7 +78,7 @@ class Modes:
         Parameters
         ----------
         axes : matplotlib Axes, one for each mode
-            A new figure of pyplot where none are given.
+            A new figure of pyplot if none are given.
 
         Raises
         ------

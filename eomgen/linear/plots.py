@@ -251,7 +251,7 @@ def _roots(axis: Any, locus: DrawnRoots, unit: str) -> None:
 
 
 def draw_campbell(diagram: DrawnCampbell, title: str, path: Path) -> Path:
-    """Draw the diagram into a file. Raises FileError where it cannot be written."""
+    """Draw the diagram into a file. Raises FileError if it cannot be written."""
     figure = new_figure((8.0, 5.4))
     _frequencies(figure.subplots(), diagram)
     figure.suptitle(f"{title}: Campbell diagram", fontsize=11)

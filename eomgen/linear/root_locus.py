@@ -46,7 +46,7 @@ class RootLocus:
         Parameters
         ----------
         axes : matplotlib Axes
-            A new figure of pyplot where none are given.
+            A new figure of pyplot if none are given.
 
         Raises
         ------

@@ -55,7 +55,7 @@ class SampledPart:
 
     @property
     def common_period(self) -> float:
-        """The least time that is a multiple of all periods, s. Raises ModelError where there is none that is short."""
+        """The least time that is a multiple of all periods, s. Raises ModelError if there is none that is short."""
         first = self.periods[0]
         ratios = [Fraction(period / first).limit_denominator(_MOST) for period in self.periods]
         exact = all(

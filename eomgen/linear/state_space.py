@@ -43,7 +43,7 @@ class StateSpace:
     A : (ns, ns), B : (ns, nu), E : (ns, nw), C : (ny, ns), D : (ny, nu), F : (ny, nw)
     states : ``hinge``, ``ball[2]``: coordinates, left-trivialised; ``v.hinge``: velocities; ``z.name``: internal states
     inputs, disturbances, outputs : names of u, w, y
-    units : for ``states``, ``inputs``, ``disturbances``, ``outputs`` the units of each, empty where they are not known
+    units : for ``states``, ``inputs``, ``disturbances``, ``outputs`` the units of each, empty if they are not known
     references : for the same what they are where the model is linear; changes count from there. Not a number where it
         is not known
     sample : time between two samples, s; None in continuous time
@@ -94,7 +94,7 @@ class StateSpace:
         return units[getattr(self, kind).index(name)] if units else ""
 
     def reference(self, kind: str, name: str) -> float:
-        """Return what a signal of a kind is where the model is linear; not a number where that is not known."""
+        """Return what a signal of a kind is where the model is linear; not a number if that is not known."""
         references = self.references.get(kind)
         return np.nan if references is None else float(references[getattr(self, kind).index(name)])
 

@@ -216,7 +216,7 @@ def _feedback_of_whole_state(
 
 
 def _check_balance(linear: Linearization) -> None:
-    """Raise ModelError where the linear model is not about a balance."""
+    """Raise ModelError if the linear model is not about a balance."""
     acceleration = float(np.abs(linear.reference.a).max(initial=0.0))
     if acceleration > _BALANCED:
         what = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2"
@@ -224,7 +224,7 @@ def _check_balance(linear: Linearization) -> None:
 
 
 def _check_second_order(linear: Linearization) -> None:
-    """Raise ModelError where the linear model is none of second order."""
+    """Raise ModelError if the linear model is none of second order."""
     if linear.names.states and np.abs(linear.Z0).max(initial=0.0) > 0.0:
         where = ", ".join(name for name, column in zip(linear.names.states, linear.Z0.T, strict=True) if np.any(column))
         what = f"forces depend on the internal states {where}, and modes are those of models of second order"

@@ -27,7 +27,7 @@ class Document(Protocol):
 
     @property
     def content(self) -> bytes:
-        """All that determines the equations, for the key of the cache; empty where nothing is known of it."""
+        """All that determines the equations, for the key of the cache; empty if nothing is known of it."""
         ...
 
 
@@ -45,9 +45,9 @@ class FrontEnd:
         left out
     prepared : the document with what has to be found with a compiled model of it, before it is derived
     start : what gives q and v of the initial state at other values of tunable parameters, where they depend on them
-    gains : what finds parameters that ``prepared`` fills at other values of the others, where there are any
-    every_row : what evaluates the constraints with the rows that were left out as redundant, where there are any
-    content : all that determines the equations of a document; its ``content`` where nothing else is said
+    gains : what finds parameters that ``prepared`` fills at other values of the others, if there are any
+    every_row : what evaluates the constraints with the rows that were left out as redundant, if there are any
+    content : all that determines the equations of a document; its ``content`` if nothing else is said
     """
 
     name: str

@@ -64,7 +64,7 @@ def _head(path: str | os.PathLike[str]) -> str:
 
 
 def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
-    """Return the system of fields on a mesh that a file describes; None where it describes anything else.
+    """Return the system of fields on a mesh that a file describes; None if it describes anything else.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _check_method(found: Hamiltonian) -> None:
 
 
 def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) -> Hamiltonian | None:
-    """Return the Hamiltonian system that something is, or describes; None where it is anything else.
+    """Return the Hamiltonian system that something is, or describes; None if it is anything else.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def given_options(options: Mapping[str, Any]) -> list[str]:
 
 
 def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -> HamiltonianModel:
-    """Return the compiled model of a system, from the cache where nothing has changed; ``method`` of its runs."""
+    """Return the compiled model of a system, from the cache if nothing has changed; ``method`` of its runs."""
     from eomgen.hamiltonian.methods import method_for  # noqa: PLC0415
     from eomgen.hamiltonian.model import HamiltonianModel, built_library  # noqa: PLC0415
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415

@@ -197,7 +197,7 @@ def generate(
 
 
 def _check_folder(folder: str | Path) -> None:
-    """Raise UsageError where a folder that is to be made has the name of a file of code."""
+    """Raise UsageError if a folder that is to be made has the name of a file of code."""
     path = Path(folder)
     if path.suffix.lower() in _OF_FILES and not path.is_dir():
         what = f"{path.name} is the name of a file, and a folder of several files is written"
@@ -225,7 +225,7 @@ def build(
     profile: str = STANDARD_PROFILE,
     real: str | None = None,
 ) -> Model:
-    """Return the compiled model of a scene, from the cache where nothing has changed.
+    """Return the compiled model of a scene, from the cache if nothing has changed.
 
     Parameters
     ----------
@@ -366,7 +366,7 @@ def built_in(
 
 
 def method_of(scene: Scene, method: str | None) -> str:
-    """Return the name of a method, or of the scene's. Raises UsageError or DescriptionError where there is none."""
+    """Return the name of a method, or of the scene's. Raises UsageError or DescriptionError if there is none."""
     return _method_name(SCENES.describe(scene), method)
 
 

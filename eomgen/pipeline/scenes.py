@@ -71,7 +71,7 @@ class AbsoluteStart:
         return absolute_start(self._derivation(parameters))
 
     def slopes(self, parameters: Mapping[str, float], names: Sequence[str]) -> tuple[Array, Array] | None:
-        """Return the partials of q (left-trivialised) and v in parameters, (nv, names) each; None where there are none
+        """Return the partials of q (left-trivialised) and v in parameters, (nv, names) each; None if there are none
         here."""
         from eomgen.mechanics.initial_coordinates import absolute_start_slopes  # noqa: PLC0415  # imports SymPy
 

@@ -138,7 +138,7 @@ class CrossCovariance:
 
 
 def _edges(covariance: Covariance) -> Sequence[float]:
-    """Return the frequencies between which a spectrum has all of its variance and is smooth; none where it has no
+    """Return the frequencies between which a spectrum has all of its variance and is smooth; none if it has no
     such."""
     if isinstance(covariance, Band):
         return covariance.low, covariance.high

@@ -75,7 +75,7 @@ def underlying(covariance: Covariance, map_of: Callable[[Array], Array], window:
     Raises
     ------
     UsageError
-        Where no correlation of g makes one that is asked for: a translation bounds them from below.
+        If no correlation of g makes one that is asked for: a translation bounds them from below.
     """
     lags = np.linspace(0.0, window, _LAGS)
     wanted = covariance.at(lags) / covariance.at(np.zeros(1))

@@ -153,7 +153,7 @@ def points_on_curve(
     From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
     deviation or more; each point solves z + m g = 0, y = threshold by Newton's method, from where the two points before
     it and the curve's slopes there lead. Its Hessian is that of these points, continued and corrected by gradients
-    (symmetric, of rank one); each point found has its exact Hessian, taken once. ``kinked`` is asked where nothing is
+    (symmetric, of rank one); each point found has its exact Hessian, taken once. ``kinked`` is asked if nothing is
     found, and returns whether the gradient may jump, so that points count that are off by little.
 
     References
@@ -365,7 +365,7 @@ def rivals(response: Response, found: MostProbablePoint, starts: int, seed: int)
 def _descended(
     response: Response, begin: Array, threshold: float, known: Sequence[MostProbablePoint]
 ) -> MostProbablePoint | None:
-    """Return the most probable point to which steps of at most one standard deviation lead; None where these come to a
+    """Return the most probable point to which steps of at most one standard deviation lead; None if these come to a
     known one, or settle too far behind the first of these."""
     z = begin
     for _ in range(_ITERATIONS):

@@ -79,7 +79,7 @@ class Projected:
 
 
 def _widened(directions: Array, vector: Array) -> Array:
-    """Return directions and, where it is none of their span, one more along a vector."""
+    """Return directions and, if it is none of their span, one more along a vector."""
     rest = vector - directions @ (directions.T @ vector)
     rest = rest - directions @ (directions.T @ rest)
     length = float(np.linalg.norm(rest))

@@ -19,7 +19,7 @@ FEWEST = 200
 
 
 class Estimate(NamedTuple):
-    """A probability, its standard error, and the number of samples; not a number where the response has no value at
+    """A probability, its standard error, and the number of samples; not a number if the response has no value at
     some of them, for nothing is known of these."""
 
     probability: float

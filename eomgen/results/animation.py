@@ -1,6 +1,6 @@
 """Animations: motion and scenery of a solution in one self-contained HTML file without network access.
 
-Everything that the user named reaches the page as JSON in a block of data, where no text can end the block or become
+Everything that the user named reaches the page as JSON in a block of data, if no text can end the block or become
 code.
 """
 
@@ -105,7 +105,7 @@ def inline_animation(solution: Animated) -> InlineAnimation:
 
 
 def check_name(path: Path) -> Path:
-    """Return the path of a page as it is. Raises UsageError where it does not end in ``.html``."""
+    """Return the path of a page as it is. Raises UsageError if it does not end in ``.html``."""
     if path.suffix.lower() not in (".html", ".htm"):
         kind = path.suffix or "a file without a suffix"
         raise UsageError(

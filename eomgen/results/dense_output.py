@@ -43,7 +43,7 @@ Between = Callable[[Rows, Array, Index], tuple[Array, Array, Array, Array]]
 
 
 def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
-    """Return the factors that a solution's metadata hold. Raises UsageError where they do not."""
+    """Return the factors that a solution's metadata hold. Raises UsageError if they do not."""
     if "factors" not in metadata:
         what = (
             "this solution does not say which groups its coordinates are of: it was made by hand or by an older eomgen"
@@ -53,7 +53,7 @@ def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
 
 
 def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Between | None = None) -> State:
-    """Return the state at times within the recorded rows, by ``between`` where there is such a way.
+    """Return the state at times within the recorded rows, by ``between`` if there is such a way.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def _through_neighbours(t: Array, values: Array, at: Array, index: Index) -> Arr
 
 
 def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
-    """Raise UsageError where a body may turn by half a turn between two rows: the way round would be a guess."""
+    """Raise UsageError if a body may turn by half a turn between two rows: the way round would be a guess."""
     duration = rows.t[index + 1] - rows.t[index]
     for factor in factors:
         if factor.group == "R":

@@ -64,7 +64,7 @@ class ErrorEstimate:
     multipliers_at : (n, number of constraints)
     outputs_at : name -> (n,) or (n, size)
     relative_at : (n,), the largest error of a coordinate or an internal state as a part of its motion
-    order : observed in q; NaN where none is seen
+    order : observed in q; NaN if none is seen
     declared_order : of the method; NaN where it chooses its steps
     relative : the largest of ``relative_at``
     largest : which, how much and when
@@ -161,7 +161,7 @@ class ErrorEstimate:
         return self.available and max(self.relative, of_outputs) > NOTICED and not ordered
 
     def above(self, part: float) -> float:
-        """Return the first time, s, at which the error is above a part of the motion; infinite where it never is."""
+        """Return the first time, s, at which the error is above a part of the motion; infinite if it never is."""
         places = np.flatnonzero(self.relative_at > part)
         return float(self.t[places[0]]) if len(places) else float("inf")
 

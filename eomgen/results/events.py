@@ -45,7 +45,7 @@ class Events:
     q_before, v_before, z_before : (n, nq), (n, nv), (n, nz); what each found
     q, v, z : what it left
     modes : (n, number of modes); behind it
-    counts : by name, those that are only counted among them; empty where the scene has no events
+    counts : by name, those that are only counted among them; empty if the scene has no events
     mode_names : of the columns of ``modes``
     first_modes : before all of them
     """
@@ -134,7 +134,7 @@ NO_EVENTS = Events((), np.empty(0), _NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOT
 
 
 def events_from(described: Mapping[str, Any], arrays: Mapping[str, Array]) -> Events:
-    """Return the events of a stored solution. Raises KeyError where an array is missing."""
+    """Return the events of a stored solution. Raises KeyError if an array is missing."""
     names = tuple(str(item["name"]) for item in described["list"])
     blocks = {name: arrays[name] for name in ("t", *BLOCKS)}
     modes = described["modes"]

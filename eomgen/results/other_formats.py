@@ -65,7 +65,7 @@ def to_xarray(solution: Recorded) -> xarray.Dataset:
 
 
 def write_matlab(solution: Recorded, path: Path) -> None:
-    """Write a file of MATLAB's version 5. Raises FileError where it cannot be written."""
+    """Write a file of MATLAB's version 5. Raises FileError if it cannot be written."""
     from scipy.io import savemat  # noqa: PLC0415  # slow to import
 
     stream = io.BytesIO()

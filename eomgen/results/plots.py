@@ -298,7 +298,7 @@ def _marks(events: Events) -> str:
 
 
 def _marked(events: Events) -> Array:
-    """Return the times of events that are drawn; none where they are too many to be told apart."""
+    """Return the times of events that are drawn; none if they are too many to be told apart."""
     return np.empty(0) if len(events) > _EVENTS else np.unique(events.t)
 
 
@@ -324,7 +324,7 @@ def _panel(axis: Any, t: Array, panel: Sequence[Curve], *, beside: bool = True) 
 
 
 def _label(panel: Sequence[Curve], alone: bool) -> str:
-    """Return what the panel shows over its unit: the quantity that is known of it, else the name where there is one."""
+    """Return what the panel shows over its unit: the quantity that is known of it, else the name if there is one."""
     first = panel[0]
     named = (first.output or (first.name if len(panel) == 1 else "")) if alone else ""
     quantity = first.quantity or named or _QUANTITIES.get(first.unit, "") or "value"
@@ -332,7 +332,7 @@ def _label(panel: Sequence[Curve], alone: bool) -> str:
 
 
 def _thinned(t: Array, values: Array) -> tuple[Array, Array]:
-    """Return the smallest and the largest value of every bin where there are more points than can be seen."""
+    """Return the smallest and the largest value of every bin if there are more points than can be seen."""
     if len(t) <= 2 * _POINTS:
         return t, values
     size = -(-len(t) // _POINTS)

@@ -148,7 +148,7 @@ def _of_rows(loads: SectionLoads, rows: Array) -> SectionLoads:
 
 
 def _present(loads: SectionLoads, quantity: str) -> list[int]:
-    """Return the components that differ from zero; the first one where none does."""
+    """Return the components that differ from zero; the first one if none does."""
     size = np.max(np.abs(getattr(loads, quantity)), axis=(0, 1))
     return np.flatnonzero(size > _NONE * np.max(size)).tolist() or [0]
 

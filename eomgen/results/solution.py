@@ -61,7 +61,7 @@ class ModelOfRun(Protocol):
 
     @property
     def between(self) -> Between | None:
-        """States between rows by the method itself; None where they are interpolated."""
+        """States between rows by the method itself; None if they are interpolated."""
 
     @property
     def has_poses(self) -> bool:
@@ -104,7 +104,7 @@ class Solution:
     findings : results of the checks of the run, worded in ``message``; ``docs/python.md`` lists the checks
     success : whether no finding is a failure; ``message`` gives reason, time and remedy
     metadata : scene, version, method, step, parameters, names and units of components
-    model : the model with the run's inputs and parameters; None where it is not at hand, see ``Model.attach``
+    model : the model with the run's inputs and parameters; None if it is not at hand, see ``Model.attach``
     error : estimated discretisation error of states, multipliers and outputs
     events : what happened at the roots of the scene's events; it is empty without any
     """
@@ -252,14 +252,14 @@ class Solution:
         Parameters
         ----------
         beam : str
-            Its name; may be left out where there is one alone.
+            Its name; may be left out if there is one alone.
         quantities : str
-            ``moment``, ``force``, ``curvature``, ``strain``; moment and force where none is given.
+            ``moment``, ``force``, ``curvature``, ``strain``; moment and force if none is given.
         at : times, s
             Curves along the axis at the rows next to them; without them one map over time and axis for each component
             that differs from zero.
         axes : matplotlib Axes, or several
-            Where to draw, one for each panel; a new figure of pyplot where none are given.
+            Where to draw, one for each panel; a new figure of pyplot if none are given.
 
         Raises
         ------
@@ -300,9 +300,9 @@ class Solution:
         names : str, or lists of them
             ``coordinates`` (or ``q``), ``velocities`` (``v``), ``accelerations`` (``a``), ``states`` (``z``),
             ``inputs`` (``u``), ``outputs``, ``energy``; or columns by name: ``"q.hinge"``, ``"tip"``, ``"tip[0]"``,
-            ``"total"``. The outputs, or else the coordinates, where none is given.
+            ``"total"``. The outputs, or else the coordinates, if none is given.
         axes : matplotlib Axes, or several
-            Where to draw, one for each panel; a new figure of pyplot where none are given.
+            Where to draw, one for each panel; a new figure of pyplot if none are given.
 
         Raises
         ------
@@ -413,7 +413,7 @@ class Solution:
         """Return the linear model about the motion at a time within the solution; see ``Model.linearize``.
 
         Accelerations and multipliers are those of the dynamics in the state of ``at``, brought onto the constraints
-        where there are any. Inputs and parameters are those of the run.
+        if there are any. Inputs and parameters are those of the run.
 
         Raises
         ------
@@ -444,7 +444,7 @@ class Solution:
     def followed_by(self, later: Solution) -> Solution:
         """Return both parts of a run as one: this one up to where ``later`` (of ``model.resume``) begins, and it.
 
-        The rows are those of a run in one piece. Raises UsageError where the parts are not of one run.
+        The rows are those of a run in one piece. Raises UsageError if the parts are not of one run.
         """
         same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
         other = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
@@ -493,7 +493,7 @@ class Solution:
         return whole._with(PosesAndScenery(poses, seen.scenery))
 
     def _check_end(self, later: Solution) -> None:
-        """Raise UsageError where a part of a run does not go on from this one, though it has its method and
+        """Raise UsageError if a part of a run does not go on from this one, though it has its method and
         settings."""
         begins = float(later.t[0])
         if len(self.t) > 1 and begins <= self.t[0]:

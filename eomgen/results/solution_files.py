@@ -32,7 +32,7 @@ class Kept(Recorded, Protocol):
 
 
 def write_all(solution: Kept, seen: PosesAndScenery | None, loads: Mapping[str, SectionLoads], path: Path) -> None:
-    """Write all of a solution, with its poses and the loads of its sections where they are known. Raises FileError."""
+    """Write all of a solution, with its poses and the loads of its sections if they are known. Raises FileError."""
     events = solution.events.arrays() if solution.events.counts else {}
     poses = seen.poses if seen else {}
     of_sections = {f"{beam}.{name}": array for beam, item in loads.items() for name, array in item.named().items()}
@@ -94,7 +94,7 @@ def read_all(
 
 
 def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> dict[str, SectionLoads]:
-    """Return the loads of the sections of each beam. Raises FileError where they do not fit to the times."""
+    """Return the loads of the sections of each beam. Raises FileError if they do not fit to the times."""
     beams: dict[str, dict[str, Array]] = {}
     for name, array in arrays.items():
         beam, _, field = name.rpartition(".")

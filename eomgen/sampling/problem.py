@@ -54,7 +54,7 @@ class FieldProblem:
     Attributes
     ----------
     operators : all of the file, by name
-    truth : the white field, as a spectrum, that data were drawn about; None where there is none
+    truth : the white field, as a spectrum, that data were drawn about; None if there is none
     memory : bytes that sampling takes, worked out before anything was made
     digest : of all that determines the posterior, data among it
     """
@@ -81,7 +81,7 @@ class FieldProblem:
         return [f"{name}: {note}" for name in self.system.fields if (note := self.operators[name].note)]
 
     def true_field(self) -> Array | None:
-        """Return the field that is watched as the truth has it; None where there is none."""
+        """Return the field that is watched as the truth has it; None if there is none."""
         return None if self.truth is None else self.operators[self.watched].apply(self.truth)
 
 

@@ -29,7 +29,7 @@ class Scale:
     Attributes
     ----------
     k : mean wave number, radians per length
-    prior, truth : mean |amplitude|^2 by the prior and of the truth; NaN where there is no truth
+    prior, truth : mean |amplitude|^2 by the prior and of the truth; NaN if there is no truth
     mean, deviation : of samples
     of_mean : of the mean of samples
     correlation : of the mean of samples with the truth
@@ -108,7 +108,7 @@ class FieldSamples:
 
     @property
     def lost(self) -> str:
-        """What is said of trajectories that ended where U is not finite; nothing where there are none."""
+        """What is said of trajectories that ended where U is not finite; nothing if there are none."""
         errors = np.concatenate([self.warm_up[..., 0].ravel(), self.samples.energy_errors.ravel()])
         count = int(np.sum(~np.isfinite(errors)))
         if not count:
@@ -131,7 +131,7 @@ class FieldSamples:
 
     @property
     def calibration(self) -> tuple[float, float] | None:
-        """Mean and deviation over cells of (truth - mean)/deviation: 0 and 1 where deviations are right; None without a
+        """Mean and deviation over cells of (truth - mean)/deviation: 0 and 1 if deviations are right; None without a
         truth or samples."""
         truth = self.problem.true_field()
         if truth is None or self.count < 2:
@@ -275,7 +275,7 @@ class FieldSamples:
 
 
 def _quantile(values: Array, share: float) -> float:
-    """Return a quantile of the values that are numbers; NaN where none is, as of chains that stand still."""
+    """Return a quantile of the values that are numbers; NaN if none is, as of chains that stand still."""
     numbers = values[~np.isnan(values)]
     with np.errstate(invalid="ignore"):  # between two that are infinite
         return float(np.quantile(numbers, share)) if numbers.size else math.nan

@@ -26,7 +26,7 @@ MOST_URSELL = 0.1
 
 
 def beyond_second_order(vectors: Array, amplitude: Array, depth: float) -> str:
-    """Return what is said of waves over so shallow water, depth in m, that second order is not enough; empty where it
+    """Return what is said of waves over so shallow water, depth in m, that second order is not enough; empty if it
     is: A / (k^2 h^3) of all amplitudes together and of the wave number of the largest wave."""
     if not math.isfinite(depth) or not np.any(amplitude):
         return ""

@@ -9,7 +9,7 @@ from eomgen.errors import Problem, UsageError
 
 
 def check_number(where: str, value: Any, unit: str = "", hint: str = "", *, above_zero: bool = False) -> None:
-    """Raise UsageError for what is no finite number, or is not above 0 where it has to be."""
+    """Raise UsageError for what is no finite number, or is not above 0 if it has to be."""
     try:
         number = float(value)
     except (TypeError, ValueError):

@@ -199,7 +199,7 @@ class DiscreteSpectrum:
     directions: int = 1
 
     def check_deep(self, where: str, hint: str) -> None:
-        """Raise UsageError where the waves at the peak feel the bottom: in less water than half of their length."""
+        """Raise UsageError if the waves at the peak feel the bottom: in less water than half of their length."""
         k = float(np.hypot(*self.vectors[np.argmax(self.energy)]))
         if k * self.depth < math.pi:
             what = f"closed forms are of deep water, and waves of {2.0 * math.pi / k:.4g} m feel the bottom at"

@@ -41,7 +41,7 @@ class Strains(Protocol):
         """Return their derivative by q, (m elements, nv)."""
 
     def doubt(self, d: Array) -> str:
-        """Return what makes strains meaningless, as an element that turns by half a turn; empty where nothing does."""
+        """Return what makes strains meaningless, as an element that turns by half a turn; empty if nothing does."""
 
     def geometric(self, q: Array, d: Array, derivative: csr_array, forces: Array) -> csc_array:
         """Return what section forces (elements, m) add to the stiffness, (nv, nv)."""
@@ -92,7 +92,7 @@ class LoadedStatics:
     reach : what the load factor is measured by
     balance(rest), tangents(rest), by_factor(rest) : what is unbalanced, its partials, its derivative by s
     followed(q, s) : q with what it counts over turns brought to where its poses are
-    strains(s) : of stiff elements; None where there are none
+    strains(s) : of stiff elements; None if there are none
     mass(rest) : (nv, nv) sparse
     """
 
@@ -119,7 +119,7 @@ class Direction:
 class Corrected:
     """Where Newton's corrections end, the displacement from the start, (nv,), and how many they were.
 
-    ``trouble`` says why they do not converge; empty where they do.
+    ``trouble`` says why they do not converge; empty if they do.
     """
 
     rest: Rest
@@ -136,7 +136,7 @@ def weights(statics: LoadedStatics, rest: Rest) -> Array:
 
 
 def direction(statics: LoadedStatics, rest: Rest, before: Direction) -> Direction | None:
-    """Return the direction of the path at rest, turned as ``before``; None where the matrix is singular."""
+    """Return the direction of the path at rest, turned as ``before``; None if the matrix is singular."""
     solved = _solved(statics, rest, statics.tangents(rest), before, np.append(np.zeros(len(before.unknowns)), 1.0))
     if solved is None:
         return None
@@ -212,7 +212,7 @@ def _moved(statics: LoadedStatics, rest: Rest, change: Array, s: float) -> Rest:
 
 
 def _solved(statics: LoadedStatics, rest: Rest, tangents: Tangents, plane: Direction, right: Array) -> Array | None:
-    """Return the solution of the bordered equations; None where they are singular."""
+    """Return the solution of the bordered equations; None if they are singular."""
     by_factor = statics.by_factor(rest).joined
     row = np.append(weights(statics, rest) * plane.unknowns, plane.s / statics.reach**2)
     nv, end = len(statics.sizes), len(row) - 1
@@ -231,7 +231,7 @@ def _solved(statics: LoadedStatics, rest: Rest, tangents: Tangents, plane: Direc
 
 
 def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
-    """Return the solution of sparse equations, rows and columns scaled alike; None where they are singular."""
+    """Return the solution of sparse equations, rows and columns scaled alike; None if they are singular."""
     sizes, of_column = np.abs(matrix.data), np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
     largest_of_row, largest_of_column = np.zeros(matrix.shape[0]), np.zeros(matrix.shape[1])
     np.maximum.at(largest_of_row, matrix.indices, sizes)

@@ -36,7 +36,7 @@ _ERROR, _CORRECTED = 0.1, 0.01
 _NUDGE = 1e-3
 #: Time of a step times the largest stiffness: of the first, and where steps become Newton's.
 _FIRST, _LAST = 0.1, 1e8
-#: The same time where there is neither stiffness nor rate, s^2.
+#: The same time if there is neither stiffness nor rate, s^2.
 _FREE = 1e-6
 #: A motion that has gone so many lengths of the scene is held by nothing.
 _FAR = 1e6
@@ -76,7 +76,7 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
 
 @dataclass
 class _Pace:
-    """How a motion gets on: time of the next step, 0 where nothing is known of it, the way so far in lengths, and
+    """How a motion gets on: time of the next step, 0 if nothing is known of it, the way so far in lengths, and
     kinetic."""
 
     time: float = 0.0
@@ -139,7 +139,7 @@ def _linear(point: Point, slower: float) -> _Linear:
 
 
 def _step(statics: Statics, point: Point, pace: _Pace, slower: float) -> Point | None:
-    """Return the next point; None where no step is small enough, for forces jump and hold the motion where they do."""
+    """Return the next point; None if no step is small enough, for forces jump and hold the motion where they do."""
     linear = _linear(point, slower)
     fastest = linear.fastest
     time = pace.time or (_FIRST / fastest if fastest > 0.0 else _FREE)

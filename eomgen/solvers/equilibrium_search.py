@@ -24,7 +24,7 @@ _LONG, _NEARER = 0.5, 0.05
 
 
 def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tuple[Search, Search | None]:
-    """Return where a damped motion from q, z comes to, and the nearest rest that was found; None where none was.
+    """Return where a damped motion from q, z comes to, and the nearest rest that was found; None if none was.
 
     Newton's paths are followed where the damped motion does not settle, or rest of ``any_kind`` will do: unstable too.
     Distances are measured by the kinetic energy that gets there in unit time.

@@ -61,7 +61,7 @@ def redundancy(
         return [_remainder(at.weighed[row], basis) for at, basis in zip(at_configurations, bases, strict=True)]
 
     def news(row: int, left: Sequence[Array]) -> list[float]:
-        """Return which part of a row is new, place by place, 0 where that is nothing."""
+        """Return which part of a row is new, place by place, 0 if that is nothing."""
         parts = []
         for at, rest in zip(at_configurations, left, strict=True):
             length, natural = float(np.linalg.norm(rest)), float(at.natural[row])

@@ -146,7 +146,7 @@ class Point:
 
     @property
     def pushes(self) -> Array:
-        """(nz,) how far internal states push along the basis at the largest stiffness; 0 where they do not push."""
+        """(nz,) how far internal states push along the basis at the largest stiffness; 0 if they do not push."""
         stiffness = self.largest_stiffness
         result: Array = (
             np.linalg.norm(self.couplings[0], axis=0) / stiffness if stiffness > 0.0 else np.zeros(len(self.z))
@@ -298,7 +298,7 @@ def share_of_turn(statics: Statics, point: Point, change: Array) -> float:
 
 
 def moved(statics: Statics, point: Point, change: Array) -> Point | None:
-    """Return the point after changes along the basis and of z, on the constraints; None where it has no numbers."""
+    """Return the point after changes along the basis and of z, on the constraints; None if it has no numbers."""
     free = len(point.imbalance)
     increment = point.basis @ change[:free] + point.correction
     if not np.all(np.isfinite(increment)):

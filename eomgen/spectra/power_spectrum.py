@@ -24,7 +24,7 @@ class PowerSpectrum:
     Attributes
     ----------
     name : of the quantity
-    quantity_unit : its unit; empty where it is not known
+    quantity_unit : its unit; empty if it is not known
     frequencies : (n,) Hz, increasing
     density : (n,) one-sided, quantity_unit^2/Hz
     source : what it is of, for titles: a road at a speed, a run
@@ -83,7 +83,7 @@ class PowerSpectrum:
         Parameters
         ----------
         axes : matplotlib Axes
-            A new figure of pyplot where none are given; several spectra may go onto the same axes.
+            A new figure of pyplot if none are given; several spectra may go onto the same axes.
         label : str
             For a legend.
 

@@ -36,7 +36,7 @@ class RoadExcitation:
     wheels : mapping
         Input of each wheel's elevation -> distance in m by which it follows the first: ``{"front": 0.0, "rear": 2.7}``.
     tracks : mapping
-        Input -> lateral position of its track, m; 0 where none is given.
+        Input -> lateral position of its track, m; 0 if none is given.
     coherence : ``isotropic``, ``independent``, ``equal``, or a number from 0 to 1
         Between different tracks: by the distance between them, none, full, or the same at all frequencies.
     rates : mapping

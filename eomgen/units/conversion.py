@@ -97,7 +97,7 @@ def _of_kind(factors: Factors) -> str:
 
 
 def misplaced(label: str, unit: str) -> str:
-    """Return what a quantity with a unit is where one in another unit is expected, in words; empty where it could be
+    """Return what a quantity with a unit is where one in another unit is expected, in words; empty if it could be
     that one, angles being no dimension here.
 
     Parameters

@@ -10,7 +10,7 @@ from eomgen.units.parser import UnitError, is_quantity, read_quantity, read_unit
 
 
 def in_label(where: str, text: str, label: str) -> float:
-    """Return the number that a text with a unit is in the unit of a label; in SI where there is no label.
+    """Return the number that a text with a unit is in the unit of a label; in SI if there is no label.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def in_label(where: str, text: str, label: str) -> float:
 
 
 def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple[float, str]:
-    """Return the number of a text in the unit of a label, and that unit; in SI where there is no label.
+    """Return the number of a text in the unit of a label, and that unit; in SI if there is no label.
 
     Raises
     ------

@@ -64,7 +64,7 @@ def _order(expression: Expr, order: int) -> Expr:
 
 
 def second_order_residuals() -> Mapping[str, Expr]:
-    """Return what is left of the equations of second order by the solution that kernels are made of; 0 where it is one.
+    """Return what is left of the equations of second order by the solution that kernels are made of; 0 if it is one.
 
     xi = grad psi with psi two harmonic exponentials of any growth in time; eta_t = (xi . grad) u, and p2 without Phi,
     which is harmonic and solves the linear equations by itself. Each equation is differentiated by time once, so that
@@ -220,7 +220,7 @@ def kernels() -> Mapping[str, Kernel]:
 
 
 def _hold(name: str, written: tuple[Expr, Expr], derived: tuple[Expr, Expr]) -> None:
-    """Raise ArithmeticError where a rewritten kernel is not the derived one."""
+    """Raise ArithmeticError if a rewritten kernel is not the derived one."""
     for where, new, old in zip(("sum", "difference"), written, derived, strict=True):
         if sympy.cancel(sympy.expand(new.subs(_MEANING) - old)) != 0:
             raise ArithmeticError(f"{name} at the {where} of phases is not what the equations say")

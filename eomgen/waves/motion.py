@@ -38,7 +38,7 @@ class Surface:
     ----------
     position : (points, 3) array, m
     slope : (points, 2) array
-        Of the elevation along x and y; infinite where the surface is upright.
+        Of the elevation along x and y; infinite if the surface is upright.
     curvature : (points,) array, 1/m
         Mean curvature, half the sum of the principal ones, negative at crests.
     jacobian : (points,) array

@@ -24,7 +24,7 @@ OWN = ("Bp", "Xp", "Yp", "Zp", "lift", "Dx", "Dy")
 @dataclass(frozen=True)
 class WaveNumber:
     """What a dispersion relation is made of: the wave vector (kx, ky) in rad/m, its length k, gravity g in m/s^2 and
-    the water's depth h in m, None where it is infinite."""
+    the water's depth h in m, None if it is infinite."""
 
     kx: Scalar
     ky: Scalar
@@ -97,7 +97,7 @@ class PairTape:
     ----------
     component : references of ``COLUMNS``
     pair : references of ``case.entries``
-    degenerate : the same of a pair of equal frequencies and different directions; empty where there are none
+    degenerate : the same of a pair of equal frequencies and different directions; empty if there are none
     own : references of ``OWN``, of the component in block ``i``
     """
 

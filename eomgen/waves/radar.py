@@ -126,7 +126,7 @@ class Radar:
         Parameters
         ----------
         profile : of the sea, along its direction
-        direction : 1 where the waves run with the platform, -1 where they run against it
+        direction : 1 if the waves run with the platform, -1 if they run against it
         """
         check_number("Radar.line: length", length, "m", "that after which the sea repeats itself", above_zero=True)
         check_whole("Radar.line: cells", cells, 1, _MOST_CELLS, "400")

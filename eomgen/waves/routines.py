@@ -192,7 +192,7 @@ _ALIGNED = 8
 
 @functools.lru_cache(maxsize=32)
 def routines(case: Case, dispersion: Dispersion = gravity_waves) -> Routines:
-    """Return the compiled routines of a case, from the cache where they are there."""
+    """Return the compiled routines of a case, from the cache if they are there."""
     tables, sums = sources(case, dispersion)
     return Routines(
         case, Builder().build_routine(tables, _COEFFICIENTS), Builder(real="lanes").build_routine(sums, _SUMS)

@@ -37,7 +37,7 @@ class Predictions:
         self.failures: list[str] = []
 
     def __call__(self, x: Array) -> tuple[Array, Array] | None:
-        """Return values and derivatives, None where the run fails."""
+        """Return values and derivatives, None if the run fails."""
         if self._last is None or not np.array_equal(self._last[0], x):
             self.runs += 1
             try:
@@ -129,7 +129,7 @@ def _weighed(
     kept: Sequence[int],
     limit: int,
 ) -> Fit:
-    """Return the fit of the unknowns that are kept, with deviations that suit its residuals where none are given."""
+    """Return the fit of the unknowns that are kept, with deviations that suit its residuals if none are given."""
     count = len(sigma)
     sizes = np.array([np.count_nonzero(columns == k) for k in range(count)])
     share = max(1.0 - len(kept) / len(data), 1.0 / len(data))

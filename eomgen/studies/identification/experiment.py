@@ -80,7 +80,7 @@ class Experiment:
 
     Parameters
     ----------
-    states : components of the initial state that are unknown; where there are none, the start follows from parameters
+    states : components of the initial state that are unknown; if there are none, the start follows from parameters
         as that of any run does
     initial : the others, and where these start
     options : of ``sensitivities``

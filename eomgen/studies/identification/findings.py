@@ -16,9 +16,9 @@ class Estimate:
     Attributes
     ----------
     name, unit : names; a component of an initial state is ``q.hinge``, of several runs ``q.hinge of run1``
-    value, deviation : estimate and its standard deviation, infinite where the data do not decide it
+    value, deviation : estimate and its standard deviation, infinite if the data do not decide it
     low, high : confidence interval, infinite likewise
-    bias : what the steps of the runs move it by, estimated by runs at half of them; nan where these fail
+    bias : what the steps of the runs move it by, estimated by runs at half of them; nan if these fail
     start : where the search began
     state : ``determined``, ``undetermined``, or ``on its bound``, whose interval is that of the bound alone
     """
@@ -63,7 +63,7 @@ class Record:
     ----------
     name : of its file, or ``run1``
     t : (n,) s
-    data, model : by column, (n,) each; data are nan where they are missing
+    data, model : by column, (n,) each; data are nan if they are missing
     initial : state that the run begins with, as of ``simulate``
     """
 
@@ -87,7 +87,7 @@ class Findings:
     ----------
     scene : its name
     estimates : parameters first, then initial states of each run
-    correlation : (n, n) of the estimates, nan where one is undetermined or on its bound
+    correlation : (n, n) of the estimates, nan if one is undetermined or on its bound
     combinations : what the data decide of the undetermined ones
     columns : what was measured
     records : data and model of each run

@@ -35,7 +35,7 @@ class Measurements:
     ----------
     name : of the file without its ending, or ``run1``
     t : (n,) s, increasing
-    outputs : by component of an output, (n,); nan where a value is missing
+    outputs : by component of an output, (n,); nan if a value is missing
     inputs : by name of an input of the scene, (n,)
     dropped : values that are left out because they are missing
     ignored : columns that are neither, states of the model
@@ -195,7 +195,7 @@ def check_missing(missing: str) -> None:
 def _without_gaps(
     name: str, t: Array, outputs: dict[str, Array], inputs: dict[str, Array], ignored: tuple[str, ...], missing: str
 ) -> Measurements:
-    """Return the data with inputs at every time. Raises UsageError where values are missing and none are dropped."""
+    """Return the data with inputs at every time. Raises UsageError if values are missing and none are dropped."""
     for column, values in (outputs | inputs).items():
         largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
         if largest > _LARGEST:

@@ -90,7 +90,7 @@ def identify(
         Name -> (low, high), of parameters and states.
     deviations : mapping or number
         Standard deviations of the noise by column; a number is that of all columns. They are estimated, and the
-        intervals with them, where they are not given.
+        intervals with them, if they are not given.
     outputs : sequence of str
         Columns that are compared; all that are outputs by default.
     missing : str
@@ -103,7 +103,7 @@ def identify(
         s, of all runs; the first measured time by default. The initial state is that of this time.
     by : str
         ``run``, or ``torque``: from q, v, a and efforts at each time, by the regressor. ``parameters`` are then those
-        of ``regressor_parameters``, or all base parameters where none is named.
+        of ``regressor_parameters``, or all base parameters if none is named.
     options : ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``inputs``, ``settings``, as of ``sensitivities``
 
     Returns
@@ -188,7 +188,7 @@ def _identified(
 def _check_start(
     model: Model, initial: Mapping[str, Any] | None, parameters: Sequence[str], states: Sequence[str]
 ) -> None:
-    """Raise UsageError where unknown components are those of a state that follows from what else is unknown."""
+    """Raise UsageError if unknown components are those of a state that follows from what else is unknown."""
     if not states:
         return
     if not initial and model.library.layout["defaults"]["start"] == "equilibrium":
@@ -200,7 +200,7 @@ def _check_start(
 
 
 def _several(data: Data | Sequence[Data]) -> list[Data]:
-    """Return the measured runs. Raises UsageError where there is none."""
+    """Return the measured runs. Raises UsageError if there is none."""
     several = isinstance(data, list | tuple)
     given: list[Data] = list(data) if several else [data]  # type: ignore[arg-type, list-item]  # a single one is checked
     if not given:
@@ -209,7 +209,7 @@ def _several(data: Data | Sequence[Data]) -> list[Data]:
 
 
 def _check_unused(options: Mapping[str, object]) -> None:
-    """Raise UsageError for what belongs to runs, where no run is made."""
+    """Raise UsageError for what belongs to runs, if no run is made."""
     given = [name for name, value in options.items() if value is not None]
     if given:
         raise UsageError(

@@ -45,7 +45,7 @@ class Motion:
     t : (n,) s
     q, v, a : (n, nq), (n, nv), (n, nv)
     tau : (n, nv) efforts beyond those of the inputs
-    u : (n, nu) inputs, None where the scene has none
+    u : (n, nu) inputs, None if the scene has none
     dropped : rows that are left out because values are missing
     """
 
@@ -72,7 +72,7 @@ def identified_by_torque(
 
     Parameters
     ----------
-    parameters : of ``regressor_parameters``; all of them, as base parameters, where none is named
+    parameters : of ``regressor_parameters``; all of them, as base parameters, if none is named
     values : of tunable parameters, by which the others keep theirs
     others : as of ``identify``
 

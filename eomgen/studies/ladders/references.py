@@ -37,7 +37,7 @@ class Reference:
     Attributes
     ----------
     by : the methods that say so; why there is none
-    arrays : of the observation, None where no two methods agree
+    arrays : of the observation, None if no two methods agree
     uncertainty : the difference of both
     """
 

@@ -29,7 +29,7 @@ class Ladder:
     scales : in words
     values : from one extreme to the other
     conditions : of a cell, by its value
-    applies : why a scene has no such ladder, empty where it has
+    applies : why a scene has no such ladder, empty if it has
     against : one of the words above
     methods : one of the words above
     bound : error, relative to the motion, up to which a cell holds

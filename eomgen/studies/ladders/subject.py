@@ -74,7 +74,7 @@ class Subject:
         return str(self.model(OWN).name)
 
     def model(self, which: str) -> Model:
-        """Return one of the models. Raises EomgenError where the scene has none such."""
+        """Return one of the models. Raises EomgenError if the scene has none such."""
         if which not in self._models:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -173,7 +173,7 @@ class Subject:
 
     @cached_property
     def extent(self) -> float:
-        """How far the bodies are from each other and from the base at the start, m; 1 where they are in one place."""
+        """How far the bodies are from each other and from the base at the start, m; 1 if they are in one place."""
         model = self.model(OWN)
         if "poses" not in model.terms or not model.bodies:
             return 1.0

@@ -42,7 +42,7 @@ class Cell:
     ----------
     ladder, value, method : which
     verdict : one of ``VERDICTS``
-    error, velocity_error : relative to the motion and to the largest velocity; None where none is known
+    error, velocity_error : relative to the motion and to the largest velocity; None if none is known
     bound : up to which it holds
     said : what the run said, why it ended
     reference : what it is held against

@@ -51,9 +51,9 @@ class Cost:
     step_operations : of one call each of the terms that a step calls
     c_bytes : of the model's own C, its stepper included
     build_seconds : from the scene to the loaded library, with an empty cache
-    step_seconds : median over the rounds; None where it cannot be run
+    step_seconds : median over the rounds; None if it cannot be run
     observed_seconds : the same with a row recorded at every step, and outputs and energies evaluated there
-    iterations : Newton iterations per step, None where there are none
+    iterations : Newton iterations per step, None if there are none
     problem : why it was not derived, built or run to its end
     """
 
@@ -93,7 +93,7 @@ class Savings:
         return {"scene": self.scene, "method": self.method, "step": self.step, "variants": rows}
 
     def write(self, folder: str | Path) -> list[Path]:
-        """Write ``savings.csv`` and ``savings.json`` to a folder, which is made where it is missing."""
+        """Write ``savings.csv`` and ``savings.json`` to a folder, which is made if it is missing."""
         target = make_folder(Path(folder))
         table, data = target / "savings.csv", target / "savings.json"
         with table.open("w", newline="", encoding="utf-8") as stream:
@@ -174,7 +174,7 @@ def savings(
 
 
 def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Scene | str | None:
-    """Return the scene in absolute coordinates, or why it has none; None where they are its own.
+    """Return the scene in absolute coordinates, or why it has none; None if they are its own.
 
     What is read anew is checked for them; of a Scene, which is read, the build tells.
     """

@@ -44,7 +44,7 @@ def variants(scene: Scene, of_step: tuple[str, ...], absolute: Scene | str | Non
     Parameters
     ----------
     of_step : terms that a step of the method calls
-    absolute : the scene in absolute coordinates, or why it has none; None where they are its own
+    absolute : the scene in absolute coordinates, or why it has none; None if they are its own
     """
     made = [
         Variant("as asked", "the scene as it is", scene),

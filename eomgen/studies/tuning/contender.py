@@ -82,7 +82,7 @@ class Contender:
         return min(able, key=lambda run: run.seconds, default=None)
 
     def seconds(self, demand: float) -> float:
-        """Return the seconds of its cheapest run that meets a demand; infinite where none does."""
+        """Return the seconds of its cheapest run that meets a demand; infinite if none does."""
         best = self.best(demand)
         return math.inf if best is None else best.seconds
 
@@ -157,7 +157,7 @@ class Contender:
         return self.expected(demand)
 
     def expected(self, demand: float) -> float:
-        """Return the seconds that meeting a demand takes, by the model; 0 where nothing is known yet."""
+        """Return the seconds that meeting a demand takes, by the model; 0 if nothing is known yet."""
         if not self.runs:
             return 0.0
         wanted = self.wanted(demand)

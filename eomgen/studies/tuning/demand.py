@@ -17,7 +17,7 @@ class Demand:
     measure: str
 
     def of(self, sizes: Mapping[str, ErrorSize]) -> float:
-        """Return the error that counts; infinite where it is not told or not finite."""
+        """Return the error that counts; infinite if it is not told or not finite."""
         size = sizes.get(self.quantity)
         value = float("inf") if size is None else float(getattr(size, self.measure))
         return value if value < float("inf") else float("inf")

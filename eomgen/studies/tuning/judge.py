@@ -142,7 +142,7 @@ class Judge:
         return [c for c in order if c.row.name not in self.tried]
 
     def _known(self, candidate: Candidate, condition: Condition) -> _Known | None:
-        """Return the motion by one method, None where it gives none."""
+        """Return the motion by one method, None if it gives none."""
         configuration = next(candidate.configurations(parameters=False, own={}))
         try:
             self.runner.prepare(configuration)

@@ -118,7 +118,7 @@ def _multiplied(signal: Any, factor: float) -> Any:
 
 
 def _sampled(model: Model, runner: Runner) -> Array | None:
-    """Return what the scene says of its inputs at some times of the run, (n, nu); None where it says nothing."""
+    """Return what the scene says of its inputs at some times of the run, (n, nu); None if it says nothing."""
     if not model.inputs or "inputs" not in model.functions:
         return None
     grid = runner.grid

@@ -49,7 +49,7 @@ class Race:
         return self.judge.runner
 
     def run(self, contenders: Sequence[Contender], best: float = math.inf) -> Contender | None:
-        """Return the contender that meets the demand at the least cost; None where none does.
+        """Return the contender that meets the demand at the least cost; None if none does.
 
         Parameters
         ----------

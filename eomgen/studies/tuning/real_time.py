@@ -48,7 +48,7 @@ class RealTime:
     step : s
     late : processor's time that a part ``PART`` of the cycles stays below, s
     longest, mean : of all cycles, s
-    iterations : of one step at most, bounded by the settings; 0 where nothing is iterated
+    iterations : of one step at most, bounded by the settings; 0 if nothing is iterated
     error : that it buys, of ``quantity`` in ``measure``, at the ends of cycles, where a controller reads it
     uncertainty : of the reference
     tried : all that was measured: label, steps in a cycle, late, error

@@ -39,16 +39,16 @@ class Tuned:
     steps : of the method in that run
     rivals : cheapest first
     next_digit : how many times dearer a tenth of the error is expected to be
-    own : the scene's own settings, their error and seconds; infinite where they fail
+    own : the scene's own settings, their error and seconds; infinite if they fail
     verified : runs that it was not tuned on
     simulation : keys of the scene's section of that name
     written : error and seconds of what ``save`` writes: those above
-    coordinates, group : for the scene, where they are not its own; empty otherwise
+    coordinates, group : for the scene, if they are not its own; empty otherwise
     machine : what was measured on
     spent : the processor's seconds of computation, builds not counted; and runs of the race
     built : seconds of building
     left_out : what did not race, and why
-    source : the scene's file, None where there is none
+    source : the scene's file, None if there is none
     simplified : in words, where a scene of less fidelity than the one described suffices; empty otherwise
     """
 

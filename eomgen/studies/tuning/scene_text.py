@@ -12,7 +12,7 @@ from eomgen.errors import FileError, Problem, UsageError
 
 _SECTION = re.compile(r"^\s*\[([^\[\]]+)\]\s*(#.*)?$")
 _BODY = re.compile(r"^bodies\.([A-Za-z0-9_-]+)$")
-#: Keys that say how a run is made, which leave the file where they are not among the new ones.
+#: Keys that say how a run is made, which leave the file if they are not among the new ones.
 _OF_METHODS = (
     "method",
     "step",

@@ -24,7 +24,7 @@ class Verified:
     Attributes
     ----------
     what : in words
-    error : of the quantity that is tuned for, infinite where the run did not reach its end
+    error : of the quantity that is tuned for, infinite if the run did not reach its end
     uncertainty : of its reference
     by : its reference
     said : by the run
@@ -38,7 +38,7 @@ class Verified:
 
 
 def verified(judge: Judge, run: Mapping[str, Any], condition: Condition) -> Verified | None:
-    """Return the error of a configuration under a condition; None where there is no reference.
+    """Return the error of a configuration under a condition; None if there is no reference.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def check(
     """Check every closed form of a scene: separated terms, partials, constraints, bodies, energies.
 
     The compiled functions are held against central differences of other compiled functions over a ladder of steps,
-    against complex steps on the tape, and against second derivations where there are any.
+    against complex steps on the tape, and against second derivations if there are any.
 
     Parameters
     ----------

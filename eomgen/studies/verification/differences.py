@@ -34,7 +34,7 @@ class Differences:
     ----------
     ladder : (K, S, R, C), by step; NaN where a state leaves the function's domain
     best : (S, R, C) the difference at the step of the smallest bar
-    bar : (S, R, C) its error bar; infinite where no step gives a number
+    bar : (S, R, C) its error bar; infinite if no step gives a number
     step : (S, R, C) that step
     kink : (S, R, C) whether one-sided differences do not meet
     kink_step : (S, R, C) the step at which that was found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-#: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: none where it is
+#: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: none if it is
 #: finite.
 Verdict = Literal["agrees", "FAILS", "undecided", "no state"]
 
@@ -59,7 +59,7 @@ class FormReport:
     name, meaning, family : str
     agreement, step, slope : float or None
         The best agreement with finite differences over the ladder, the step where it occurs (in the units of the
-        directions' scale: 1 rad, 1 s, the scene's size), and the slope of the error above it; None where the form is no
+        directions' scale: 1 rad, 1 s, the scene's size), and the slope of the error above it; None if the form is no
         derivative, the slope also where differences are exact up to round-off.
     complex_step : float or None
     second, second_name : agreement with the second derivation, and what that is

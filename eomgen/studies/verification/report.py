@@ -83,7 +83,7 @@ class CheckReport:
 
 
 def write(report: CheckReport, folder: Path) -> list[Path]:
-    """Write ``check.json``, ``check.csv`` and ``check.png`` to a folder, which is made where it is missing, and return
+    """Write ``check.json``, ``check.csv`` and ``check.png`` to a folder, which is made if it is missing, and return
     them.
 
     Raises
@@ -103,7 +103,7 @@ def write(report: CheckReport, folder: Path) -> list[Path]:
 
 
 def make(folder: Path) -> None:
-    """Make a folder where it is missing. Raises FileError."""
+    """Make a folder if it is missing. Raises FileError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

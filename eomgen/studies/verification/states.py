@@ -84,7 +84,7 @@ def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, 
 
 
 def _length(model: Model) -> float:
-    """Return how far the bodies' frames are from each other and from the base, in m; 1 where they are all in one
+    """Return how far the bodies' frames are from each other and from the base, in m; 1 if they are all in one
     place."""
     if "poses" not in model.functions or not model.bodies:
         return 1.0
@@ -142,8 +142,8 @@ def _random(
 def _completed(
     model: Model, state: dict[str, Array], rng: np.random.Generator, scales: dict[str, Array], part: float
 ) -> dict[str, Array] | None:
-    """Return a state with all blocks, or None where the residual is not finite: inputs near their formulas,
-    accelerations at random, those and multipliers of the motion where there are constraints."""
+    """Return a state with all blocks, or None if the residual is not finite: inputs near their formulas,
+    accelerations at random, those and multipliers of the motion if there are constraints."""
     functions, t = model.functions, float(state["t"][0])
     blocks = {**state, "p": model.parameter_array(), "base": model.base(t), "u": model.input_values(t)}
     blocks["u"] = blocks["u"] + 0.3 * part * np.maximum(np.abs(blocks["u"]), 1.0) * rng.uniform(-1.0, 1.0, model.nu)

@@ -118,14 +118,14 @@ def _named(claim: Claim, place: object) -> str:
 
 
 def _largest(difference: Array, sizes: Sizes, chosen: Array) -> float | None:
-    """Return the largest difference of the chosen states, relative to their sizes; None where nothing is finite."""
+    """Return the largest difference of the chosen states, relative to their sizes; None if nothing is finite."""
     relative = (np.abs(difference) / sizes.state)[chosen]
     known = relative[np.isfinite(relative)]
     return float(np.max(known)) if known.size else None
 
 
 def _best(errors: Array) -> tuple[float | None, float | None, float | None]:
-    """Return the smallest error, its step, and the slope of the errors at larger steps where they are no round-off."""
+    """Return the smallest error, its step, and the slope of the errors at larger steps if they are no round-off."""
     if not np.isfinite(errors).any():
         return None, None, None
     least = int(np.nanargmin(errors))

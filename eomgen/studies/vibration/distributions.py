@@ -218,7 +218,7 @@ def doubts_of_forms(thresholds: Array, errors: Mapping[str, Array], true: Distri
 
 def against_samples(wanted: Array, form: Distribution, counted: Distribution) -> dict[int, str]:
     """Return by place the thresholds whose quadratic form gives another probability than samples of the whole
-    distribution, on the side where there are fewer."""
+    distribution, on the side if there are fewer."""
     sides = ["above" if above <= 0.5 else "below" for above in counted.above]
     found = _apart(wanted.tolist(), sides, form, counted)
     return {k: f"{text} by Monte Carlo: the form is left out, trust samples" for k, text in found.items()}
@@ -248,7 +248,7 @@ def without(one: Distribution, places: Collection[int]) -> Distribution:
 
 
 def spread(one: Distribution, places: Sequence[int], count: int) -> Distribution:
-    """Return a distribution of all thresholds, not a number where one has no point."""
+    """Return a distribution of all thresholds, not a number if one has no point."""
 
     def wide(values: Array) -> Array:
         found = np.full(count, np.nan)

@@ -16,7 +16,7 @@ class Distribution:
 
     Attributes
     ----------
-    below, above : (thresholds,), not a number where the method has none
+    below, above : (thresholds,), not a number if the method has none
     low, high : of P(y <= threshold), (thresholds,): bounds of 95 % confidence where samples were counted, else empty
     """
 
@@ -58,7 +58,7 @@ class Findings:
     thresholds : (n,)
     moments : of each method: mean, standard deviation, skewness, excess kurtosis
     distributions : of each method
-    indices : reliability index of each threshold, (n,), not a number where none was looked for
+    indices : reliability index of each threshold, (n,), not a number if none was looked for
     times, autocovariance : (m,) in s, and the covariance with the output at ``t`` by method, (m,)
     first_passage : of each level: its probability over the run by method; ``preferred`` is the one to take
     costs : by method

@@ -175,7 +175,7 @@ def numbers_of(name: str, given: Any, hint: str, *, least: int = 1) -> Array:
 
 
 def span_of(model: Model, at: float | None, step: float | None, t_start: float = 0.0) -> tuple[float, float]:
-    """Return the time and the step, of the scene where they are not given. Raises UsageError."""
+    """Return the time and the step, of the scene if they are not given. Raises UsageError."""
     simulation = model.description.simulation
     end = t_start + simulation.duration if at is None else number_of("at", at)
     size = simulation.step if step is None else number_of("step", step)
@@ -218,12 +218,12 @@ def check_output(model: Model, output: str) -> None:
 def thresholds_of(
     mean: float, deviation: float, given: Sequence[float] | None, *, needs_spread: bool, varies: bool
 ) -> Array:
-    """Return the thresholds. Raises UsageError where the output has no spread.
+    """Return the thresholds. Raises UsageError if the output has no spread.
 
     Parameters
     ----------
     mean, deviation : of the output
-    needs_spread : whether an output without spread is refused, in any case where no thresholds are given
+    needs_spread : whether an output without spread is refused, in any case if no thresholds are given
     varies : whether samples differ
     """
     if (needs_spread or given is None) and not deviation > 0.0:

@@ -41,7 +41,7 @@ class RunResponse:
     runs, adjoints, tangents : solutions of the equations of motion, and of their linear ones backwards and forwards
         in time
     failed : samples whose runs failed
-    reason : why Hessians are differences of gradients; empty where they are exact
+    reason : why Hessians are differences of gradients; empty if they are exact
     """
 
     model: Model
@@ -76,7 +76,7 @@ class RunResponse:
         return len(self.variables)
 
     def values(self, points: Array) -> Array:
-        """Return the output (m,) at points (m, n), not a number where a run failed."""
+        """Return the output (m,) at points (m, n), not a number if a run failed."""
         return self.samples(points)[0]
 
     def samples(self, points: Array) -> tuple[Array, Array]:

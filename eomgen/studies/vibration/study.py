@@ -105,7 +105,7 @@ def random_vibration(
     Parameters
     ----------
     output : name, or a component, ``tip[0]``
-    at, step : s; the end of the run and the step of the scene's simulation where they are not given
+    at, step : s; the end of the run and the step of the scene's simulation if they are not given
     thresholds : values at which the distribution is wanted; eleven from 1e-4 to 0.9999 by themselves
     points : whether the most probable point of each threshold is looked for: FORM, SORM, quadratic forms there
     projected : share, below 1, of the squares of the output's gradients along the run whose directions have a Hessian
@@ -116,7 +116,7 @@ def random_vibration(
     pairs : of points of the Hermite projection
     times : s, at which the covariance with the output at ``at`` is wanted
     levels : whose first passage within the run is wanted, from below
-    options : of ``simulate``; the method is the scene's where none is given
+    options : of ``simulate``; the method is the scene's if none is given
 
     Raises
     ------
@@ -423,7 +423,7 @@ class _Study:
         ]
 
     def left_to_samples(self, error: CrossedJump | NumericalError, samples: int, left: str) -> None:
-        """Note what is left where derivatives are none. Raises the error where there are no samples."""
+        """Note what is left where derivatives are none. Raises the error if there are no samples."""
         what = error.problems[0].what
         if samples:
             self.notes.append(f"{left}: {what}")

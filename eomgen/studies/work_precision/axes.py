@@ -70,7 +70,7 @@ class Candidate:
 
 
 def checked_axes(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the axes asked for; where none are named all but those of ``NAMED``. Raises UsageError."""
+    """Return the axes asked for; if none are named all but those of ``NAMED``. Raises UsageError."""
     for name in names:
         if name not in AXES:
             raise UsageError(Problem("axes", f"there is no axis {shown(name)}", nearest(name, AXES)))
@@ -84,7 +84,7 @@ def candidates(
 
     Parameters
     ----------
-    methods : names of those that are wanted; all that make a difference to the scene where there are none
+    methods : names of those that are wanted; all that make a difference to the scene if there are none
     refused : filled with why others cannot run, by formulation and method
 
     Raises
@@ -138,7 +138,7 @@ def _tolerances(row: MethodName) -> tuple[float, ...]:
 
 
 def possible(name: str, parameters: Mapping[str, float], *, chooses_steps: bool = False) -> bool:
-    """Return whether a method takes these parameters, and then chooses its steps where that is asked for."""
+    """Return whether a method takes these parameters, and then chooses its steps if that is asked for."""
     try:
         method = method_named(name, **parameters)
     except EomgenError:

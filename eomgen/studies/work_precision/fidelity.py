@@ -15,7 +15,7 @@ from eomgen.scene.scene import Scene
 
 #: Kinds of symbols that name a coordinate of a beam, or its rates.
 _COORDINATES = ("q", "v", "a")
-#: Where the coordinates of beams are now, by beam and index; None where they are left out.
+#: Where the coordinates of beams are now, by beam and index; None if they are left out.
 _Moved = Mapping[tuple[str, int], int | None]
 
 
@@ -43,7 +43,7 @@ def _with_beams(scene: Scene, **changes: Any) -> Scene:
 
 def _with_modes(scene: Scene, most: int) -> Scene:
     """Return a scene whose beams have so many modes of each deformation at most; coordinates that it has no more are
-    zero where formulas name them."""
+    zero if formulas name them."""
     moved: dict[tuple[str, int], int | None] = {}
     bodies = []
     for body in scene.bodies:
@@ -75,7 +75,7 @@ def _moved(scene: Scene, moved: _Moved) -> Scene:
 
 
 def _in(value: Any, moved: _Moved) -> Any:
-    """Return data with the formulas in them changed; the same object where nothing changes."""
+    """Return data with the formulas in them changed; the same object if nothing changes."""
     if isinstance(value, Symbol):
         place = (value.name, value.index)
         if value.kind not in _COORDINATES or place not in moved:

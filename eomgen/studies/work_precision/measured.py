@@ -34,7 +34,7 @@ class Point:
     kind, value : ``step`` in s, or ``tolerance``
     ended : ``reached``, ``stopped``, ``refused`` or ``too long``
     said : what the run said besides that it reached its end, or why it did not
-    error : sizes of the errors by quantity, none below the uncertainty of the reference; empty where the run did not
+    error : sizes of the errors by quantity, none below the uncertainty of the reference; empty if the run did not
         reach its end
     seconds : median of the processor's time for all steps, s, outputs, energies and the error estimate apart; None
         where it was not timed
@@ -63,7 +63,7 @@ class Point:
         return f"{self.configuration.label}, {self.kind} {self.value:.4g}"
 
     def error_of(self, quantity: str, measure: str = "largest") -> float:
-        """Return the error of a quantity; infinite where there is none."""
+        """Return the error of a quantity; infinite if there is none."""
         size = self.error.get(quantity)
         value = math.inf if size is None else float(getattr(size, measure))
         return value if math.isfinite(value) else math.inf
@@ -201,7 +201,7 @@ class Measured:
         return tuple(found)
 
     def best(self, demand: float) -> Point | None:
-        """Return the cheapest point that meets a demand, None where none does."""
+        """Return the cheapest point that meets a demand, None if none does."""
         able = [p for p in self.usable if self.error(p) <= demand]
         return min(able, key=lambda p: p.seconds or math.inf, default=None)
 

@@ -143,7 +143,7 @@ def reference(
 
 
 def hold(both: str, part: float) -> None:
-    """Raise NumericalError where two references, in words, differ by too large a part of the motion."""
+    """Raise NumericalError if two references, in words, differ by too large a part of the motion."""
     if not part <= LARGEST_UNCERTAINTY:
         what = f"{both} differ by {100.0 * part:.3g} % of the motion: no error can be told from them"
         hint = "a shorter run, before motions that start side by side part, or a larger budget for the references"
@@ -151,7 +151,7 @@ def hold(both: str, part: float) -> None:
 
 
 def check_moves(runner: Runner, observation: Observation) -> None:
-    """Raise NumericalError where a motion is none, so that its methods cannot be told apart by it."""
+    """Raise NumericalError if a motion is none, so that its methods cannot be told apart by it."""
     model = runner.model(next(iter(runner.formulations.scenes)))
     if model.nz or not all(np.array_equal(one, one[:1].repeat(len(one), 0)) for one in (observation.q, observation.v)):
         return

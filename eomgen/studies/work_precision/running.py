@@ -65,9 +65,9 @@ class Outcome:
     ----------
     ended : how, one of the words above
     said : what the run said besides that it reached its end; why it did not
-    observation : None where it did not reach its end
+    observation : None if it did not reach its end
     stats : counts of the stepper
-    repeated : for timing, None where there is nothing to time
+    repeated : for timing, None if there is nothing to time
     seconds : of the whole call of ``simulate``
     """
 

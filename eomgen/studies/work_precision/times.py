@@ -15,7 +15,7 @@ LEAST_ROWS = 50
 LEAST_TIMES, MOST_TIMES = 4_000, 20_000
 #: The coarsest step is so many doublings above the scene's at most.
 MOST_DOUBLINGS = 6
-#: Steps in the coarsest where none are given: 1 to this, by doubling.
+#: Steps in the coarsest if none are given: 1 to this, by doubling.
 FINEST = 2**12
 #: How far a given step may be from a whole part of the coarsest.
 _ROUNDING = 1e-9

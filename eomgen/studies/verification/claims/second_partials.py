@@ -12,7 +12,7 @@ from eomgen.studies.verification.engines import Array, Blocks, Engine
 from eomgen.system.description import Description
 from eomgen.system.system import System
 
-#: Terms that the gradient takes where they are there.
+#: Terms that the gradient takes if they are there.
 FIRST = (
     *("partials", "internal_partials", "constraint_jacobian", "velocity_partials", "acceleration_partials"),
     *("output_partials", "parameter_partials", "output_parameter_partials", "linearization"),
