@@ -27,7 +27,7 @@ PHRASES: Mapping[str, re.Pattern[str]] = {
     ),
     "where": re.compile(r"\bwhere\b", re.IGNORECASE),
     "Return what": re.compile(r"\bReturns? (?:what|which|where|those|that|how|who)\b"),
-    "nothing": re.compile(r"\b(?:nothing|nobody|whatever|whom|whose)\b", re.IGNORECASE),
+    "nothing": re.compile(r"\b(?:nothing|nobody|whatever|whom)\b", re.IGNORECASE),
 }
 #: Identifiers that name no concept.
 NAMES = ("what", "found")

@@ -1,7 +1,7 @@
 """Controllability and observability of a linear model of first order: the test of Popov, Belevitch and Hautus.
 
-A mode with the eigenvalue s is out of reach where [A - s 1, B] loses rank, and out of sight where [A - s 1; C] does.
-Which states a mode is mostly in is told by participation factors, which no choice of units changes (I. J.
+A mode with the eigenvalue s is uncontrollable if [A - s 1, B] loses rank, and unobservable if [A - s 1; C] does.
+The states that dominate a mode follow from participation factors, which are invariant under units (I. J.
 Perez-Arriaga, G. C. Verghese and F. C. Schweppe, Selective modal analysis with applications to electric power systems,
 IEEE Transactions on Power Apparatus and Systems 101, 1982).
 """
@@ -31,7 +31,7 @@ _ROUNDING = 1e-7
 
 @dataclass(frozen=True)
 class Dynamics:
-    """The free motion of a linear model: sdot = A s, or s[k+1] = A s[k] where it is sampled.
+    """The free motion of a linear model: sdot = A s, or s[k+1] = A s[k] if it is sampled.
 
     Attributes
     ----------
@@ -46,18 +46,18 @@ class Dynamics:
 
     @property
     def rate(self) -> float:
-        """What eigenvalues are compared with: the largest; 1 if the model is sampled."""
+        """Scale of eigenvalues: the largest; 1 if the model is sampled."""
         if self.sample is not None or not len(self.A):
             return 1.0
         return float(np.max(np.abs(np.linalg.eigvals(self.A)))) or 1.0
 
     @property
     def dual(self) -> Dynamics:
-        """That of A^T: what outputs do not see, its inputs do not reach."""
+        """The dual model with A^T: modes unobservable in outputs are uncontrollable there."""
         return Dynamics(self.A.T, self.states, self.sample)
 
     def growth(self, value: complex) -> float:
-        """Return how far an eigenvalue is beyond the border of stability, as a share of ``rate``."""
+        """Return the distance of an eigenvalue beyond the border of stability, as a share of ``rate``."""
         return value.real / self.rate if self.sample is None else abs(value) - 1.0
 
 
@@ -77,14 +77,14 @@ def check_controllable(dynamics: Dynamics, B: Array) -> None:
 
 
 def check_detectable(dynamics: Dynamics, C: Array, measured: Sequence[str]) -> None:
-    """Raise ModelError if a motion that does not decay is not seen in what is measured, naming it."""
+    """Raise ModelError if a motion that does not decay is unobservable in the measurements, naming it."""
     if worst := _worst(dynamics, _lost(dynamics.dual, C.T)):
         what = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it"
         raise ModelError(what, "a measured signal that it moves")
 
 
 def check_weighted(dynamics: Dynamics, root: Array) -> None:
-    """Raise ModelError if a motion on the border of stability costs nothing: optimal control would leave it there.
+    """Raise ModelError if a motion on the border of stability has no cost: optimal control would leave it there.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def check_driven(dynamics: Dynamics, root: Array) -> None:
 
     Parameters
     ----------
-    dynamics : of the dual model, with the transpose of A; what is correlated with the noise of measurements taken off
+    dynamics : of the dual model, with the transpose of A; the part correlated with measurement noise subtracted
     root : (r, ns) with root^T root the intensity of the noise
     """
     if mode := _unseen_on_border(dynamics, root):
@@ -110,7 +110,7 @@ def check_driven(dynamics: Dynamics, root: Array) -> None:
 
 
 def check_observable(dynamics: Dynamics, C: Array) -> None:
-    """Raise ModelError if a motion is not seen, whether it decays or not; of the dual model, C transposed."""
+    """Raise ModelError if a motion is unobservable, whether it decays or not; of the dual model, C transposed."""
     lost = _lost(dynamics, C)
     if lost:
         of = described(dynamics, lost[0])

@@ -21,7 +21,7 @@ Weighted = Mapping[str, float] | ArrayLike
 
 @dataclass(frozen=True)
 class NamedCost:
-    """A quadratic cost, and the model whose inputs are those that are controlled; its other inputs are disturbances."""
+    """A quadratic cost, and the model with the controlled inputs; its other inputs are disturbances."""
 
     space: StateSpace
     weights: Weights
@@ -95,7 +95,7 @@ def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
 
 
 def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
-    """Return how an output, or else a state, of a name follows from states (ns,) and inputs (nu,).
+    """Return the dependence of an output, or else a state, on states (ns,) and inputs (nu,).
 
     Raises UsageError with the nearest names if there is none.
     """
@@ -116,7 +116,7 @@ def near(name: str, known: Sequence[str]) -> str:
 
 
 def number(what: str, name: str, value: object) -> float:
-    """Return the weight of a name. Raises UsageError if it is no number from zero on."""
+    """Return the weight of a name. Raises UsageError unless it is a number from zero on."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         raise UsageError(Problem(what, f"the weight of {name} is {type(value).__name__}, not a number", f"{name}: 1.0"))
     if not (np.isfinite(value) and value >= 0.0):

@@ -1,4 +1,4 @@
-"""Units and references of the signals that a controller adds to those of a model."""
+"""Units and references of the signals that a controller adds to a model."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def labels(space: StateSpace, kind: str, names: Sequence[str]) -> list[tuple[str
 
 
 def with_more(space: StateSpace, more: Mapping[str, Sequence[tuple[str, float]]]) -> Labels:
-    """Return the labels of a model's signals with more behind those of some kinds."""
+    """Return the labels of a model's signals with more appended to some kinds."""
     units, references = {}, {}
     for kind in KINDS:
         every = [*labels(space, kind, getattr(space, kind)), *more.get(kind, ())]

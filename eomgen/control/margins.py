@@ -2,7 +2,7 @@
 
 L is the loop from the input around to itself, 1 + L the return difference. The loop stays stable for gains between
 ``gain_reduction`` and ``gain_margin`` times its own, and for a delay below ``delay_margin``; ``modulus_margin`` is the
-least distance of L from -1, whose inverse is the largest sensitivity.
+least distance of L from -1; its inverse is the largest sensitivity.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _margins(A: Array, b: Array, g: Array, closed: Complex, sample: float | None
     frequencies = _frequencies(np.concatenate([np.linalg.eigvals(A), closed]), sample)
     values = loop(frequencies)
     crossover = _roots(lambda w: abs(at(w)) - 1.0, frequencies, np.abs(values) - 1.0)
-    # where the loop is real: between the points, at standstill, and half way around of a sampled one
+    # at real points of the loop: between the points, at standstill, and half way around of a sampled one
     still = 0.0 if sample is None else 1.0
     away = np.abs(np.linalg.eigvals(A) - still)
     ends_of_loop = [0.0] if np.min(away, initial=np.inf) > 1e-9 * np.max(away, initial=1.0) else []

@@ -116,7 +116,7 @@ def placed_modal_gains(
 def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: ArrayLike, h: ArrayLike) -> ModalFeedback:
     """Return gains that give the ``controlled`` modes the modal forces -g xi - h xi', as far as the actuators can.
 
-    With fewer independent actuators than controlled modes the forces are those of the pseudo-inverse, and modes talk to
+    With fewer independent actuators than controlled modes the forces follow from the pseudo-inverse, and modes talk to
     each other (``crosstalk``); on modes that are not controlled they act all the same (``spillover``).
 
     Raises

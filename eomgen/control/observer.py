@@ -1,7 +1,7 @@
-"""Observers of the whole state of a linear model: the filter of Kalman and Bucy, sampled that of Kalman.
+"""Observers of the whole state of a linear model: the Kalman-Bucy filter; sampled, the Kalman filter.
 
 sdot = A s + B u + G w, y = C s + D u + F w + n with white noise w and n; the estimate follows e' = A e + B u + L (y -
-C e - D u). Sampled, the estimate of a sample is that from the sample before, corrected by M (y - C e - D u). (B. D. O.
+C e - D u). Sampled, the estimate predicted from the sample before is corrected by M (y - C e - D u). (B. D. O.
 Anderson and J. B. Moore, Optimal Filtering, 1979.)
 """
 
@@ -35,11 +35,11 @@ Complex = NDArray[np.complex128]
 @checked_calls()
 @dataclass(frozen=True, repr=False)
 class Observer:
-    """An estimate of the whole state from what is measured.
+    """An estimate of the whole state from measurements.
 
     Attributes
     ----------
-    space : the model that is observed; sampled where the observer is
+    space : the observed model; sampled if the observer is
     measured : names of outputs, or of states
     gains : (ns, number of measured) L; of a sampled observer M
     covariance : (ns, ns) of the error of the estimate, sampled right after a measurement; None of placed eigenvalues
@@ -64,12 +64,12 @@ class Observer:
 
     @cached_property
     def C(self) -> Array:
-        """(number of measured, ns) of what is measured."""
+        """(number of measured, ns) output matrix of the measurements."""
         return np.array([row_of(self.space, name)[0] for name in self.measured])
 
     @cached_property
     def D(self) -> Array:
-        """(number of measured, nu) of what is measured."""
+        """(number of measured, nu) feedthrough matrix of the measurements."""
         return np.array([row_of(self.space, name)[1] for name in self.measured])
 
     @cached_property
@@ -107,15 +107,15 @@ def kalman(
 
     Parameters
     ----------
-    space : the linear model, or a linearization, whose state space is meant
+    space : the linear model, or a linearization, of which the state space is taken
     noise : mapping, or (nw, nw)
         Intensities of white noise by disturbance, input or state: two-sided spectral densities, unit^2 s, half of the
         one-sided ones per Hz. Or their matrix over the disturbances. Of a model that is sampled already: variances of
-        what is held over a sample.
+        values held over a sample.
     measurement_noise : mapping
-        What is measured, outputs or states by name, and the intensity of the noise of each; of a sampled observer the
+        Measurements, outputs or states by name, and the intensity of the noise of each; of a sampled observer the
         variance of the error of each sample.
-    inputs : those that are known to the observer; all by default
+    inputs : inputs known to the observer; all by default
     sample : s, or a text with a unit
         Of a sampled observer: the time between two measurements.
     delay : the same
@@ -127,7 +127,7 @@ def kalman(
         Names that there are not, intensities that are negative, measurements without noise, or, sampled, with white
         noise of their own.
     ModelError
-        A motion that does not decay and is not seen in what is measured; one that neither grows nor decays without
+        A motion that does not decay and is unobservable; one that neither grows nor decays without
         noise.
     NumericalError
         No solution of Riccati's equation with a relative residual below 1e-10.
@@ -175,16 +175,16 @@ def place_observer(
     sample: float | str | None = None,
     delay: float | str = 0.0,
 ) -> Observer:
-    """Return the observer whose error has given eigenvalues; ``poles``, ``sample`` and ``delay`` as of ``place``.
+    """Return the observer with given eigenvalues of its error; ``poles``, ``sample`` and ``delay`` as of ``place``.
 
     Raises
     ------
     UsageError
         Names that there are not; poles as of ``place``.
     ModelError
-        A motion that is not seen in what is measured.
+        An unobservable motion.
     NumericalError
-        Poles that are not reached to 1e-6, or a sampled model that forgets (delays), whose error has zero eigenvalues.
+        Poles that are not reached to 1e-6, or a sampled model that forgets (delays): its error has zero eigenvalues.
     """
     space = state_space_of(space)
     known = controlled_by(space, tuple(inputs)) if space.inputs else space
@@ -203,7 +203,7 @@ def place_observer(
 def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
     """Return an observer before its gains are known.
 
-    Raises UsageError if a sample would contain what follows from it: an input that is at work at once.
+    Raises UsageError if a sample would depend on itself: an input that acts at once.
     """
     observer = Observer(space, measured, np.zeros((len(space.states), len(measured))))
     if space.sample is not None and np.any(observer.D):
@@ -214,7 +214,7 @@ def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
 
 
 def _measured(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str, ...], Array]:
-    """Return the names of what is measured, and the intensities of its noise as a matrix."""
+    """Return the names of the measurements, and the intensities of their noise as a matrix."""
     if not isinstance(noise, Mapping) or not noise:
         what = "no measured signal is named"
         raise UsageError(Problem("measurement_noise", what, '{"angle": 1e-6}, an output or a state each'))
@@ -227,7 +227,7 @@ def _measured(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str,
 
 
 def _noise(space: StateSpace, noise: Weighted, measured: Sequence[str]) -> tuple[Array, Array, Array]:
-    """Return how noise enters the states (ns, nw) and what is measured (ny, nw), and its intensity (nw, nw)."""
+    """Return the noise matrices of the states (ns, nw) and measurements (ny, nw), and the intensity (nw, nw)."""
     ns, outputs = len(space.states), [name for name in measured if name in space.outputs]
     into = {name: (space.E[:, k], space.F[:, k]) for k, name in enumerate(space.disturbances)}
     if not isinstance(noise, Mapping):

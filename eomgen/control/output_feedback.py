@@ -1,6 +1,6 @@
-"""Output feedback: a regulator that works with the estimate of an observer (LQG where both are optimal).
+"""Output feedback: a regulator that works with the estimate of an observer (LQG if both are optimal).
 
-The closed loop has the eigenvalues of the regulator and those of the observer (separation), and the margins of neither.
+The closed loop has the eigenvalues of regulator and observer (separation), and the margins of neither.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Complex = NDArray[np.complex128]
 class OutputFeedback:
     """A regulator and an observer of the same model.
 
-    Sampled, the estimate of a sample contains what was measured at it, and the inputs follow from that estimate.
+    Sampled, the estimate of a sample contains its measurement, and the inputs follow from that estimate.
 
     Raises
     ------
@@ -83,7 +83,7 @@ class OutputFeedback:
 
     @cached_property
     def controller(self) -> StateSpace:
-        """The controller by itself, from what is measured to the inputs of the model; its state is the estimate.
+        """The controller by itself, from measurements to the inputs of the model; its state is the estimate.
 
         Sampled, the state is the prediction of the estimate for a sample, before that sample's measurement.
         """
@@ -108,12 +108,12 @@ class OutputFeedback:
 
     @cached_property
     def closed_loop(self) -> StateSpace:
-        """Model and controller; inputs add to what the controller gives, which is among the outputs, and the noise of
-        what is measured is among the disturbances."""
+        """Model and controller; inputs add to the controller's, which are among the outputs, and the noise of
+        measurements is among the disturbances."""
         space, C, D = self.space, self.observer.C, self.observer.D
         n, m, ny, nw = len(space.states), len(space.inputs), len(self.observer.measured), len(space.disturbances)
         noise = np.hstack([self._white_noise, np.eye(ny)])
-        # of [state, estimate, inputs, disturbances and noise]: what is given, what is measured; no D where `direct` is
+        # from [state, estimate, inputs, disturbances and noise]: to inputs, to measurements; no D if `direct` is
         given = np.hstack([self.controller.D @ C, self.controller.C, np.eye(m), self.controller.D @ noise])
         measured = np.hstack([C, np.zeros((ny, n + m)), noise]) + D @ given
         disturbed = np.hstack([np.zeros((n, m)), space.E, np.zeros((n, ny))])
@@ -157,7 +157,7 @@ class OutputFeedback:
 
     @property
     def _white_noise(self) -> Array:
-        """(number of measured, nw) of disturbances in what is measured."""
+        """(number of measured, nw) disturbance matrix of the measurements."""
         space = self.space
         rows = [
             space.F[space.outputs.index(name)] if name in space.outputs else np.zeros(len(space.disturbances))
@@ -170,7 +170,7 @@ class OutputFeedback:
         """Gain, phase, delay and modulus margins at each input, the others closed, by the input's name."""
         space, controller, C = self.space, self.controller, self.observer.C
         n = len(space.states)
-        # the loop is opened at an input of the model: the observer follows from what the controller asks for
+        # the loop is opened at an input of the model: the observer uses the input asked by the controller
         A = np.block([[space.A, np.zeros((n, n))], [controller.B @ C, controller.A]])
         B = np.vstack([space.B, controller.B @ self.observer.D])
         asked = -np.hstack([controller.D @ C, controller.C])

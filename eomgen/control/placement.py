@@ -30,7 +30,7 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
 
     Parameters
     ----------
-    poles : 2n eigenvalues, 1/s; those that are not real in conjugate pairs; none more often than there are actuators.
+    poles : 2n eigenvalues, 1/s; complex ones in conjugate pairs; none more often than there are actuators.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
     A, B = first_order(k, c), np.vstack([np.zeros_like(b), b])
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: what was reached is checked below
+            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: the result is checked below
             gain = np.real(place_poles(A, B, wanted / rate).gain_matrix)
     except (ValueError, np.linalg.LinAlgError) as error:
         raise NumericalError(f"the poles could not be placed: {error}", "other poles") from None

@@ -17,7 +17,7 @@ Complex = NDArray[np.complex128]
 
 
 def real_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> Array:
-    """Return a matrix as floats. Raises UsageError if its shape is another one or an entry is not finite."""
+    """Return a matrix as floats. Raises UsageError for another shape or an entry that is not finite."""
     try:
         matrix = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -105,7 +105,7 @@ class Plant:
 
     @cached_property
     def scales(self) -> Scales:
-        """What brings the plant to numbers near one."""
+        """Scales that bring the numbers of the plant near one."""
         half = solve_triangular(self._factor, self.K, lower=True)
         stiffness = float(np.linalg.norm(solve_triangular(self._factor, half.T, lower=True), 2))
         half = solve_triangular(self._factor, self.C, lower=True)
@@ -126,7 +126,7 @@ class Plant:
         return congruent(self.K) / rate**2, congruent(self.C) / rate, np.asarray(b)
 
     def state_space(self, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None) -> tuple[Array, Array]:
-        """Return A (2n, 2n), B (2n, m) of x' = A x + B u, x = [q, v], closed by u = -G_p q - G_v v where given."""
+        """Return A (2n, 2n), B (2n, m) of x' = A x + B u, x = [q, v], closed by u = -G_p q - G_v v if given."""
         n, m = self.n, self.m
         K = self.K if G_p is None else self.K + self.B @ real_matrix("G_p", G_p, m, n)
         C = self.C if G_v is None else self.C + self.B @ real_matrix("G_v", G_v, m, n)
@@ -137,7 +137,7 @@ class Plant:
         return A, B
 
     def eigenvalues(self, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None) -> Complex:
-        """Return the 2n eigenvalues, 1/s, slow ones first; of the closed loop where gains are given."""
+        """Return the 2n eigenvalues, 1/s, slow ones first; of the closed loop if gains are given."""
         k, c, b = self.scaled
         back = self.scales.state_back
         n, m = self.n, self.m

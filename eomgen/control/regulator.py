@@ -1,7 +1,7 @@
 """Feedback of the whole state of a linear model: optimal for a quadratic cost, or with eigenvalues that are asked for.
 
-The state holds internal states, those of actuators and of shaping filters among them. With J = int s^T Q s +
-2 s^T N u + u^T R u dt the gain of u = -G s is G = R^-1 (B^T P + N^T), where P solves Riccati's equation (B. D. O.
+The state holds internal states, also of actuators and of shaping filters. With J = int s^T Q s +
+2 s^T N u + u^T R u dt the gain of u = -G s is G = R^-1 (B^T P + N^T); P solves Riccati's equation (B. D. O.
 Anderson and J. B. Moore, Optimal Control: Linear Quadratic Methods, 1990). A sampled regulator minimises the same
 integral with inputs that are held, or the sum over samples of a model that is sampled already.
 """
@@ -34,7 +34,7 @@ from eomgen.linear.sampling import discretized, sampled_with_cost
 from eomgen.linear.state_space import HasStateSpace, StateSpace, state_space_of
 
 Complex = NDArray[np.complex128]
-#: Refuses motions, given the dynamics and what reaches or weighs them.
+#: Refuses motions, given the dynamics and their actuators or weights.
 Check = Callable[[Dynamics, Array], None]
 _REACHED = 1e-6
 
@@ -42,13 +42,13 @@ _REACHED = 1e-6
 @checked_calls()
 @dataclass(frozen=True, repr=False)
 class Regulator:
-    """Feedback u = -G s of the deviations s of all states from where the model is linear.
+    """Feedback u = -G s of the deviations s of all states from the reference of the linear model.
 
     Attributes
     ----------
-    space : the model that is controlled; sampled where the regulator is. Its inputs are the controlled ones
+    space : the controlled model; sampled if the regulator is. Its inputs are the controlled ones
     gains : (nu, ns) G
-    cost_left : (ns, ns) P, s^T P s is what a motion from s on costs; None of placed eigenvalues
+    cost_left : (ns, ns) P, s^T P s is the remaining cost of a motion from s; None of placed eigenvalues
     """
 
     space: StateSpace
@@ -72,7 +72,7 @@ class Regulator:
         return page(f"Regulator{self.space.when}: u = -G s", gains, margins_html(self.margins), of_loop)
 
     def gain(self, input: str, state: str) -> float:
-        """Return the gain of one state in one input. Raises UsageError if there is none of that name."""
+        """Return the gain of one state in one input. Raises UsageError for an unknown name."""
         for name, known in ((input, self.space.inputs), (state, self.space.states)):
             if name not in known:
                 raise UsageError(Problem("gain", f"there is no {name!a} among the gains", near(name, known)))
@@ -135,14 +135,14 @@ def lqr(
 
     Parameters
     ----------
-    space : the linear model, or a linearization, whose state space is meant
+    space : the linear model, or a linearization, of which the state space is taken
     Q : mapping, or (ns, ns)
         Weights of the squares of outputs and states by name, accelerations among them; or a matrix, or its diagonal.
     R : mapping, or (nu, nu)
         Weights of the squares of inputs by name. Inputs without a name in it are left alone.
     N : (ns, nu), optional
         Weights of products.
-    inputs : the inputs that are controlled, where R does not name them; all by default
+    inputs : the controlled inputs, if R does not name them; all by default
     sample : s, or a text with a unit
         Of a sampled regulator: the time for which inputs are held. The cost remains the integral.
     delay : the same
@@ -153,7 +153,7 @@ def lqr(
     UsageError
         Names that there are not; weights that are negative, of other sizes, or zero for all that an input does.
     ModelError
-        A motion that does not decay and that no input moves; one that neither grows nor decays and costs nothing.
+        A motion that does not decay and that no input moves; one that neither grows nor decays and has no cost.
     NumericalError
         No solution of Riccati's equation with a relative residual below 1e-10.
     """
@@ -184,10 +184,10 @@ def place(
 
     Parameters
     ----------
-    space : the linear model, or a linearization, whose state space is meant
-    poles : ns eigenvalues, those that are not real in conjugate pairs, none more often than there are inputs: 1/s; of a
+    space : the linear model, or a linearization, of which the state space is taken
+    poles : ns eigenvalues, complex ones in conjugate pairs, none more often than there are inputs: 1/s; of a
         model that is sampled z = e^(s T); with ``sample`` 1/s all the same, one for each state of the sampled model
-    inputs : those that are controlled; all by default
+    inputs : the controlled inputs; all by default
     sample, delay : as of ``lqr``
 
     Raises
@@ -213,7 +213,7 @@ def place(
 
 
 def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) -> Array:
-    """Return G (m, n) with which A - B G has the eigenvalues wanted; ``check`` refuses what B does not reach."""
+    """Return G (m, n) with the wanted eigenvalues of A - B G; ``check`` refuses motions that B does not reach."""
     unstable = wanted.real > 0.0 if dynamics.sample is None else np.abs(wanted) > 1.0
     if np.any(unstable):
         growing = ", ".join(
@@ -251,7 +251,7 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
     rate = dynamics.rate
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: what was reached is checked below
+            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: the result is checked below
             scaled = place_poles(balanced / rate, B / sizes[:, np.newaxis] / rate, wanted / rate).gain_matrix
     except (ValueError, np.linalg.LinAlgError) as error:
         raise NumericalError(f"the poles could not be placed: {error}", "other poles") from None
@@ -267,7 +267,7 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
 def optimal_gains(weights: Weights, B: Array, dynamics: Dynamics, check: Check) -> tuple[Array, Array]:
     """Return the gain (m, n) and the matrix (n, n) of the cost that is left, in continuous time.
 
-    ``check`` refuses motions without cost, given what they are when cross terms are taken off; ``check_stabilisable``
+    ``check`` refuses motions without cost, given the dynamics without cross terms; ``check_stabilisable``
     is the caller's affair.
     """
     A = dynamics.A
@@ -301,7 +301,7 @@ def _sampled(space: StateSpace, weights: Weights) -> Regulator:
     ns = len(space.states)
     effort = root[:, ns:]
     free = dynamics
-    if np.any(effort):  # what optimal inputs would do by themselves
+    if np.any(effort):  # action of optimal inputs by themselves
         of_state = np.linalg.lstsq(effort, root[:, :ns], rcond=1e-10)[0]
         free = replace(dynamics, A=space.A - space.B @ of_state)
         root = root[:, :ns] - effort @ of_state

@@ -1,6 +1,6 @@
 """Riccati equations of optimal control and of optimal observers, in continuous time and sampled.
 
-SciPy solves them; Newton's iteration takes off what rounding left (D. L. Kleinman, On an iterative technique for
+SciPy solves them; Newton's iteration removes rounding errors (D. L. Kleinman, On an iterative technique for
 Riccati equation computations, IEEE Transactions on Automatic Control 13, 1968; sampled: G. A. Hewer, An iterative
 technique for the computation of the steady state gains for the discrete optimal regulator, the same 16, 1971).
 """
@@ -56,7 +56,7 @@ def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[A
 
     Parameters
     ----------
-    blocks : rows and columns of the blocks whose residuals are looked at one by one
+    blocks : rows and columns of the blocks with separately judged residuals
 
     Raises
     ------

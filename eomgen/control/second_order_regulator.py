@@ -51,7 +51,7 @@ def lqr(plant: Plant, weights: Weights) -> Regulator:
     Raises
     ------
     UsageError
-        Efforts that cost nothing, or a cost that is not bounded below.
+        Efforts without cost, or a cost that is not bounded below.
     ModelError
         A mode that does not decay and that no actuator moves; a mode on the imaginary axis without weight.
     NumericalError

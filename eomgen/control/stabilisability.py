@@ -1,6 +1,6 @@
 """Uncontrollable modes and modes without cost: the Popov-Belevitch-Hautus test in second-order form.
 
-A mode with eigenvalue s is out of reach where [s^2 M + s C + K, B] loses rank (A. J. Laub and W. F. Arnold,
+A mode with eigenvalue s is uncontrollable if [s^2 M + s C + K, B] loses rank (A. J. Laub and W. F. Arnold,
 Controllability and observability criteria for multivariable linear second-order models, IEEE Transactions on Automatic
 Control 29, 1984).
 """
@@ -43,7 +43,7 @@ def check_controllable(plant: Plant) -> None:
 
 
 def check_detectable(plant: Plant, A: Array, root: Array) -> None:
-    """Raise ModelError if a mode on the imaginary axis costs nothing: optimal control would leave it there.
+    """Raise ModelError if a mode on the imaginary axis has no cost: optimal control would leave it there.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def _reached(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
 
 
 def distinct(values: ArrayLike) -> list[complex]:
-    """Return eigenvalues with one of each pair, and one of those that are the same."""
+    """Return eigenvalues with one of each pair, and one of each group of equal ones."""
     distinct: list[complex] = []
     for value in sorted(map(complex, np.asarray(values)), key=lambda value: (round(abs(value), 9), -value.imag)):
         near = math.sqrt(np.finfo(float).eps) * max(1.0, abs(value))
@@ -100,7 +100,7 @@ def described(plant: Plant, value: complex, shape: Complex) -> str:
 
 
 def in_words(value: complex, movers: Sequence[str], axis: float) -> str:
-    """Return a mode in words from its eigenvalue, 1/s, and what moves in it; below ``axis``, 1/s, is zero."""
+    """Return a mode in words from its eigenvalue, 1/s, and its moving coordinates; below ``axis``, 1/s, is zero."""
     where = f" of {' and '.join(movers)}" if movers else ""
     if abs(value) <= axis:
         return f"the mode{where} at 0 Hz, which nothing holds,"

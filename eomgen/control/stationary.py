@@ -1,4 +1,4 @@
-"""Stationary covariances under a road whose velocity is white noise, by Lyapunov's equation.
+"""Stationary covariances under a road with white noise as velocity, by Lyapunov's equation.
 
 An ISO 8608 road of roughness G_d(n0) at the reference wavenumber n0 has, at the speed V, the one-sided spectral density
 of its vertical velocity 4 pi^2 n0^2 G_d(n0) V, at all frequencies the same; half of it is the intensity in Lyapunov's
@@ -55,7 +55,7 @@ class Stationary:
 def stationary(
     plant: Plant, road: ArrayLike, intensity: ArrayLike, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None
 ) -> Stationary:
-    """Return the stationary covariance of M v' + C v + K q = B u + E w where w' is white noise.
+    """Return the stationary covariance of M v' + C v + K q = B u + E w with white noise w'.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def stationary(
     intensity : of w', (roads, roads), E[w'(t) w'(s)] = intensity delta(t - s); or one number for roads that are
         independent.
     G_p, G_v : (m, n), optional
-        u = -G_p (q - r w) - G_v v: gains on what the road does not move with it.
+        u = -G_p (q - r w) - G_v v: gains on coordinates relative to the road.
 
     Raises
     ------

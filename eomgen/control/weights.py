@@ -21,7 +21,7 @@ class Weights:
     Attributes
     ----------
     state : (2n, 2n) Q, positive semi-definite.
-    effort : (m, m) R, positive definite where a gain is wanted.
+    effort : (m, m) R, positive definite if a gain is wanted.
     cross : (2n, m) S.
     """
 
@@ -49,7 +49,7 @@ class Weights:
         return cls(state, weight("the weight of the efforts", effort, m), np.zeros((2 * n, m)))
 
     def plus_output(self, of_state: ArrayLike, of_effort: ArrayLike, cost: ArrayLike) -> Weights:
-        """Return the cost with that of an output y = F [q, v] + D u added, int y^T W y dt.
+        """Return the cost plus the cost of an output y = F [q, v] + D u, int y^T W y dt.
 
         Accelerations are such outputs: v' = -M^-1 K q - M^-1 C v + M^-1 B u.
         """

@@ -20,7 +20,7 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
     Parameters
     ----------
     noise : by disturbance or input, intensities (two-sided spectral densities, unit^2 s: half of one-sided ones per
-        Hz); of a sampled model variances of what is held over a sample
+        Hz); of a sampled model variances of values held over a sample
 
     Raises
     ------
@@ -60,7 +60,7 @@ def _sampled(A: Array, negative: Array) -> Array:
 
 
 def _entering(space: StateSpace, noise: Mapping[str, float]) -> tuple[Array, Array, Array]:
-    """Return how noise enters states and outputs, and its intensity."""
+    """Return the noise matrices of states and outputs, and the intensity."""
     names = (*space.disturbances, *space.inputs)
     for name in noise:
         if name not in names:

@@ -1,4 +1,4 @@
-"""Linear models with filters before them: what drives a model comes out of another model, whose states join its own.
+"""Linear models with filters before them: another model's outputs drive a model, and its states join the model's own.
 
 A coloured disturbance is white noise behind a shaping filter; one that is seen ahead is delayed before it acts.
 """
@@ -33,7 +33,7 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     Returns
     -------
     StateSpace
-        With the states of the source behind those of the model, and what drives the source in place of what it drives.
+        With the states of the source behind those of the model, and the source's inputs in place of the driven ones.
         Outputs of the source are outputs of the whole too, so that they can be weighted and measured.
 
     Raises
@@ -103,7 +103,7 @@ def shaping_filter(
     ----------
     numerator, denominator : coefficients, highest power first; the numerator of no higher degree
     input : name of its disturbance, such as white noise
-    output : name of what it drives
+    output : name of the driven signal
     unit : of the output
     states : name of its states, ``filter.NAME[0]``; the output's name by default
 
@@ -127,11 +127,11 @@ def shaping_filter(
 def delay(input: str, output: str, time: float | str, order: int = 4, unit: str = "") -> StateSpace:
     """Return a pure delay as a model to drive others by, approximated by Padé in continuous time.
 
-    The rear axle drives over what the front axle has met; a sensor ahead of the vehicle sees what the wheels will meet.
+    The rear axle drives over the road passed by the front axle; a sensor ahead of the vehicle sees the road ahead.
 
     Parameters
     ----------
-    input, output : names of what is delayed and of what comes out
+    input, output : names of the undelayed and of the delayed signal
     time : s, or a text with a unit
     order : of the Padé approximation; its phase is good to about ``order`` rad
     unit : of both
@@ -192,7 +192,7 @@ def _united(first: Sequence[str], second: Sequence[str]) -> list[str]:
 
 
 def _columns(space: StateSpace) -> dict[str, tuple[Array, Array]]:
-    """Return what each input and disturbance does to the states and to the outputs."""
+    """Return the gains of each input and disturbance to the states and to the outputs."""
     into_states, into_outputs = np.hstack([space.B, space.E]), np.hstack([space.D, space.F])
     names = (*space.inputs, *space.disturbances)
     return {name: (into_states[:, k], into_outputs[:, k]) for k, name in enumerate(names)}
@@ -201,7 +201,7 @@ def _columns(space: StateSpace) -> dict[str, tuple[Array, Array]]:
 def _labels(kind: str, names: Sequence[str], spaces: Sequence[StateSpace]) -> list[tuple[str, float]]:
     """Return unit and reference of signals of a kind, each from the first of the models that has it.
 
-    What drives both may be an input of one and a disturbance of the other.
+    A signal that drives both may be an input of one and a disturbance of the other.
     """
     kinds = ("inputs", "disturbances") if kind in ("inputs", "disturbances") else (kind,)
     homes = [next((space, of) for space in spaces for of in kinds if name in getattr(space, of)) for name in names]

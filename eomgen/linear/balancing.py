@@ -9,10 +9,10 @@ from eomgen.arrays import Array
 
 
 def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
-    """Return B = T^-1 A T and T, (n, n) both; T is diagonal, and permuted where ``permute`` says so.
+    """Return B = T^-1 A T and T, (n, n) both; T is diagonal, and permuted if ``permute`` is true.
 
     SciPy converts the scales to whole numbers, too, for it looks for permutations among them. Of scales above 2^63 that
-    is none and nothing uses it, so its warning is left out.
+    is none and they are not used, so its warning is left out.
     """
     with np.errstate(invalid="ignore"):
         balanced, T = scipy.linalg.matrix_balance(A, permute=permute, separate=False)

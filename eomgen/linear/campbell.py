@@ -1,6 +1,6 @@
 """Campbell diagram: frequencies of oscillations over the speed of a rotor, their whirl, and crossings with orders.
 
-An order n is an excitation of n times the speed; where a frequency meets it the speed is critical.
+An order n is an excitation of n times the speed; a speed is critical if a frequency equals an excitation.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ class Campbell:
 
     Attributes
     ----------
-    parameter, unit : name and unit of what changes
-    values : (n,) in ``unit``; those without a linear model are left out
+    parameter, unit : name and unit of the varied parameter
+    values : (n,) in ``unit``; values without a linear model are left out
     eigenvalues : (n, modes) complex, 1/s, imaginary parts positive; not a number if a mode does not oscillate
     whirl : (n, modes) 1 forward, -1 backward, 0 neither or not known
-    orders : those whose crossings were looked for
+    orders : orders with a search for crossings
     crossings : by order and speed
     stability : (n,) ``stable``, ``marginal`` or ``unstable``
     left_out : by value, why there is no linear model there
@@ -71,7 +71,7 @@ class Campbell:
 
     @property
     def frequencies(self) -> Array:
-        """(n, modes), Hz: ``angular_frequencies`` over 2 pi, where speeds are in rad/s."""
+        """(n, modes), Hz: ``angular_frequencies`` over 2 pi, if speeds are in rad/s."""
         return self.angular_frequencies / (2.0 * np.pi)
 
     @property

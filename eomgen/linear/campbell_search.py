@@ -26,7 +26,7 @@ from eomgen.progress import Progress
 Complex = NDArray[np.complex128]
 #: Relative accuracy of critical speeds.
 _ACCURACY = 1e-12
-#: An orbit whose axes have a ratio below this is a line: it whirls in no sense.
+#: An orbit with a ratio of axes below this is a line: it whirls in no sense.
 _LINE = 1e-6
 #: Eigenvalues that differ by less than this part are one of several modes.
 _EQUAL = 1e-9
@@ -108,7 +108,7 @@ def campbell(
     Raises
     ------
     EomgenError
-        What ``linearized`` raises where the call is wrong, or where fewer than two values have a linear model: with the
+        Errors of ``linearized`` if the call is wrong, or if fewer than two values have a linear model: with the
         first value at which it did.
     """
 
@@ -260,9 +260,9 @@ def _multiple(eigenvalues: Complex, uncertainty: Array) -> list[list[int]]:
 
 
 def _circular(shapes: Complex, deflections: Complex) -> Complex:
-    """Return combinations of modes of one eigenvalue, (m, m), whose orbits enclose the most area in either sense.
+    """Return combinations of modes of one eigenvalue, (m, m), with orbits of largest enclosed area in either sense.
 
-    Any combination of them is a mode, and its sense is arbitrary: those that diagonalise the form of the enclosed area
+    Any combination of them is a mode, and its sense is arbitrary: the diagonalisation of the form of the enclosed area
     in the measure of kinetic energy are the circular ones, if there are any, one in each sense.
     """
     first, second = deflections[::2], deflections[1::2]
@@ -270,13 +270,13 @@ def _circular(shapes: Complex, deflections: Complex) -> Complex:
     of_area = 0.5j * (first.conj().T @ second - second.conj().T @ first)
     try:
         return np.asarray(scipy.linalg.eigh(of_area, of_energy)[1])
-    except np.linalg.LinAlgError:  # shapes that do not differ, as those of internal states
+    except np.linalg.LinAlgError:  # equal shapes, as of internal states
         return np.eye(shapes.shape[1], dtype=np.complex128)
 
 
 @dataclass(frozen=True)
 class _Node:
-    """A value of the parameter with its model; those that are not wanted only help to follow modes."""
+    """A value of the parameter with its model; unwanted values only help to follow modes."""
 
     value: float
     model: Linearization
@@ -285,7 +285,7 @@ class _Node:
 
 
 def _costs(before: _Oscillations, now: _Oscillations) -> Array:
-    """Return how unlike modes (m,) of before and (k,) of now are, (m, k): by shapes, frequencies and whirl."""
+    """Return the dissimilarity of modes (m,) before and (k,) now, (m, k): by shapes, frequencies and whirl."""
     likeness = np.abs(before.shapes.conj().T @ now.shapes) ** 2
     distance = np.abs(before.eigenvalues[:, np.newaxis] - now.eigenvalues)
     sizes = np.abs(before.eigenvalues)[:, np.newaxis] + np.abs(now.eigenvalues)

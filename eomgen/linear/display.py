@@ -16,7 +16,7 @@ _ROUNDING = 1e-9
 
 
 class ShownModes(Protocol):
-    """What is shown of ``Modes``: see there."""
+    """Display of ``Modes``: see there."""
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]: ...
@@ -37,7 +37,7 @@ class ShownModes(Protocol):
 
 
 class ShownStateSpace(Protocol):
-    """What is shown of a ``StateSpace``: see there."""
+    """Display of a ``StateSpace``: see there."""
 
     @property
     def states(self) -> tuple[str, ...]: ...
@@ -65,7 +65,7 @@ def state_space_html(space: ShownStateSpace) -> str:
 
 
 def linearization_html(what: str, t: float, coordinates: Sequence[str], modes: ShownModes) -> str:
-    """Return what a model is linear about, and when (s); its independent coordinates and its modes."""
+    """Return the reference of a model and its time (s); its independent coordinates and its modes."""
     free = f"coordinates: {', '.join(coordinates)}" if coordinates else "no coordinates are free"
     return page(f"Linear model about the {what} at t = {t:.6g} s", paragraph(free), modes_html(modes))
 

@@ -3,7 +3,7 @@
     dq = R x,   dv = S y + T x,   da = S ydot + U y + V x,   xdot = N y + W x
 
 x and y are changes of coordinates and velocities that motions are measured by: components of dq and dv themselves, or
-those of joints between absolute bodies, whose velocities w(q, v) have changes P dv + Z dq. Which are independent is
+velocities w(q, v) of joints between absolute bodies, which have changes P dv + Z dq. Independent ones are
 chosen by pivots among the columns of the constraint Jacobian (Wehage and Haug 1982). Neighbouring motions meet the
 constraints at all levels, which gives T, U and V without differentiating R in time; with W = 0 they are R', 2 R' and
 R''. On groups measured coordinates change with dw - ad(w) x. Constraints at velocity level leave fewer y than x.
@@ -34,7 +34,7 @@ class Freedom:
     ----------
     coordinates, velocities : numbers of the measured components that are independent, increasing
     R : (nv, nx); S : (nv, ny); T : (nv, nx); U : (nv, ny); V : (nv, nx); N : (nx, ny); W : (nx, nx)
-    W_rate : (nx, nx), time derivative of W along the reference; only meant where nx = ny
+    W_rate : (nx, nx), time derivative of W along the reference; only meaningful if nx = ny
     """
 
     coordinates: tuple[int, ...]
@@ -87,7 +87,7 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
 
     Parameters
     ----------
-    measures : what x and y are changes of; constraint rows that they meet by themselves come first
+    measures : quantities that x and y are changes of; constraint rows that they meet by themselves come first
     preferred : numbers of measures that are to be independent, as far as the constraints let them
 
     Raises
@@ -140,13 +140,13 @@ def _solved(matrix: Array, right: Array) -> Array:
 
 
 def singular_mechanism() -> ModelError:
-    """Return what is to be said where constraint rows lose rank."""
+    """Return the error for constraint rows that lose rank."""
     what = "constraints depend on each other in this state, so it cannot be said what they leave free"
     return ModelError(Problem("linearization", what, "a state near by in which the mechanism is not singular"))
 
 
 def _pivots(matrix: Array, favour: Array) -> list[int]:
-    """Return as many columns as there are rows, each the largest of what is left. Raises ModelError if rows are
+    """Return as many columns as there are rows, each the largest after elimination. Raises ModelError if rows are
     dependent."""
     rows = len(matrix)
     if not rows:

@@ -3,7 +3,7 @@
     M0 x'' + C0 x' + K0 x + Z0 z = B0 u + E0 w
 
 x are small changes of independent coordinates, left-trivialised; constraints are projected out (Lieh 1994; on groups
-and about moving references see ``linear.freedom``). What depends on time is frozen.
+and about moving references see ``linear.freedom``). Explicit dependence on time is frozen.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Complex = NDArray[np.complex128]
 class Reference:
     """The state about which a model is linear: t in s, q (nq,), v and a (nv,), z (nz,), u (nu,), multipliers (rows,).
 
-    ``what`` says in words what it is: ``equilibrium``, ``steady motion``, ``initial state``, ``given state``.
+    ``what`` describes it in words: ``equilibrium``, ``steady motion``, ``initial state``, ``given state``.
     """
 
     t: float
@@ -58,9 +58,9 @@ class Reference:
 class Names:
     """Names of the components of v (without their letter), and of internal states, inputs, disturbances and outputs.
 
-    ``measured`` are the coordinates of which the independent ones are chosen: the components, or those of joints
-    between absolute bodies. ``units`` are those of inputs, outputs and states by name, if they are known.
-    ``units_by_kind`` and ``references``, as of a ``StateSpace``, are those of ``measured``, of its rates under
+    ``measured`` are the candidates of independent coordinates: the components, or coordinates of joints
+    between absolute bodies. ``units`` are the units of inputs, outputs and states by name, if they are known.
+    ``units_by_kind`` and ``references``, as of a ``StateSpace``, belong to ``measured``, its rates under
     ``velocities``, of ``states``, ``inputs``, ``disturbances`` and ``outputs``. ``orientations``: as of a
     ``StateSpace``.
     """
@@ -86,7 +86,7 @@ class Linearization:
     ----------
     reference : Reference
     partials : Partials, before constraints are projected out
-    free : Freedom, what constraints leave free
+    free : Freedom, the motions left free by constraints
     names : Names
     sampled : SampledPart, of a scene with sampled states; they are inputs of the other matrices. Else None
     """
@@ -120,7 +120,7 @@ class Linearization:
 
     @property
     def velocities(self) -> tuple[str, ...]:
-        """Names of the independent velocities, fewer than coordinates where something rolls."""
+        """Names of the independent velocities, fewer than coordinates if something rolls."""
         return tuple(f"v.{self.names.measured[k]}" for k in self.free.velocities)
 
     @cached_property
@@ -214,14 +214,14 @@ class Linearization:
     def sampled_loop(self) -> StateSpace:
         """Return the loop that sampled states close, from one common period of theirs to the next.
 
-        Its state is that of ``state_space`` and the sampled states behind it (``z.name``), just before the samples at
-        the start of a period; inputs and disturbances of others are as at the reference. ``eigenvalues`` are those of
-        one period, and ``decay`` the rate in 1/s that belongs to the slowest. Rounding by a quantum is left out.
+        Its state is the state of ``state_space``, then the sampled states (``z.name``), just before the samples at
+        the start of a period; inputs and disturbances of others are as at the reference. ``eigenvalues`` belong to
+        one period, and ``decay`` is the rate in 1/s of the slowest. Rounding by a quantum is left out.
 
         Raises
         ------
         ModelError
-            Nothing is sampled, or the periods have no common multiple.
+            No state is sampled, or the periods have no common multiple.
         """
         if self.sampled is None:
             raise ModelError(Problem("sampled loop", "no states are sampled", "state_space(), in continuous time"))
@@ -349,16 +349,16 @@ class Linearization:
         return float(root_mean_squares(space, found, excitation, [output], [weighting], band)[0])
 
     def rms_on_white_noise_road(self, output: str, excitation: RoadExcitation) -> float:
-        """Return the root mean square of an output on a road of exponent 2 whose band has no ends.
+        """Return the root mean square of an output on a road of exponent 2 with an unbounded band.
 
         By Lyapunov's equation, exact with the delay between axles; it neither integrates nor samples over frequency.
 
         Raises
         ------
         UsageError
-            Another exponent, or tracks whose coherence depends on frequency.
+            Another exponent, or tracks with a coherence that depends on frequency.
         ModelError
-            A mode does not decay, or the output follows the elevation of the road, whose variance has no bound.
+            A mode does not decay, or the output follows the elevation of the road, which has an unbounded variance.
         """
         check_excitation("rms_on_white_noise_road", excitation)
         return white_noise_road(self.state_space(), self.modes(), excitation, output)
@@ -378,7 +378,7 @@ class Linearization:
         outputs : names, or a mapping from names to weightings (``Wk``, ``Wd``, None)
             All outputs if none are given.
         speeds : (n,) m/s, or texts with their unit: ``"80 km/h"``
-            That of the excitation if none are given.
+            The speed of the excitation if none are given.
 
         Raises
         ------
@@ -418,7 +418,7 @@ def _spread(found: Modes, band: tuple[float, float]) -> Array:
 
 
 def _of_first_order(by_kind: Mapping[str, Iterable[Any]], free: Freedom) -> dict[str, list[Any]]:
-    """Return what belongs to the signals of a state space from what belongs to all names, by kind."""
+    """Return the labels of the signals of a state space, given the labels of all names, by kind."""
     if not by_kind:
         return {}
     every = {kind: list(entries) for kind, entries in by_kind.items()}

@@ -1,7 +1,7 @@
 """Modes of a state-space matrix: frequency, damping ratio and complex shape, with bounds of their rounding errors.
 
 An eigenvalue is known to machine precision times the norm of the balanced matrix times its condition 1 / |y^H x|
-(Wilkinson 1965). For the double zero of a motion that nothing opposes that is the square root of the precision.
+(Wilkinson 1965). For the double zero of a rigid-body motion it is the square root of the precision.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class Modes:
 
     @property
     def stability(self) -> str:
-        """``stable`` where all modes decay, ``unstable`` where one grows, else ``marginal``."""
+        """``stable`` if all modes decay, ``unstable`` if one grows, else ``marginal``."""
         growth = self.eigenvalues.real
         if np.any(growth > self.uncertainty):
             return "unstable"
@@ -157,7 +157,7 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
     largest = np.argmax(np.abs(shapes), axis=0)
     of_largest = shapes[largest, np.arange(len(kept))]
     states = original[np.argmax(np.abs(original), axis=0), np.arange(len(kept))]
-    # modes of internal states move nothing
+    # modes of internal states do not move bodies
     unit = np.where(np.abs(of_largest) > 1e-9 * np.abs(states), of_largest, states)
     size = np.abs(values)
     zero = size <= uncertainty

@@ -59,7 +59,7 @@ class Partials:
     def of(
         blocks: Mapping[str, Array], inputs: int, disturbances: int, outputs: int = 0, holonomic: int = 0
     ) -> Partials:
-        """Return partials from those that there are, by name; M, C and K must be among them."""
+        """Return partials from named matrices; M, C and K must be among them."""
         nv = len(blocks["M"])
         rows = len(blocks["J"]) if "J" in blocks else 0
         nz = blocks["Rz"].shape[1] if "Rz" in blocks else 0

@@ -21,7 +21,7 @@ from eomgen.spectra import PowerSpectrum
 Complex = NDArray[np.complex128]
 #: DrawnModes and coordinates in one figure: more of them cannot be told apart.
 _MODES, _COORDINATES = 12, 14
-#: Roots of neighbouring values are joined by a line where they are nearer than this part of the figure.
+#: Roots of neighbouring values are joined by a line if they are nearer than this part of the figure.
 _JUMP = 0.08
 #: Real parts are zero below this part of an eigenvalue.
 _ROUNDING = 1e-9
@@ -31,7 +31,7 @@ _WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: 
 
 
 class DrawnModes(ShownModes, Protocol):
-    """What is drawn of ``Modes``: see there."""
+    """Plotted fields of ``Modes``: see there."""
 
     @property
     def shapes(self) -> Complex: ...
@@ -42,7 +42,7 @@ class DrawnModes(ShownModes, Protocol):
 
 
 class DrawnRoots(Protocol):
-    """What is drawn of a ``RootLocus``: see there."""
+    """Plotted fields of a ``RootLocus``: see there."""
 
     @property
     def parameter(self) -> str: ...
@@ -53,7 +53,7 @@ class DrawnRoots(Protocol):
 
 
 class DrawnCrossing(Protocol):
-    """What is drawn of a ``Crossing``: see there."""
+    """Plotted fields of a ``Crossing``: see there."""
 
     @property
     def speed(self) -> float: ...
@@ -62,7 +62,7 @@ class DrawnCrossing(Protocol):
 
 
 class DrawnCampbell(Protocol):
-    """What is drawn of a ``Campbell``: see there."""
+    """Plotted fields of a ``Campbell``: see there."""
 
     @property
     def parameter(self) -> str: ...
@@ -221,7 +221,7 @@ def _roots(axis: Any, locus: DrawnRoots, unit: str) -> None:
     drawn = None
     for root in eigenvalues.T:
         upper = root.imag >= -tolerance
-        # where roots meet and part, a long line would show what is not there
+        # at roots that meet and part, a long line would suggest a branch that does not exist
         near = np.abs(np.diff(root)) <= _JUMP * extent
         for k in np.flatnonzero(near & upper[1:] & upper[:-1]):
             axis.plot(root.real[k : k + 2], root.imag[k : k + 2], color="#bbbbbb", linewidth=0.8, zorder=1)
@@ -404,5 +404,5 @@ def draw_spectra(spectra: Sequence[PowerSpectrum], title: str, path: Path) -> Pa
 
 
 def _ratio(over: str, under: str) -> str:
-    """Return the unit of a response; nothing where a unit is not known or both are the same."""
+    """Return the unit of a response; empty if a unit is not known or both are the same."""
     return f"{over} per {under}" if over and under and over != under else ""

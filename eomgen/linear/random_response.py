@@ -67,7 +67,7 @@ def root_mean_squares(
     Parameters
     ----------
     weightings : (outputs,) names of frequency weightings, or None
-    band : Hz; that of the excitation if none is given, its part where one is
+    band : Hz; the excitation's if none is given, else a part of it
 
     Raises
     ------

@@ -69,7 +69,7 @@ def root_locus(
     Raises
     ------
     EomgenError
-        What ``linearized`` raises, with the value at which it did.
+        Errors of ``linearized``, with the value at which it failed.
     """
     rows: list[Complex] = []
     stability: list[str] = []

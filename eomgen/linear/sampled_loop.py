@@ -1,7 +1,7 @@
 """The loop of a linear model and its sampled states, from one common period to the next.
 
-Between samples s' = A s + B z_s, and the sampled states z_s stay; at a sample those that are due take new values,
-level by level. The product of these matrices over a common period is that of a periodic system (Floquet; Francis and
+Between samples s' = A s + B z_s, and the sampled states z_s stay; at a sample the states that are due take new values,
+level by level. The product of these matrices over a common period is the monodromy matrix (Floquet; Francis and
 Georgiou, Stability theory for linear time-invariant plants with periodic digital controllers, IEEE Transactions on
 Automatic Control 33 (1988) 820).
 """
@@ -33,7 +33,7 @@ class SampledPart:
     Attributes
     ----------
     names : (n,)
-    places : (n,) where they are among all internal states
+    places : (n,) their indices among all internal states
     periods, offsets : (n,), s
     levels : (n,) in which order they are set at the same time
     by_q, by_v : (n, nv), by_z : (n, nz) of all internal states

@@ -1,8 +1,8 @@
 """Linear models from sample to sample: inputs are held, so the exponential of a matrix is exact.
 
-With delays the input that holds in a sample is first that of samples before, then the present one; what has been asked
+With delays the input that holds in a sample is first that of an earlier sample, then the present one; inputs asked for
 for and has not yet come into effect is state (K. J. Åström and B. Wittenmark, Computer-Controlled Systems, 3rd ed.
-1997, section 2.3). The integrals of a quadratic cost and of white noise over a sample are those of C. F. Van Loan
+1997, section 2.3). The integrals of a quadratic cost and of white noise over a sample follow C. F. Van Loan
 (Computing integrals involving the matrix exponential, IEEE Transactions on Automatic Control 23, 1978).
 """
 
@@ -30,7 +30,7 @@ _WAITING = 1000
 
 @dataclass(frozen=True)
 class Sampled:
-    """A linear model from sample to sample, and what happens within a sample.
+    """A linear model from sample to sample, and its equations within a sample.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
     ns, nu = space.B.shape
     nw = space.E.shape[1]
     waiting = whole + (part > 0.0)
-    # of [s, w, past inputs from the newest to the oldest, u]: what is at work first, and what from `part` on
+    # of [s, w, past inputs from the newest to the oldest, u]: inputs acting at first, and from `part` on
     newest = ns + nw
     asked = newest + waiting * nu
     size = asked + nu
@@ -141,7 +141,7 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
 
 
 def noise_over_a_sample(A: Array, intensity: Array, period: float) -> Array:
-    """Return the covariance of what white noise of an intensity (ns, ns), in sdot = A s + noise, adds in a sample."""
+    """Return the covariance added in a sample by white noise of an intensity (ns, ns), in sdot = A s + noise."""
     return _cost_over(A.T, intensity, period)
 
 

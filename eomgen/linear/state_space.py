@@ -44,13 +44,13 @@ class StateSpace:
     states : ``hinge``, ``ball[2]``: coordinates, left-trivialised; ``v.hinge``: velocities; ``z.name``: internal states
     inputs, disturbances, outputs : names of u, w, y
     units : for ``states``, ``inputs``, ``disturbances``, ``outputs`` the units of each, empty if they are not known
-    references : for the same what they are where the model is linear; changes count from there. Not a number where it
-        is not known
+    references : values of the same signals at the reference of the linear model; changes count from there. Not a number
+        if one is not known
     sample : time between two samples, s; None in continuous time
     input_delay : of a sampled model, from a sample to when inputs take effect, s
     waiting : the states that are inputs of samples before, each with the input and how many samples
-    orientations : of joints whose turns are on groups what q is where the model is linear: quaternion (w, x, y, z), and
-        a position behind it
+    orientations : of joints with rotation groups, q at the reference of the linear model: quaternion (w, x, y, z), and
+        a position after it
     """
 
     A: Array
@@ -94,7 +94,7 @@ class StateSpace:
         return units[getattr(self, kind).index(name)] if units else ""
 
     def reference(self, kind: str, name: str) -> float:
-        """Return what a signal of a kind is where the model is linear; not a number if that is not known."""
+        """Return a signal of a kind at the reference of the model; not a number if it is not known."""
         references = self.references.get(kind)
         return np.nan if references is None else float(references[getattr(self, kind).index(name)])
 
@@ -107,7 +107,7 @@ class StateSpace:
 
     @property
     def decay(self) -> float:
-        """Rate at which the slowest motion decays, 1/s; negative where one grows."""
+        """Rate at which the slowest motion decays, 1/s; negative if one grows."""
         if not len(self.A):
             return np.inf
         if self.sample is None:
@@ -117,7 +117,7 @@ class StateSpace:
 
     @property
     def stability(self) -> str:
-        """``stable`` where all motions decay, ``unstable`` where one grows, else ``marginal``."""
+        """``stable`` if all motions decay, ``unstable`` if one grows, else ``marginal``."""
         rate = 1.0 if self.sample is not None else float(np.max(np.abs(self.eigenvalues), initial=0.0))
         decay = self.decay if self.sample is None else self.decay * self.sample
         if decay > _ON_BORDER * rate or not len(self.A):
@@ -131,25 +131,25 @@ class StateSpace:
         ----------
         omega : (...), rad/s; of a sampled model the response from sample to sample
         input : name of an input or of a disturbance
-        output : name of an output of the scene (``name[k]`` where it has several components), or of a state
+        output : name of an output of the scene (``name[k]`` if it has several components), or of a state
 
         Returns
         -------
-        (...) complex: output = response e^(i omega t) where input = e^(i omega t)
+        (...) complex: output = response e^(i omega t) for input = e^(i omega t)
 
         Raises
         ------
         UsageError
-            There is no input or output of that name; names those that there are.
+            An unknown input or output; the message names the known ones.
         NumericalError
-            A frequency is that of a mode without damping, to machine precision.
+            A frequency equal to an undamped mode's, to machine precision.
         """
         return self.frequency_responses(omega, [input], [output])[..., 0, 0]
 
     def frequency_responses(self, omega: ArrayLike, inputs: Sequence[str], outputs: Sequence[str]) -> Complex:
         """Return the complex responses (..., outputs, inputs) at angular frequencies (...) in rad/s.
 
-        Names and errors are those of ``frequency_response``.
+        Names and errors as in ``frequency_response``.
         """
         if isinstance(omega, str):
             what = f"omega comes first, an array of rad/s, and {shown(omega)} is none"
@@ -168,12 +168,12 @@ class StateSpace:
         return np.asarray(left @ states + direct, dtype=complex)
 
     def output_rows(self, outputs: Sequence[str]) -> Array:
-        """Return the rows (outputs, ns) of C, and of the unit matrix where states are named."""
+        """Return the rows (outputs, ns) of C, and of the unit matrix for named states."""
         every = np.concatenate([self.C, np.eye(len(self.states))])
         return np.asarray(every[self._output_numbers(outputs)])
 
     def input_columns(self, inputs: Sequence[str], outputs: Sequence[str]) -> tuple[Array, Array]:
-        """Return the columns (ns, inputs) of B and E, and what passes directly to outputs (outputs, inputs)."""
+        """Return the columns (ns, inputs) of B and E, and the direct gains to outputs (outputs, inputs)."""
         columns = [_number("input or disturbance", name, (*self.inputs, *self.disturbances)) for name in inputs]
         rows = self._output_numbers(outputs)
         direct = np.concatenate([self.D, self.F], axis=1)

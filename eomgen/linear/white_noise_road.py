@@ -1,4 +1,4 @@
-"""Root mean squares on a road whose slope is white noise, in time: the road of exponent 2 without ends of its band.
+"""Root mean squares on a road with white noise as slope, in time: the road of exponent 2 with an unbounded band.
 
 Slopes of intensity W lead to the variance W int g(t)^2 dt, g being the output after a unit step of the road that each
 wheel meets when it gets there. Between these times g is C exp(A t) x + c, so that the integral is closed: the
@@ -31,7 +31,7 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
     UsageError
         An exponent other than 2, or a coherence between tracks that depends on frequency.
     ModelError
-        A mode does not decay, or the output follows the road's elevation, whose variance has no bound.
+        A mode does not decay, or the output follows the road's elevation, which has an unbounded variance.
     """
     road = excitation.road
     if road.exponent != 2.0 or road.long_exponent not in (None, 2.0):
@@ -46,7 +46,7 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
         raise ModelError(Problem(_PLACE, what, "rms over a band, which leaves slow modes out"))
     coherence = excitation.between_tracks(np.ones(1))[0]
     tracks, of_wheel = np.unique(coherence, axis=0, return_inverse=True)
-    # of each track one wheel, so that coherences of tracks are what is left
+    # of each track one wheel, so that only coherences of tracks remain
     first = [int(np.flatnonzero(of_wheel == k)[0]) for k in range(len(tracks))]
     steps = _Steps(space, excitation, output, [list(np.flatnonzero(of_wheel == k)) for k in range(len(tracks))])
     if steps.unbounded:

@@ -77,7 +77,7 @@ class CrossCovariance:
     Raises
     ------
     UsageError
-        By ``at``: where c G falls too slowly for the integral.
+        By ``at``: if c G falls too slowly for the integral.
     """
 
     covariance: Covariance
@@ -165,7 +165,7 @@ def _panels(borders: Array, widest: float) -> tuple[Array, Array]:
 
 
 def least_eigenvalue(coherences: Sequence[Sequence[Coherence | None]]) -> tuple[float, float]:
-    """Return the least eigenvalue of a matrix of coherences, over frequencies, and the frequency where it has it; None
+    """Return the least eigenvalue of a matrix of coherences over frequencies, and the frequency at which it is; None
     stands for none."""
     known = [one for row in coherences for one in row if one is not None]
     edges = np.array(sorted({edge for one in known for edge in one.edges}))

@@ -8,7 +8,7 @@ from eomgen.arrays import Array
 
 #: Projections at most; change by which they end.
 _PROJECTIONS, _SETTLED = 2000, 1e-12
-#: Least eigenvalue of what is returned, so that it has a Cholesky factor.
+#: Least eigenvalue of a returned matrix, so that it has a Cholesky factor.
 _LEAST = 1e-10
 
 

@@ -24,7 +24,7 @@ class Covariance(Protocol):
 
     Attributes
     ----------
-    smooth : whether R has all derivatives at lag 0; where it has not, samples of the process have a kink everywhere
+    smooth : whether R has all derivatives at lag 0; if not, samples of the process have a kink everywhere
     """
 
     @property
@@ -225,7 +225,7 @@ class SpectrumTable:
         mean, rise = 0.5 * (G[1:] + G[:-1]), 0.5 * np.diff(G)
         wave = 2.0 * math.pi * np.abs(np.asarray(lag))[..., np.newaxis]
         x = wave * half
-        # int_-1^1 u sin(x u) du / 2, by its series where the closed form cancels
+        # int_-1^1 u sin(x u) du / 2, by its series if the closed form cancels
         small = np.abs(x) < 0.1
         safe = np.where(small, 1.0, x)
         odd = np.where(small, x / 3.0 - x**3 / 30.0 + x**5 / 840.0, (np.sin(safe) - safe * np.cos(safe)) / safe**2)

@@ -4,9 +4,9 @@ The z_i are independent standard normal variables, lambda_i and phi_i the eigenv
 int_0^T R(t - s) phi(s) ds = lambda phi(t), the largest first. Of all expansions in as many variables this one has the
 largest part of the variance: the sum of its lambda_i over R(0) T.
 
-Nystrom's method with Gauss-Legendre nodes on equal panels gives them. Where R has a kink at lag 0 the integrand has one
+Nystrom's method with Gauss-Legendre nodes on equal panels gives them. If R has a kink at lag 0 the integrand has one
 at s = t; there the kernel is integrated on both sides of t against Lagrange's polynomials of the panel, so the
-eigenvalues converge as fast as those of smooth kernels. R is the same from both ends of the window, so every phi_i is
+eigenvalues converge as fast as with smooth kernels. R is the same from both ends of the window, so every phi_i is
 even or odd about its middle, and the two kinds are found apart: eigenvalues that lie side by side are of different
 kinds, and do not mix. Of R = s^2 exp(-abs(tau)/l) they are known in closed form (Ghanem and Spanos 1991).
 """
@@ -56,9 +56,9 @@ class Expansion:
     ----------
     duration : T, s or m
     eigenvalues : (n,), the largest first
-    total : R(0) T, the sum of all eigenvalues; of processes together, that of all of them
+    total : R(0) T, the sum of all eigenvalues; of joint processes, over all of them
     function : returns all phi_i (n, m) at times (m,) in the window
-    shares : int phi_i^2 dt, (n,): what each mode has in one of several processes, 1 in one alone
+    shares : int phi_i^2 dt, (n,): share of each mode in one of several processes, 1 in one alone
     repaired : by how much of its norm the covariance was changed, so that it is positive
     """
 
@@ -115,10 +115,10 @@ def expand_jointly(
     modes: int | None = None,
     repair: bool = False,
 ) -> list[Expansion]:
-    """Return the modes of processes with a matrix of covariances and cross covariances, those of each process.
+    """Return the modes of processes with a matrix of covariances and cross covariances, for each process.
 
     All have the same variables: g_p(t) = sum sqrt(lambda_i) phi_pi(t) z_i, the phi_i orthonormal over all processes
-    together, so eigenvalues, total and share are those of all of them.
+    together, so eigenvalues, total and share belong to all of them.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Correlation of translated processes X = T(g), and the Gaussian covariance that gives X a wanted one.
 
-With the Hermite coefficients c_k of T, whose argument is standard normal, the covariance of X at a lag where g has the
+With the Hermite coefficients c_k of T of a standard normal argument, the covariance of X at a lag at which g has the
 correlation r is sum over k from 1 on of c_k^2 k! r^k: smaller in size than r says, by the distortion of T.
 """
 
@@ -21,9 +21,9 @@ from eomgen.random_processes.covariance import Covariance, CovarianceTable
 BEYOND, _MAP_POINTS = 12.0, 401
 #: Hermite polynomials, and nodes of the rule that projects on them.
 _DEGREES, _NODES = 40, 160
-#: Correlations of g at which that of X is known, and lags at which it is inverted.
+#: Correlations of g at which the correlation of X is known, and lags at which it is inverted.
 _CORRELATIONS, _LAGS = 4001, 1025
-#: By how much an inverted correlation may be beyond what there is: rounding of the projection.
+#: Tolerated excess of an inverted correlation: rounding of the projection.
 _ROUNDING = 1e-9
 
 
@@ -47,7 +47,7 @@ def quantile_map(shares: Array, values: Array) -> tuple[Array, Array]:
 
 
 def translated_correlation(map_of: Callable[[Array], Array], correlation: Array) -> Array:
-    """Return the correlation of T(g) where g, standard normal, has a correlation, of any shape.
+    """Return the correlation of T(g), given a correlation of any shape of the standard normal g.
 
     References
     ----------

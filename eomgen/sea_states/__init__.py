@@ -1,3 +1,3 @@
-"""Spectra of seas, their components, and realisations by seed: what waves by particles and scenes share."""
+"""Spectra of seas, their components, and realisations by seed: shared by waves by particles and scenes."""
 
 __all__ = ["bound_waves", "components", "numbers", "spectra", "steepness"]

@@ -1,4 +1,4 @@
-"""Bound waves of second order at fixed places: what pairs of free waves make at the sums and differences of their
+"""Bound waves of second order at fixed places: contributions of pairs of free waves at sums and differences of their
 phases.
 
 With eta = eta1 + eta2 and a potential phi = phi1 + phi2 that is harmonic and has no flow through the bottom, the
@@ -26,7 +26,7 @@ MOST_URSELL = 0.1
 
 
 def beyond_second_order(vectors: Array, amplitude: Array, depth: float) -> str:
-    """Return what is said of waves over so shallow water, depth in m, that second order is not enough; empty if it
+    """Return a warning on waves over water of a depth in m that is too shallow for second order; empty if it
     is: A / (k^2 h^3) of all amplitudes together and of the wave number of the largest wave."""
     if not math.isfinite(depth) or not np.any(amplitude):
         return ""

@@ -1,4 +1,4 @@
-"""What numbers of seas have to be: one message for each that cannot be."""
+"""Conditions on numbers of seas: one message for each that is violated."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from eomgen.errors import Problem, UsageError
 
 
 def check_number(where: str, value: Any, unit: str = "", hint: str = "", *, above_zero: bool = False) -> None:
-    """Raise UsageError for what is no finite number, or is not above 0 if it has to be."""
+    """Raise UsageError unless a value is a finite number, and above 0 if it has to be."""
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -22,7 +22,7 @@ def check_number(where: str, value: Any, unit: str = "", hint: str = "", *, abov
 
 
 def check_whole(where: str, value: Any, least: int, most: int, hint: str = "") -> None:
-    """Raise UsageError for what is no whole number from ``least`` to ``most``."""
+    """Raise UsageError unless a value is a whole number from ``least`` to ``most``."""
     if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= int(value) <= most:
         said = f"{value:.6g}" if isinstance(value, float) else f"{value!r}"
         what = (

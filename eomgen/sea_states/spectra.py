@@ -18,7 +18,7 @@ from eomgen.random_processes import WAVES, standard_normals
 from eomgen.sea_states.components import STANDARD_GRAVITY, Components
 from eomgen.sea_states.numbers import check_number, check_whole
 
-#: Frequencies at which a spectrum is divided, in parts of that of its peak.
+#: Frequencies at which a spectrum is divided, in parts of the peak's.
 BAND = (0.5, 3.0)
 #: Wave lengths of the peak after which a sea of one direction repeats itself.
 REPEATED_AFTER = 32.0
@@ -73,7 +73,7 @@ class Jonswap:
 
 
 def _jonswap_shape(ratio: Array, peakedness: float) -> Array:
-    """Return the form of the spectrum over frequency in parts of that of the peak."""
+    """Return the form of the spectrum over frequency in parts of the peak frequency."""
     width = np.where(ratio <= 1.0, 0.07, 0.09)
     with np.errstate(under="ignore"):
         power = np.exp(-0.5 * ((ratio - 1.0) / width) ** 2)
@@ -175,7 +175,7 @@ class Spreading:
         return level * np.abs(np.cos(0.5 * (np.asarray(angle) - self.heading))) ** (2.0 * s)
 
     def shares(self) -> tuple[Array, Array]:
-        """Return directions and their shares of the energy: middles of equal sectors, without those at the back whose
+        """Return directions and their shares of the energy: middles of equal sectors, without those sectors whose
         density is below 1e-4 of the greatest."""
         half = 2.0 * math.acos(min(1.0, 1e-4 ** (1.0 / (2.0 * self.exponent))))
         angles = self.heading + half * (2.0 * np.arange(self.directions) + 1.0 - self.directions) / self.directions
@@ -261,11 +261,11 @@ def discretized(
     ----------
     length : float, m
         After which a sea of one direction repeats itself; 32 wave lengths of the peak by default.
-    band : lowest and highest frequency in parts of that of the peak
+    band : lowest and highest frequency in parts of the peak's
     spreading : Spreading
         Without one all waves run along ``heading`` (rad from x).
     height : float, m
-        Significant height that the components are scaled to; without one that of the spectrum within the band.
+        Significant height that the components are scaled to; by default the spectrum's within the band.
 
     Raises
     ------
@@ -357,7 +357,7 @@ def divided(
     itself, and few components resolve the peak.
 
     Each stands for the energy of its part of the band, at the mean frequency of that energy. Arguments other than
-    ``components`` are those of ``discretized``.
+    ``components`` are arguments of ``discretized``.
 
     Raises
     ------

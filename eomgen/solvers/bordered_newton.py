@@ -23,7 +23,7 @@ from eomgen.lie.product import Factor, update
 ITERATIONS, _LAST = 12, 1e-8
 #: Corrections below this size that no longer shrink are rounding.
 _ROUNDING = 1e-5
-#: What a singular matrix gets on its diagonal, as a part of its rows.
+#: Diagonal added to a singular matrix, as a part of its rows.
 _SHIFT = 1e-12
 
 
@@ -41,10 +41,10 @@ class Strains(Protocol):
         """Return their derivative by q, (m elements, nv)."""
 
     def doubt(self, d: Array) -> str:
-        """Return what makes strains meaningless, as an element that turns by half a turn; empty if nothing does."""
+        """Return why strains are meaningless, such as an element that turns by half a turn; empty if none is."""
 
     def geometric(self, q: Array, d: Array, derivative: csr_array, forces: Array) -> csc_array:
-        """Return what section forces (elements, m) add to the stiffness, (nv, nv)."""
+        """Return the stiffness (nv, nv) by section forces (elements, m)."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Rest:
 
 @dataclass(frozen=True)
 class Balance:
-    """What is not balanced: residual (nv,), constraints (rows,), rates of internal states (nz,)."""
+    """Unbalanced quantities: residual (nv,), constraints (rows,), rates of internal states (nz,)."""
 
     residual: Array
     constraint: Array
@@ -88,10 +88,10 @@ class LoadedStatics:
     Attributes
     ----------
     factors : of the configuration
-    sizes : (nv,) what components of a displacement are measured by: 1 rad, or the scene's length
-    reach : what the load factor is measured by
-    balance(rest), tangents(rest), by_factor(rest) : what is unbalanced, its partials, its derivative by s
-    followed(q, s) : q with what it counts over turns brought to where its poses are
+    sizes : (nv,) scales of components of a displacement: 1 rad, or the scene's length
+    reach : scale of the load factor
+    balance(rest), tangents(rest), by_factor(rest) : unbalanced quantities, their partials, their derivative by s
+    followed(q, s) : q with its counted turns brought to its poses
     strains(s) : of stiff elements; None if there are none
     mass(rest) : (nv, nv) sparse
     """
@@ -117,7 +117,7 @@ class Direction:
 
 @dataclass(frozen=True)
 class Corrected:
-    """Where Newton's corrections end, the displacement from the start, (nv,), and how many they were.
+    """Result of Newton's corrections, the displacement from the start, (nv,), and their number.
 
     ``trouble`` says why they do not converge; empty if they do.
     """
@@ -129,7 +129,7 @@ class Corrected:
 
 
 def weights(statics: LoadedStatics, rest: Rest) -> Array:
-    """Return what the squares of unknowns are multiplied by in lengths of paths: of multipliers zero."""
+    """Return the weights of squares of unknowns in lengths of paths: zero of multipliers."""
     nv = len(statics.sizes)
     of_q = 1.0 / (statics.sizes**2 * max(nv, 1))
     return np.concatenate([of_q, np.zeros(len(rest.multipliers) + len(rest.z))])

@@ -58,9 +58,9 @@ def linear_buckling(statics: LoadedStatics, rest: Rest, count: int) -> tuple[Arr
 
 
 def half_way(statics: LoadedStatics, rest: Rest, factor: float) -> float | None:
-    """Return which change of the load factor is told half way to one that ``linear_buckling`` tells, the nearest to it.
+    """Return the change of the load factor predicted half way to one by ``linear_buckling``, the nearest to it.
 
-    Where the structure keeps its shape both are the same. None if half way there is no rest, or none is told.
+    If the structure keeps its shape both are the same. None if half way there is no rest, or no prediction.
     """
     onwards = direction(statics, rest, held_factor(statics, rest))
     if onwards is None or onwards.s == 0.0:

@@ -36,9 +36,9 @@ MAX_ITERATIONS = 50
 _PATIENCE = 4
 #: Part of the strain energy below which changes are rounding.
 _SAME = 1e-12
-#: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to.
+#: Rounding errors of a row, in units of the last place of the sum of magnitudes of its summands.
 ROUNDING = 4.0
-#: What the names of equations say by which beams do not stretch, behind that of the beam.
+#: Suffix of the names of equations by which beams do not stretch, after the beam's name.
 _NO_STRETCH = ": no stretch of element "
 
 
@@ -52,7 +52,7 @@ class Assembly:
 
     Attributes
     ----------
-    violations : mapping from row to what it was off by in the guess, where that is more than round-off
+    violations : mapping from row to its violation in the guess, if that is more than round-off
     rate_violations : the same for the rates of the rows, at the corrected position
     deviations : a sentence for each row that the state does not meet either, by so little that it is no contradiction
     extent : m, of the largest that a row joins
@@ -222,7 +222,7 @@ def consistent_position(system: Constrained, q: Array, t: float) -> tuple[Array,
         summands = np.maximum(rows.size[: system.holonomic], np.finfo(float).tiny)
         size = np.abs(violation) / summands / EPSILON
         met = np.abs(violation) <= rows.limits
-        # row by row: summands may cancel to nothing in one of them, which rounding is any part of then
+        # row by row: in one of them the summands may cancel, and any part is rounding then
         if np.all((size <= ROUNDING) | (met & (size >= 0.5 * best))):
             return q, iteration
         best = np.minimum(best, size)
@@ -259,7 +259,7 @@ def _contradiction(
 
 
 def _lengths(names: Sequence[str], left: Array, limits: Array) -> list[tuple[str, str]]:
-    """Return what beams that do not stretch would have to do to close their loops, and what to try."""
+    """Return the strains that inextensible beams would need to close their loops, and a remedy."""
     by_beam: dict[str, float] = {}
     for name, value, limit in zip(names, left, limits, strict=False):
         beam, is_stretch, _ = name.partition(_NO_STRETCH)

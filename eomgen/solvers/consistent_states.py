@@ -1,6 +1,6 @@
 """Consistent positions and velocities of many samples at once, by the steps of ``consistency``.
 
-What a sample is corrected by, and when it is done, follows from its own numbers alone; samples that are done wait.
+The correction of a sample, and its end, follow from its own numbers alone; samples that are done wait.
 Corrections of least kinetic size are by singular values here, so last digits differ from those of ``consistency``.
 """
 
@@ -54,7 +54,7 @@ class ConsistentStates(NamedTuple):
     Attributes
     ----------
     q, v : (n, nq), (n, nv)
-    met : (n,) whether they are; others are to be looked at by ``consistency``, which finds words for what is wrong
+    met : (n,) whether they are; ``consistency`` examines the others and words their faults
     """
 
     q: Array
@@ -82,7 +82,7 @@ class _Rows:
         self.metric = self._factored(mass)
 
     def _factored(self, mass: Array) -> Array:
-        """Return L of M = L L^T; samples with coordinates that nothing resists are not defined here."""
+        """Return L of M = L L^T; samples with coordinates without inertia are not defined here."""
         try:
             return np.asarray(np.linalg.cholesky(mass))
         except np.linalg.LinAlgError:
@@ -95,7 +95,7 @@ class _Rows:
 
     @property
     def scale(self) -> Array:
-        """What violations of the rows are measured by, (n, rows)."""
+        """Scales of violations of the rows, (n, rows)."""
         return np.where(self.lengths, self.extent, 1.0)
 
     @property
@@ -192,6 +192,6 @@ def _times(matrices: Array, vectors: Array) -> Array:
 
 
 def _spread(factors: Sequence[Factor], q: Array) -> Array:
-    """Return how far apart bodies that move freely are, (n,) in m."""
+    """Return the distance between bodies that move freely, (n,) in m."""
     places = [q[:, factor.q][:, 4:] for factor in factors if factor.group == "SE3"]
     return np.asarray(np.ptp(places, axis=0).max(axis=1)) if places else np.zeros(len(q))

@@ -1,8 +1,8 @@
-"""Constraint equations at one configuration: their Jacobian in the metric of the kinetic energy, and what they are
-measured by.
+"""Constraint equations at one configuration: their Jacobian in the metric of the kinetic energy, and their
+scales.
 
-Nothing here is measured by an absolute number: a row is held against what its own summands add up to, which rounding is
-a few digits below, and against what it can be, the extent of what it closes. So units of length and of time, and the
+No absolute number is a scale here: a row is compared with the sum of magnitudes of its summands, with rounding
+a few digits below, and with its largest possible value, the extent of the joined bodies. So units and the
 place of a machine, make no difference.
 """
 
@@ -21,22 +21,22 @@ from eomgen.lie.product import Factor, update
 from eomgen.solvers.beams import Beams
 
 EPSILON = float(np.finfo(float).eps)
-#: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to, where they can
+#: Rounding errors of a row, in units of the last place of the sum of magnitudes of its summands, if they can
 #: be no more.
 WORST_ROUNDING = 1e4
 #: Violations above this part of the extent are a contradiction, axes and lengths being given to six digits or more;
-#: what a guess was off by is told above the second.
+#: the violation of a guess is reported above the second.
 CONTRADICTION, REPORTED = 1e-6, 1e-10
-#: A row that is new by less than this part of what a row of its kind can be here is redundant: lengths and axes that
+#: A row that is new by less than this part of the norm of a row of its kind here is redundant: lengths and axes that
 #: are meant to fit are given to so many digits.
 REDUNDANT = 1e-6
-#: What is left of a row that vanishes but for rounding, in units of the last place of its summands: at most, and as a
+#: Residual of a row that vanishes up to rounding, in units of the last place of its summands: at most, and as a
 #: rule.
 VANISHING, VANISHED = 4096.0, 64.0
 #: Singular values of B, its rows weighed, below this part of the largest belong to rows that follow from others:
-#: corrections leave such directions alone, which can be moved along but change nothing to first order.
+#: corrections leave such directions alone: motions along them change constraints only to second order.
 SINGULAR = 3e-5
-#: Pivots of M, scaled to a unit diagonal, that make up for coordinates that nothing resists here.
+#: Pivots of M, scaled to a unit diagonal, that make up for coordinates without inertia here.
 _RESISTANCE = 1e-14
 #: So many rows are listed in a message.
 LISTED = 5
@@ -54,8 +54,8 @@ class Constrained:
     angular : (nv,) whether a velocity component turns something
     constraint(q, t) -> (holonomic,), velocity(q, v, t) -> (rows,), jacobian(q, t) -> (rows, nv), mass(q) -> (nv, nv)
     sizes(q, t) -> (rows,), (rows,)
-        What the magnitudes of the summands of each row add up to, in its unit (m at velocity level), and the extent of
-        what it joins, m: what turning may move it by.
+        Sum of magnitudes of the summands of each row, in its unit (m at velocity level), and the extent of
+        the joined bodies, m: the largest displacement by rotation.
     move(q, step) -> (nq,)
         Moves a configuration by a step (nv,); None: by the exponential of each factor.
     beams : geometrically exact beams, which corrections strain only if necessary; None if the system has none
@@ -100,13 +100,13 @@ class Constrained:
 
 
 def _spread(factors: Sequence[Factor], q: Array) -> float:
-    """Return how far apart bodies that move freely are, m, which frames at their origins do not tell."""
+    """Return the distance between bodies that move freely, m, which frames at their origins do not show."""
     places = [q[factor.q][4:] for factor in factors if factor.group == "SE3"]
     return float(np.max(np.ptp(places, axis=0))) if places else 0.0
 
 
 def split_sizes(values: Array) -> tuple[Array, Array]:
-    """Return what ``constraint_size`` gives, one array after the other, as ``Constrained.sizes`` does."""
+    """Return the results of ``constraint_size``, one array after the other, as ``Constrained.sizes`` does."""
     rows = len(values) // 2
     return values[:rows], values[rows:]
 
@@ -116,8 +116,8 @@ EveryRow = Callable[[Array], "Constrained"]
 
 
 class Rows:
-    """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and what they are measured
-    by."""
+    """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and their
+    scales."""
 
     def __init__(self, system: Constrained, q: Array, t: float) -> None:
         self.holonomic = system.holonomic
@@ -125,10 +125,10 @@ class Rows:
         self.angular = system.angular
         self.size, extent = system.sizes(q, t)
         spread = _spread(system.factors, q)
-        if spread:  # frames at origins of free bodies have no extent but that of rounding
+        if spread:  # frames at origins of free bodies have no extent except rounding
             extent = np.where(extent > WORST_ROUNDING * EPSILON * np.maximum(self.size, spread), extent, 0.0)
         self.machine = machine = float(np.max(extent, initial=0.0)) or spread or 1.0
-        # what a row joins may lie at one place but for what is no contradiction; then it is met by motions of the whole
+        # bodies joined by a row may coincide up to a tolerated contradiction; then it is met by motions of the whole
         # machine
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
         self.lengths = np.array([unit != "1" for unit in system.units], dtype=bool)
@@ -136,7 +136,7 @@ class Rows:
 
     @property
     def scale(self) -> Array:
-        """What violations of the rows are measured by, in their units."""
+        """Scales of violations of the rows, in their units."""
         return np.where(self.lengths, self.extent, 1.0)
 
     @property
@@ -153,7 +153,7 @@ class Rows:
         )
 
     def lever(self, row: int) -> float:
-        """Return by how much turning moves what a row measures, in m per rad; 0 for rows of angles."""
+        """Return the change of a row by rotation, in m per rad; 0 for rows of angles."""
         return float(np.max(np.abs(self.B[row][self.angular]), initial=0.0)) if self.lengths[row] else 0.0
 
     def atlong_lever(self, row: int) -> bool:
@@ -167,7 +167,7 @@ class Rows:
 
     @cached_property
     def metric(self) -> Array:
-        """L of M = L L^T; coordinates that nothing resists at this configuration are given a trifle of inertia."""
+        """L of M = L L^T; coordinates without inertia at this configuration are given a small inertia."""
         try:
             return np.asarray(np.linalg.cholesky(self._mass))
         except np.linalg.LinAlgError:
@@ -184,38 +184,38 @@ class Rows:
 
     @cached_property
     def _speeds(self) -> Array:
-        """Squares of what a unit of kinetic energy lets each velocity component be, (nv,)."""
+        """Squares of the velocity components of unit kinetic energy, (nv,)."""
         return np.asarray(np.sum(np.linalg.inv(self.metric) ** 2, axis=0))
 
     def _entries(self, scale: Array) -> Array:
-        """Return what entries of B are where a row has a scale: that per radian; per metre, 1 or what turns by it."""
+        """Return entries of B for a row with a scale: per radian; per metre, 1 or the lever of rotation."""
         reach = np.where(self.extent > 0.0, self.extent, 1.0)
         return np.where(self.angular, scale[:, np.newaxis], (np.where(self.lengths, 1.0, 1.0 / reach))[:, np.newaxis])
 
     @cached_property
     def possible(self) -> Array:
-        """What entries of B can be here, (rows, nv)."""
+        """Largest possible entries of B here, (rows, nv)."""
         return np.maximum(self._entries(self.scale), np.abs(self.B))
 
     @cached_property
     def _of_summands(self) -> Array:
-        """What the magnitudes of the summands of entries of B add up to at most, (rows, nv)."""
+        """Largest sums of magnitudes of the summands of entries of B, (rows, nv)."""
         return np.maximum(self._entries(np.maximum(self.scale, self.size)), np.abs(self.B))
 
     @cached_property
     def vanishing(self) -> Array:
-        """Lengths of weighed rows that are rounding and nothing else, (rows,)."""
+        """Lengths of weighed rows that are only rounding, (rows,)."""
         return np.asarray(VANISHING * EPSILON * np.sqrt(self._of_summands**2 @ self._speeds))
 
     def hides(self, row: int, rest: Array) -> bool:
-        """Return whether what is left of a weighed row may be new or rounding: rows made of places far away."""
+        """Return whether the residual of a weighed row may be new or rounding: rows made of places far away."""
         length, vanishing = float(np.linalg.norm(rest)), float(self.vanishing[row])
         new = max(REDUNDANT * float(self.natural[row]), vanishing * VANISHED / VANISHING)
         return new < length <= vanishing
 
     @cached_property
     def natural(self) -> Array:
-        """Lengths that weighed rows can have: those with entries as large as their kind allows, where they have any,
+        """Possible lengths of weighed rows: of rows with entries as large as their kind allows, if they have any,
         (rows,)."""
         there = np.abs(self.B) > VANISHING * EPSILON * self._of_summands
         return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self._speeds))
@@ -255,12 +255,12 @@ def _jacobian(system: Constrained, q: Array, t: float) -> Array:
     return B
 
 
-#: What to try where turning moves a row far more than what it joins measures.
+#: Remedy if rotation moves a row far more than the size of the joined bodies.
 NEARER_FRAMES = "the two frames of the constraint near each other, or its first and second exchanged"
 
 
 def long_lever(rows: Rows, names: Sequence[str], row: int) -> str:
-    """Return in words that turning moves a row far more than what it joins measures."""
+    """Return in words that rotation moves a row far more than the size of the joined bodies."""
     text = f"turning moves {names[row]} by {rows.lever(row):.3g} m per rad"
     return (
         f"{text}, where what it joins measures {rows.extent[row]:.3g} m" if rows.lever(row) > rows.extent[row] else text

@@ -4,8 +4,8 @@ With damping that is large and in proportion to the inertias, a motion follows t
 of unit kinetic energy q' = -imbalance(q, z), and internal states follow their own equations meanwhile, c times as fast
 as that time runs, c = 2 omega of the stiffest mode. That motion is followed by exponential Rosenbrock steps of order 3
 with an embedded one of order 2 (Hochbruck and Ostermann 2010), which are exact for linear forces: stiff modes cost
-nothing, unstable ones are left as fast as they grow, and close to rest a step is Newton's. Their error is what forces
-do over a step that is not linear, and is a tenth of the step at most, so the path stays in the basin.
+no steps, unstable ones are left as fast as they grow, and close to rest a step is Newton's. Their error comes from
+nonlinear forces over a step, and is a tenth of the step at most, so the path stays in the basin.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ MAX_STEPS = 300
 _ERROR, _CORRECTED = 0.1, 0.01
 #: By how much the largest component is moved off an unstable equilibrium: rad, or parts of the scene's length.
 _NUDGE = 1e-3
-#: Time of a step times the largest stiffness: of the first, and where steps become Newton's.
+#: Time of a step times the largest stiffness: of the first, and of the change to Newton's.
 _FIRST, _LAST = 0.1, 1e8
 #: The same time if there is neither stiffness nor rate, s^2.
 _FREE = 1e-6
-#: A motion that has gone so many lengths of the scene is held by nothing.
+#: A motion longer than so many lengths of the scene is not held.
 _FAR = 1e6
 #: A step below this part of the way that is not accurate crosses a jump of the forces.
 _TINY = 1e-9
@@ -76,7 +76,7 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
 
 @dataclass
 class _Pace:
-    """How a motion gets on: time of the next step, 0 if nothing is known of it, the way so far in lengths, and
+    """Progress of a motion: time of the next step, 0 if it is unknown, the way so far in lengths, and
     kinetic."""
 
     time: float = 0.0
@@ -118,7 +118,7 @@ class _Linear:
         return _phi(self.J, self.f, time, 1) / self.scale
 
     def error(self, change: Array, reached: Point, time: float) -> tuple[Array, Array]:
-        """Return what forces that are not linear add to a change, and the rates of the changes where it leads."""
+        """Return the addition of nonlinear forces to a change, and the rates of the changes at its end."""
         free = len(self.point.imbalance)
         there = np.concatenate([self.point.dual @ reached.acceleration, self.rate * reached.rates])
         bent = self.scale * there - self.f - self.J @ (self.scale * change)
@@ -139,7 +139,7 @@ def _linear(point: Point, slower: float) -> _Linear:
 
 
 def _step(statics: Statics, point: Point, pace: _Pace, slower: float) -> Point | None:
-    """Return the next point; None if no step is small enough, for forces jump and hold the motion where they do."""
+    """Return the next point; None if no step is small enough, since forces jump and hold the motion at the jump."""
     linear = _linear(point, slower)
     fastest = linear.fastest
     time = pace.time or (_FIRST / fastest if fastest > 0.0 else _FREE)
@@ -191,7 +191,7 @@ def _phi(J: Array, f: Array, time: float, order: int) -> Array:
 
 
 def _gone(statics: Statics, point: Point, change: Array) -> float:
-    """Return how far a change goes, in lengths of the scene; turns are looked at elsewhere."""
+    """Return the length of a change, in lengths of the scene; rotations are judged elsewhere."""
     if not np.all(np.isfinite(change)):
         return np.nan
     increment = point.basis @ change[: len(point.imbalance)]

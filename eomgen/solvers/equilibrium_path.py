@@ -1,6 +1,6 @@
 """Equilibria along a load factor: steps of arc length, past limit points, with step control (Keller 1977).
 
-A step goes along the tangent of the path and is corrected across it. It is taken where corrections are few and small
+A step goes along the tangent of the path and is corrected across it. It is taken if corrections are few and small
 beside the step, and the path does not turn much meanwhile, so that no step leaps to another path.
 """
 
@@ -138,7 +138,7 @@ def _longest(statics: LoadedStatics, point: PathPoint, limits: StepLimits) -> fl
 
 
 def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float = np.inf) -> PathPoint | str:
-    """Return the next point after a way, at the target where that comes first; or why there is none."""
+    """Return the next point after a way, at the target if that comes first; or the reason for which there is none."""
     along, start = point.direction, point.rest
     left = (target - start.s) / along.s if along.s != 0.0 and np.isfinite(target) else np.inf
     ends = 0.0 < left <= 1.001 * way

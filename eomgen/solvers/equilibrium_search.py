@@ -1,4 +1,4 @@
-"""Where rest is looked for: a damped motion first, and Newton's paths from where it lingers on the way."""
+"""Order of searches for rest: a damped motion first, and Newton's paths from slow points on its way."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from eomgen.solvers.damped_motion import follow_damped_motion
 from eomgen.solvers.newton_path import follow_newton
 from eomgen.solvers.statics import Search, Statics, examine
 
-#: By how much internal states follow a damped motion more slowly, where it does not settle with those that follow at
+#: Factor by which internal states follow a damped motion more slowly, if it does not settle with states that follow at
 #: once.
 _SLOWER = (1.0, 100.0)
-#: Measures where a damped motion lingers from which Newton's path is followed, too.
+#: Slow points of a damped motion from which Newton's path is followed, too.
 _LINGERING = 4
 #: Ways of a damped motion, in rad or lengths of the scene, from which on it may have left an equilibrium at its start,
-#: and how much nearer that is than where it settles.
+#: and the ratio by which that is nearer than the settled point.
 _LONG, _NEARER = 0.5, 0.05
 
 
 def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tuple[Search, Search | None]:
-    """Return where a damped motion from q, z comes to, and the nearest rest that was found; None if none was.
+    """Return the end of a damped motion from q, z, and the nearest rest that was found; None if none was.
 
-    Newton's paths are followed where the damped motion does not settle, or rest of ``any_kind`` will do: unstable too.
+    Newton's paths are followed if the damped motion does not settle, or rest of ``any_kind`` will do: unstable too.
     Distances are measured by the kinetic energy that gets there in unit time.
     """
     damped = _by_damped_motion(statics, q, z)
@@ -63,7 +63,7 @@ def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
 
 
 def _by_newton(statics: Statics, z: Array, damped: Search) -> list[Search]:
-    """Return where Newton's path leads from the start, and from where the motion lingers on the way to rest."""
+    """Return the ends of Newton's paths from the start, and from slow points of the motion on its way to rest."""
     path = [*damped.path, damped.point.q]
     forces = [examine(statics, q, z).force for q in path] if not len(z) else []
     slow = [k for k in range(1, len(forces) - 1) if forces[k - 1] > forces[k] < forces[k + 1]]

@@ -1,6 +1,7 @@
 """Which columns of a matrix are independent, taken from the left, and the others as combinations of these.
 
-Orthogonalisation with a second pass (Giraud, Langou and Rozloznik 2005) tells what of a column none before it has.
+Orthogonalisation with a second pass (Giraud, Langou and Rozloznik 2005) gives the part of a column outside the span of
+earlier ones.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from eomgen.arrays import Array
 
 #: Part of a column that is rounding, and how much more of a column must be its own than of any that is left out.
 ROUNDING, GAP = 1e-10, 1e3
-#: Coefficients are decimal numbers of so many digits, or fractions, where they differ from these by rounding alone.
+#: Coefficients are decimal numbers of so many digits, or fractions, if they differ from these by rounding alone.
 _DIGITS, _DENOMINATOR = 10, 360
 _SAME = 1e-11
 
@@ -47,7 +48,7 @@ def independent_columns(A: Array) -> IndependentColumns:
     Raises
     ------
     NoGap
-        What distinguishes some columns is near rounding.
+        The difference of some columns is near rounding.
     """
     size = np.linalg.norm(A, axis=0)
     present = np.flatnonzero(size > ROUNDING * np.max(size, initial=0.0))

@@ -1,7 +1,7 @@
-"""Load steps: what is unbalanced at the start is held by forces of constant direction, which are taken away along a
+"""Load steps: unbalanced forces at the start are held by forces of constant direction, which are removed along a
 path.
 
-If nothing is loaded at the start, that is the same as applying dead loads step by step: the factor s of what acts
+If nothing is loaded at the start, that is the same as applying dead loads step by step: the factor s of the loads
 goes from 0 to 1. Forces that hold are constant in the axes of the base, so components of bodies that turn change.
 """
 

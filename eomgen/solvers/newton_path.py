@@ -22,7 +22,7 @@ _SHORTEST = 1e-4
 
 
 def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
-    """Return where Newton's path from q and z leads.
+    """Return the end of Newton's path from q and z.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
 
 
 def _part(statics: Statics, point: Point, change: Array, share: float) -> tuple[Point | None, float]:
-    """Return the point after a part of Newton's step, from where a step with the same partials is smaller, and the
+    """Return the point after a part of Newton's step, at which a step with the same partials is smaller, and the
     part."""
     while share > _SHORTEST:
         reached = moved(statics, point, share * change)

@@ -26,8 +26,8 @@ class Redundancy:
 
     Attributes
     ----------
-    dependent : rows that follow from those before them
-    hardly : rows that nearly do, and how much of them is new, as a part of what such rows can be
+    dependent : rows that follow from earlier rows
+    hardly : rows that nearly do, and their new part, relative to the norm of such rows
     """
 
     dependent: tuple[int, ...]
@@ -39,11 +39,11 @@ def redundancy(
 ) -> Redundancy:
     """Return the rows that follow from others, at the given and at nearby consistent configurations.
 
-    Rows are taken in order: the first to say something is kept. Those of which little is new wait until the others are
+    Rows are taken in order: the first to add a condition is kept. Rows with a small new part wait until the others are
     through, and are then taken by how much it is. A row that is dependent at one configuration only (a singular
-    position) is no redundant row. What is left of a row is held against what a row of its kind can be there, and
-    against rounding, never against the row itself: one that vanishes but for rounding says nothing. ``rows``: those
-    looked at, all by default.
+    position) is no redundant row. The new part of a row is compared with a row of its kind there, and
+    with rounding, never with the row itself: a row that vanishes up to rounding adds no condition. ``rows``: examined
+    rows, all by default.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def redundancy(
         return [_remainder(at.weighed[row], basis) for at, basis in zip(at_configurations, bases, strict=True)]
 
     def news(row: int, left: Sequence[Array]) -> list[float]:
-        """Return which part of a row is new, place by place, 0 if that is nothing."""
+        """Return the relative new part of a row, place by place, 0 if there is none."""
         parts = []
         for at, rest in zip(at_configurations, left, strict=True):
             length, natural = float(np.linalg.norm(rest)), float(at.natural[row])
@@ -157,7 +157,7 @@ def _nearby(system: Constrained, q: Array, t: float, count: int) -> list[Array]:
 
 
 def _remainder(row: Array, basis: Sequence[Array]) -> Array:
-    """Return what of a row the basis does not span (Gram-Schmidt, twice for accuracy)."""
+    """Return the part of a row outside the span of the basis (Gram-Schmidt, twice for accuracy)."""
     if not basis:
         return row
     Q = np.array(basis)
@@ -166,7 +166,7 @@ def _remainder(row: Array, basis: Sequence[Array]) -> Array:
 
 
 def left_over(system: Constrained, q: Array, rows: Sequence[int], t: float = 0.0) -> dict[int, float]:
-    """Return what the given rows are off by at a configuration, where that is more than rounding."""
+    """Return the violations of given rows at a configuration, if they are more than rounding."""
     violation, limits = system.constraint(q, t), REPORTED * Rows(system, q, t).scale
     return {row: float(violation[row]) for row in rows if row < system.holonomic and abs(violation[row]) > limits[row]}
 
@@ -183,12 +183,12 @@ def check_left_out(
     system : Constrained
         With all its rows.
     left_out : names of rows
-    at : where, in words: the parameters at which this is so
+    at : in words: the parameters at which this is so
 
     Raises
     ------
     ModelError
-        Rows that are not met, or would be held by nothing if the state moves on.
+        Rows that are violated, or would not be held by any motion.
     """
     rows = [number for number, name in enumerate(system.names) if name in left_out]
     there = Rows(system, q, t)

@@ -1,8 +1,8 @@
 """Statics on a product of Lie groups: balanced forces, satisfied constraints, constant internal states.
 
-In coordinates scaled by the roots of the inertias and reduced to what the constraints leave free, stiffnesses are
-squared angular frequencies and unbalanced forces are accelerations. Here is what is known at a configuration, and when
-that is rest; ``damped_motion`` (where a heavily damped motion comes to) and ``newton_path`` (where Newton's path leads,
+In coordinates scaled by the roots of the inertias and reduced to directions left free by constraints, stiffnesses are
+squared angular frequencies and unbalanced forces are accelerations. This module has the quantities at a configuration,
+and the criterion of rest; ``damped_motion`` (end of a heavily damped motion) and ``newton_path`` (end of Newton's path,
 stable or not) go there, and ``equilibrium_search`` decides between them.
 
 No number here has a unit of its own: lengths are measured by the scene's, forces by its weight and by the largest met
@@ -24,9 +24,9 @@ from eomgen.lie.product import Factor, update
 LARGEST_TURN = 0.5
 #: Unbalanced forces and rates below this part of the largest are none; round-off of stiff systems is allowed on top.
 BALANCED = 1e-11
-#: Violations of constraints below this part of what moving by the scene's length would make of them are none.
+#: Violations of constraints below this part of the change by moving the scene's length are none.
 MET = 1e-10
-#: Eigenvalues of the stiffness below this part of the largest are zero: nothing opposes their directions.
+#: Eigenvalues of the stiffness below this part of the largest are zero: no force opposes their directions.
 SOFT = 1e-11
 #: Corrections after which Newton's steps do no better, and the part of the scene's length that they may move.
 _POLISHES, _POLISH = 5, 1e-3
@@ -47,8 +47,8 @@ class Statics:
     stiffness(q, lam, z) : left-trivialised derivative of r by q
     rates(q, z) : zdot
     couplings(q, z) : derivatives of r by z, of zdot by q, and of zdot by z
-    followed(q) : q with what it counts over turns brought to where its poses are
-    length : m, what coordinates in m are measured by: the scene's largest
+    followed(q) : q with its counted turns brought to its poses
+    length : m, scale of coordinates in m: the scene's largest
     gravity : m/s^2
     total : kg, the scene's mass
     """
@@ -75,28 +75,28 @@ class Statics:
 
     @property
     def sizes(self) -> Array:
-        """(nv,) what the components of a displacement are measured by: 1 rad, or the scene's length."""
+        """(nv,) scales of the components of a displacement: 1 rad, or the scene's length."""
         return np.where(self.turning, 1.0, self.length)
 
 
 @dataclass(frozen=True)
 class Point:
-    """What is known where the system rests.
+    """Quantities at a configuration of rest.
 
     Attributes
     ----------
     q, z, lam : configuration, internal states, multipliers of least size
-    residual : (nv,) r with the multipliers; what is left of it only the constraints' own directions carry
+    residual : (nv,) r with the multipliers; its remainder is along the constraints' own directions
     basis : (nv, free) velocities that the constraints leave free, of unit kinetic energy each
-    dual : (free, nv) what gives a velocity's components along the basis
+    dual : (free, nv) maps a velocity to its components along the basis
     imbalance : (free,) forces along the basis
     stiffness : (free, free) along the basis: squared angular frequencies
     violation : (holonomic,) of the constraints
     correction : (nv,) increment that removes it to first order
     rates : (nz,) of the internal states
     couplings : of the basis and of the internal states
-    noise : of the imbalance, its root sum of squares: what rounding the terms makes of forces that cancel
-    rate_noise, row_sizes : (nz,) the same of the rates, and (holonomic,) what the rows of constraints are measured by
+    noise : of the imbalance, its root sum of squares: rounding of terms of forces that cancel
+    rate_noise, row_sizes : (nz,) the same of the rates, and (holonomic,) the scales of the rows of constraints
     """
 
     q: Array
@@ -123,7 +123,7 @@ class Point:
 
     @property
     def force(self) -> float:
-        """What is unbalanced, in N / kg^(1/2): the root of the sum of squares along the basis."""
+        """The imbalance, in N / kg^(1/2): the root of the sum of squares along the basis."""
         return float(np.linalg.norm(self.imbalance))
 
     @property
@@ -155,7 +155,7 @@ class Point:
 
     @property
     def scale(self) -> Array:
-        """(free + nz,) what makes changes along the basis and of z comparable, as far as these push."""
+        """(free + nz,) factors that make changes along the basis and of z comparable, as far as these push."""
         pushes = self.pushes
         return np.concatenate([np.ones(len(self.imbalance)), np.where(pushes > 0.0, pushes, 1.0)])
 
@@ -167,7 +167,7 @@ class Point:
 
 @dataclass
 class Largest:
-    """The largest forces and rates of a search, by which what is left of them is judged."""
+    """The largest forces and rates of a search, the scales of the remaining ones."""
 
     force: float
     rates: Array
@@ -177,7 +177,7 @@ class Largest:
         self.rates = np.maximum(self.rates, np.abs(point.rates))
 
     def balanced(self, point: Point) -> bool:
-        """Return whether nothing is left but round-off."""
+        """Return whether only round-off remains."""
         return bool(
             point.force <= BALANCED * self.force + point.noise
             and np.all(np.abs(point.rates) <= BALANCED * self.rates + point.rate_noise)
@@ -187,7 +187,7 @@ class Largest:
 
 @dataclass(frozen=True)
 class Search:
-    """Where a search ended, whether that is balanced, how many steps it took, and configurations on the way."""
+    """End of a search, whether it is balanced, the number of its steps, and configurations on the way."""
 
     point: Point
     balanced: bool
@@ -196,16 +196,16 @@ class Search:
 
 
 class Trail:
-    """The way of a search from a start to where forces balance.
+    """The way of a search from a start to balanced forces.
 
     Attributes
     ----------
-    point : where the search is
-    steps : how many it has taken
+    point : present point of the search
+    steps : their number so far
     """
 
     def __init__(self, statics: Statics, q: Array, z: Array) -> None:
-        """Start at q and z, brought onto the constraints. Raises numpy.linalg.LinAlgError where M is not positive
+        """Start at q and z, brought onto the constraints. Raises numpy.linalg.LinAlgError if M is not positive
         definite."""
         self.point = onto_constraints(statics, examine(statics, q, z))
         self.steps = 0
@@ -228,7 +228,7 @@ class Trail:
         self._path.append(point.q)
 
     def end(self, *, balanced: bool | None = None) -> Search:
-        """Return the search as it ends: by default, balanced where Newton's last steps make it so."""
+        """Return the search as it ends: by default, balanced if Newton's last steps make it so."""
         last = self.point if balanced is False else polished(self._statics, self.point)
         return Search(last, self._largest.balanced(last) if balanced is None else balanced, self.steps, self._path)
 
@@ -286,7 +286,7 @@ def newton_step(point: Point, right: Array) -> Array:
 
 
 def unbalanced(point: Point) -> Array:
-    """Return what Newton's step has to remove: minus the imbalance, and the rates."""
+    """Return the right side of Newton's step: minus the imbalance, and the rates."""
     return np.concatenate([-point.imbalance, point.rates])
 
 
@@ -325,7 +325,7 @@ def onto_constraints(statics: Statics, point: Point) -> Point:
 
 
 def polished(statics: Statics, point: Point) -> Point:
-    """Return the point after Newton steps for as long as they halve what is left."""
+    """Return the point after Newton steps for as long as they halve the imbalance."""
     left = newton_step(point, unbalanced(point))
     for _ in range(_POLISHES):
         if (

@@ -43,7 +43,7 @@ class Excitation(Protocol):
 
 
 def check_excitation(where: str, given: object) -> None:
-    """Raise UsageError for what is no excitation, such as the letter of a road class."""
+    """Raise UsageError for values that are no excitation, such as the letter of a road class."""
     if not hasattr(given, "cross_spectra"):
         letter = isinstance(given, str) and len(given) == 1
         what = f"an excitation is needed, not {shown(given) if isinstance(given, str) else type(given).__name__}"
@@ -60,7 +60,7 @@ class InputSpectrum:
     input : str
         Name of an input or a disturbance of the linear model: ``motor``, ``base.acceleration[2]``.
     frequencies, density : (n,), (n,)
-        Hz, increasing, and unit^2/Hz; straight lines in double logarithmic scales between them, nothing beyond.
+        Hz, increasing, and unit^2/Hz; straight lines in double logarithmic scales between them, zero outside.
     function : callable
         In place of ``density``: density at frequencies (n,); ``frequencies`` then is the band, a pair.
 

@@ -27,7 +27,7 @@ class PowerSpectrum:
     quantity_unit : its unit; empty if it is not known
     frequencies : (n,) Hz, increasing
     density : (n,) one-sided, quantity_unit^2/Hz
-    source : what it is of, for titles: a road at a speed, a run
+    source : origin, for titles: a road at a speed, a run
     """
 
     name: str

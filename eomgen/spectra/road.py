@@ -32,7 +32,7 @@ class Road:
     long_exponent : float
         w of waves longer than 10 m.
     band : (float, float)
-        Spatial frequencies in cycle/m beyond which there are no waves; that of the standard.
+        Spatial frequencies in cycle/m beyond which there are no waves; by default the standard's.
 
     Raises
     ------

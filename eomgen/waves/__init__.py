@@ -1,4 +1,4 @@
-"""Ocean waves of second order in Lagrangian form: particles, the surface that they make, what fixed points see."""
+"""Ocean waves of second order in Lagrangian form: particles, their surface, and the motion at fixed points."""
 
 from __future__ import annotations
 

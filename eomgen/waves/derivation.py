@@ -7,7 +7,7 @@ Labels are (a, b, c) with c = 0 at the free surface; positions are labels + e xi
 
     Phi_tt + g Phi_c = -d/dt (|u|^2 / 2 + xi . u_t) - g (xi . grad) w,
 
-is projected on the sines of sum and difference of two phases. What comes out is then written without differences of
+is projected on the sines of sum and difference of two phases. The result is then written without differences of
 nearly equal numbers (``kernels``), and the rewriting is an identity that is checked before anything is written.
 Sources: Fouques, Krogstad and Myrhaug, JOMAE 128 (2006) 177; Nouguier, Chapron and Guerin, JFM 772 (2015) 165.
 """
@@ -64,7 +64,7 @@ def _order(expression: Expr, order: int) -> Expr:
 
 
 def second_order_residuals() -> Mapping[str, Expr]:
-    """Return what is left of the equations of second order by the solution that kernels are made of; 0 if it is one.
+    """Return the residual of the equations of second order for the solution behind the kernels; 0 if it is one.
 
     xi = grad psi with psi two harmonic exponentials of any growth in time; eta_t = (xi . grad) u, and p2 without Phi,
     which is harmonic and solves the linear equations by itself. Each equation is differentiated by time once, so that
@@ -115,7 +115,7 @@ def _first_order() -> list[Expr]:
 
 def _at_sum_and_difference(expression: Expr, *, odd: bool) -> tuple[Expr, Expr]:
     """Return the coefficients of products of both components at the sum and at the difference of their phases: of sines
-    where the expression is odd in the phases, else of cosines."""
+    if the expression is odd in the phases, else of cosines."""
     one, other = ((_SI, _CJ), (_CI, _SJ)) if odd else ((_CI, _CJ), (_SI, _SJ))
     expression = sympy.expand(expression)
     x, y = (expression.coeff(u, 1).coeff(v, 1) for u, v in (one, other))
@@ -125,7 +125,7 @@ def _at_sum_and_difference(expression: Expr, *, odd: bool) -> tuple[Expr, Expr]:
 
 
 def second_order() -> Mapping[str, tuple[Expr, Expr]]:
-    """Return what the product of two components forces, at the sum and at the difference of their phases.
+    """Return the forcing by the product of two components, at the sum and at the difference of their phases.
 
     ``forcing`` is the right-hand side of the dynamic condition, of sines; ``along``, ``across`` (horizontal, along the
     first component and across it, of cosines) and ``vertical`` (of sines) are (xi . grad) u, the velocity of a label
@@ -147,7 +147,7 @@ def second_order() -> Mapping[str, tuple[Expr, Expr]]:
     }
 
 
-# What kernels are written with besides the symbols above, because differences of nearly equal numbers lose all digits:
+# Symbols of the kernels besides the symbols above, because differences of nearly equal numbers lose all digits:
 # w = w_i - w_j, delta = k_i - k_j, lean = 1 - cos_ij, dt = tanh k_i h - tanh k_j h, s = 1 / sinh^2 k h,
 # q = C_i C_j - 1, E = Ch_i Ch_j - Sh_i Sh_j, lag = Sh_i Ch_j - Ch_i Sh_j; of the wave number of the sum or difference
 # kT = k tanh k h, P = cosh k (c + h) / cosh k h and its derivative Pc by c, px and py.
@@ -180,7 +180,7 @@ def kernels() -> Mapping[str, Kernel]:
     Raises
     ------
     ArithmeticError
-        A kernel is not what the equations say.
+        A kernel that contradicts the equations.
     """
     found = second_order()
     sums, half = W_I + W_J, Rational(1, 2)

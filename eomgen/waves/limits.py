@@ -1,4 +1,4 @@
-"""What cannot be a sea, or is one for which an expansion of second order does not hold."""
+"""Limits of seas: impossible ones, and seas for which an expansion of second order does not hold."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_MEMORY = 2_000_000_000
 
 
 def check_points(where: str, points: ArrayLike) -> None:
-    """Raise UsageError for what are no points of the plane."""
+    """Raise UsageError for values that are no points of the plane."""
     found = np.asarray(points, dtype=float)
     if found.ndim != 2 or found.shape[1] != 2 or not np.all(np.isfinite(found)):
         finite = "" if np.all(np.isfinite(found)) else ", with what is no finite number"
@@ -29,7 +29,7 @@ def check_points(where: str, points: ArrayLike) -> None:
 
 
 def check_sea(components: Components, depth: float, order: int, gravity: float) -> None:
-    """Raise UsageError for what cannot be a sea."""
+    """Raise UsageError for an impossible sea."""
     vectors, amplitude, phase = (np.asarray(x, dtype=float) for x in vars(components).values())
     where = "Sea: components"
     if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):

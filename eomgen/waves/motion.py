@@ -1,4 +1,4 @@
-"""What a sea gives: particles at one time, the surface that they make, and the waves that pairs make of them."""
+"""Results of a sea: particles at one time, the surface that they make, and the waves that pairs make of them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Motion:
     position, velocity, acceleration : (points, 3) arrays in m, m/s, m/s^2
         z upwards from the mean level of the water at rest.
     pressure : (points,) array, m^2/s^2
-        Above that of the air, divided by the density.
+        Relative to the air's, divided by the density.
     """
 
     position: Array
@@ -42,7 +42,7 @@ class Surface:
     curvature : (points,) array, 1/m
         Mean curvature, half the sum of the principal ones, negative at crests.
     jacobian : (points,) array
-        Of the map from labels to x and y; negative where the surface is folded over.
+        Of the map from labels to x and y; negative if the surface is folded over.
     """
 
     position: Array
@@ -53,7 +53,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class BoundWaves:
-    """What pairs of components make at the surface, as complex amplitudes at the label 0 and one time.
+    """Contributions of pairs of components at the surface, as complex amplitudes at the label 0 and one time.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class BoundWaves:
     potential, rate : of the velocity potential of second order, m^2/s, and its rate
     x, y : displacements along the plane, m
     drift : (2,) array, m
-        Where all particles have drifted to.
+        Displacement of all particles by drift.
     """
 
     members: tuple[tuple[NDArray[np.int64], int, NDArray[np.int64], int], ...]

@@ -1,4 +1,4 @@
-"""Components and pairs of components on a tape, with what a case does not need left out by its zeros and ones."""
+"""Components and pairs of components on a tape, with terms that a case does not need left out by its zeros and ones."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.waves.derived import KERNELS
 
-#: What the table of components holds of each: wave vector, wave number, unit vector, angular frequency (of a label),
+#: Columns of the table of components: wave vector, wave number, unit vector, angular frequency (of a label),
 #: the part of the frequency that a current adds at a fixed point, coth k h, 1 / sinh^2 k h, 1 / (1 + exp(-2 k h)), and
 #: cosh k (c + h) / sinh k h and sinh k (c + h) / sinh k h at a depth.
 COLUMNS = ("kx", "ky", "k", "ex", "ey", "w", "doppler", "C", "s", "N", "Ch", "Sh")
-#: What the table of pairs holds of each: potential and displacements of the sum and of the difference, the difference
+#: Columns of the table of pairs: potential and displacements of the sum and of the difference, the difference
 #: of frequencies, and the velocity of drift of pairs that do not move against one another.
 ENTRIES = ("Bp", "Xp", "Yp", "Zp", "Bm", "Xm", "Ym", "Zm", "w", "Dx", "Dy")
-#: What a component makes of itself: potential and displacements of twice its phase, lift, and velocity of drift.
+#: Self-interaction of a component: potential and displacements of twice its phase, lift, and velocity of drift.
 OWN = ("Bp", "Xp", "Yp", "Zp", "lift", "Dx", "Dy")
 
 
 @dataclass(frozen=True)
 class WaveNumber:
-    """What a dispersion relation is made of: the wave vector (kx, ky) in rad/m, its length k, gravity g in m/s^2 and
+    """Arguments of a dispersion relation: the wave vector (kx, ky) in rad/m, its length k, gravity g in m/s^2 and
     the water's depth h in m, None if it is infinite."""
 
     kx: Scalar
@@ -70,7 +70,7 @@ class Case:
     spread : bool
         Whether the components have several directions; else x is along the waves, and y is left out.
     surface : bool
-        Whether kernels are those of c = 0; else of any depth.
+        Whether kernels are taken at c = 0; else at any depth.
     """
 
     finite: bool
@@ -154,7 +154,7 @@ class PairTape:
     # -- pairs ------------------------------------------------------------------------------------------------------
 
     def _rows(self, names: str = "ij") -> tuple[dict[str, Scalar], dict[str, Scalar]]:
-        """Return both components by names of ``COLUMNS``, with what the case makes of them."""
+        """Return both components by names of ``COLUMNS``, with quantities computed for the case."""
         rows = []
         for name in names:
             row = dict(zip(COLUMNS, self._algebra.block(name, len(COLUMNS)), strict=True))
@@ -168,7 +168,7 @@ class PairTape:
         return rows[0], rows[1]
 
     def _shared(self, names: str = "ij") -> dict[str, Scalar]:
-        """Return what both kernels of a pair read, differences of nearly equal numbers in a form without them."""
+        """Return the arguments of both kernels of a pair, with differences of nearly equal numbers in exact form."""
         (i, j), call = self._rows(names), self._algebra.call
         one, zero = self._algebra.one, self._algebra.zero
         case, values = self.case, {"g": self._g}
@@ -205,7 +205,7 @@ class PairTape:
         return values
 
     def _vector(self, values: dict[str, Scalar], sign: str) -> dict[str, Scalar]:
-        """Return what the kernel of a sum (s) or a difference (d) of wave vectors reads of it."""
+        """Return the arguments of the kernel of a sum (s) or a difference (d) of wave vectors."""
         call, case = self._algebra.call, self.case
         x, y = values[f"{sign}x"], values[f"{sign}y"]
         k = call(Op.SQRT, x * x + y * y) if case.spread else x

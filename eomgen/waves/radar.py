@@ -1,8 +1,8 @@
-"""What a radar sees of a sea: velocity bunching of a synthetic aperture, its statistics, and specular points.
+"""Radar images of a sea: velocity bunching of a synthetic aperture, its statistics, and specular points.
 
 A platform flies along +x (azimuth) at a speed V and looks from the side at slant range R; a facet with the velocity u_r
 towards the radar appears at x + (R/V) u_r. Particles are followed, so the image is a map of labels, and brightness is
-the ratio of two Jacobians: no expansion about mean water, and caustics are where one of them is zero.
+the ratio of two Jacobians: no expansion about mean water, and caustics at the zeros of one of them.
 Sources: Hasselmann and Hasselmann, JGR 96 (1991) 10713 (linear transfer and cut-off); Kerbaol, Chapron and Vachon, JGR
 103 (1998) 7833 (azimuth cut-off); Kodis, IEEE Trans. AP 14 (1966) 77 (specular points).
 """
@@ -62,9 +62,9 @@ class Radar:
     # -- images -----------------------------------------------------------------------------------------------------
 
     def bunching(self, sea: Sea, labels: ArrayLike, time: float) -> tuple[Array, Array]:
-        """Return where facets appear (points, 2), and the intensity of each, |J/J'|: infinite on caustics.
+        """Return the image points of facets (points, 2), and the intensity of each, |J/J'|: infinite on caustics.
 
-        J is the Jacobian of places by labels, J' that of places in the image.
+        J is the Jacobian of places by labels, J' the Jacobian of image points.
         """
         labels = np.asarray(labels, dtype=float)
         here, first = sea.motion(labels, time), sea.derivatives(labels, time)[0]
@@ -86,8 +86,8 @@ class Radar:
         """Return the intensity of cells between edges, (rows - 1, columns - 1), of facets that all scatter alike: 1 on
         average.
 
-        Labels on a grid carry the area of the sea that they stand for to where they appear, so caustics keep what is
-        in them; labels are taken beyond the edges, by four deviations of what facets are moved by.
+        Labels on a grid carry their area of the sea to their image points, so caustics keep their
+        energy; labels are taken beyond the edges, by four deviations of the displacement of facets.
 
         Parameters
         ----------
@@ -173,7 +173,7 @@ class Radar:
 
             P(k) = 1/length integral of [(1 + i k S)^2 + G] exp(-k^2 V/2 - i k r) dr
 
-        with V the variance of D(r) - D(0), G the covariance of g, and S that of -g and D(r) - D(0) (the integral
+        with V the variance of D(r) - D(0), G the covariance of g, S the covariance of -g and D(r) - D(0) (the integral
         transform of Hasselmann and Hasselmann, with facets that move along as well).
 
         Parameters
@@ -221,7 +221,7 @@ class Radar:
         return 1.0 / (wave_number * float(np.abs(change[0])))
 
     def _along_the_flight(self, spectrum: DiscreteSpectrum, gravity: float, name: str) -> tuple[Array, Array]:
-        """Return wave numbers, and by what multiple of each amplitude a facet is moved along the waves."""
+        """Return wave numbers, and the multiple of each amplitude by which a facet is moved along the waves."""
         k = np.hypot(*spectrum.vectors.T)
         if np.any(np.abs(spectrum.vectors[:, 1]) > 1e-12 * k):
             what = "waves run across the flight; there is a closed form for those along x alone"
@@ -230,7 +230,7 @@ class Radar:
         return k, self._change(np.sqrt(gravity * k), np.sign(spectrum.vectors[:, 0]))
 
     def _change(self, w: Array, direction: Array) -> Array:
-        """Return what of k A cos(theta) the map from labels to the image differs from 1 by."""
+        """Return the multiple of k A cos(theta) by which the map from labels to the image differs from 1."""
         return direction * self.range_to_velocity * w * math.cos(self.incidence) - 1.0
 
     def backscatter(self, slope_density: float, reflectivity: float = 1.0) -> float:
@@ -259,7 +259,7 @@ class SpecularPoints:
 
 @checked_call()
 def specular_points(profile: Profile, slope: float) -> SpecularPoints:
-    """Return the points of a profile that have a slope: where dz - slope dx changes its sign between labels, found on
+    """Return the points of a profile that have a slope: sign changes of dz - slope dx between labels, found on
     the cubic through values and derivatives at both."""
     check_number("specular_points: slope", slope)
     value, rate = profile.za - slope * profile.xa, profile.zaa - slope * profile.xaa

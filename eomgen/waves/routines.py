@@ -31,19 +31,19 @@ void eomgen_wave_kinematics(long n, const double *columns, const double *amplitu
 void eomgen_wave_geometry(long n, const double *columns, const double *amplitude, const double *phase,
     const double *self, const double *table, double t, long points, const double *labels, double *given, double *room);
 """
-#: Frequencies that differ by less than this part of their sum are those of one frequency, in several directions.
+#: Frequencies that differ by less than this part of their sum are equal ones, in several directions.
 SAME_FREQUENCY = 1e-7
 
 
 def kinematics_of(spread: bool) -> tuple[str, ...]:
-    """Return what the sums give of motion, in order."""
+    """Return the names of the sums of the motion, in order."""
     return ("dx", "dy", "dz", "vx", "vy", "vz", "ax", "ay", "az", "p") if spread else (
         "dx", "dz", "vx", "vz", "ax", "az", "p",
     )  # fmt: skip
 
 
 def geometry_of(spread: bool) -> tuple[str, ...]:
-    """Return what the sums give of derivatives by labels, in order."""
+    """Return the names of the sums of derivatives by labels, in order."""
     if not spread:
         return ("xxa", "xza", "xxaa", "xzaa")
     return tuple(f"x{axis}{by}" for by in ("a", "b", "aa", "ab", "bb") for axis in "xyz")
@@ -120,7 +120,7 @@ class Routines:
         return columns
 
     def own(self, columns: Array, p: Array) -> Array:
-        """Return what components make of themselves, (len(OWN), n)."""
+        """Return the self-interactions of components, (len(OWN), n)."""
         ffi, lib = self._tables
         own = np.empty((len(OWN), columns.shape[1]))
         lib.eomgen_wave_own(columns.shape[1], *(ffi.from_buffer("double[]", x) for x in (columns, p, own)))
@@ -163,7 +163,7 @@ class Routines:
         padded = np.zeros((2, filled))
         padded[:, :count] = labels
         given = np.empty((quantities, filled))
-        room = np.empty(2 * n * lanes + _ALIGNED)  # lanes are read and written where a register's length divides
+        room = np.empty(2 * n * lanes + _ALIGNED)  # lanes are read and written at multiples of a register's length
         start = -room.ctypes.data // 8 % _ALIGNED
 
         def of(array: Array) -> Any:

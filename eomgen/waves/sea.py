@@ -1,4 +1,4 @@
-"""A sea of Lagrangian waves: motion of labelled particles, the surface they make, and what is met at fixed points."""
+"""A sea of Lagrangian waves: motion of labelled particles, the surface they make, and the motion at fixed points."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ class Sea:
         Of the water in m; infinite by default.
     order : 1 or 2
     vorticity : ``none`` or ``gerstner``
-        Of second order: water that has been at rest has none, and its particles drift (Stokes). With that of Gerstner's
+        Of second order: water that has been at rest has none, and its particles drift (Stokes). In Gerstner's
         waves they go round in closed orbits. The surface at fixed points is the same to second order, and so are
         first-order waves.
     gravity : float, m/s^2
     dispersion : callable
-        Angular frequency of a ``WaveNumber``. What of it changes sign with the wave vector has to be U . k, with the
-        velocity U of a uniform current; the rest has to be sqrt(G k tanh k h) with one G, gravity or what acts in its
+        Angular frequency of a ``WaveNumber``. Its part that changes sign with the wave vector has to be U . k, with the
+        velocity U of a uniform current; the rest has to be sqrt(G k tanh k h) with one G, gravity or another force in its
         place, because the pressure at the surface is constant for no other.
 
     Raises
@@ -115,7 +115,7 @@ class Sea:
         """The part of labels at which waves of first order and of one direction fold over: erfc(1/sqrt(2 mss)) / 2."""
         return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * self.mean_square_slope)) if np.any(self.amplitude) else 0.0
 
-    # -- what the components are made of ----------------------------------------------------------------------------
+    # -- components, self-interactions and pairs ---------------------------------------------------------------------
 
     def _numbers(self, c: float) -> Array:
         restoring = getattr(self, "restoring", self.gravity)  # which the components' own table has yet to tell
@@ -149,7 +149,7 @@ class Sea:
         return self._tables(0.0)
 
     def _tables(self, c: float) -> tuple[Array, Array, Array | None, Array]:
-        """Return columns, what components make of themselves, the table of pairs and the levels at a depth."""
+        """Return columns, self-interactions of components, the table of pairs and the levels at a depth."""
         if not -self.depth <= c <= HIGHEST / float(np.hypot(*self.vectors.T).max()):
             what = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0"
             raise UsageError(Problem("Sea: c", what, "0 for the surface, negative below"))
@@ -166,7 +166,7 @@ class Sea:
         return columns, own, table, self._level(columns, own)
 
     def _level(self, columns: Array, own: Array) -> Array:
-        """Return lift, what the pressure is raised by, and the velocity of drift of all components."""
+        """Return lift, the rise of the pressure, and the velocity of drift of all components."""
         row, square = dict(zip(OWN, own, strict=True)), self.amplitude**2
         raised = 0.25 * np.sum(square * columns[COLUMNS.index("w")] ** 2 * columns[COLUMNS.index("s")])
         return np.array([row["lift"] @ square, raised, row["Dx"] @ square, row["Dy"] @ square])
@@ -178,12 +178,12 @@ class Sea:
     # -- labels -----------------------------------------------------------------------------------------------------
 
     def motion(self, labels: ArrayLike, time: float, c: float = 0.0) -> Motion:
-        """Return where the particles with labels are, how they move, and the pressure there.
+        """Return positions, motion and pressure of the particles with labels.
 
         Parameters
         ----------
         labels : (points, 2) array, m
-            Where particles would be in water at rest, from above.
+            Positions of the particles in water at rest, from above.
         time : float, s
         c : float, m
             Their height in water at rest: 0 at the surface, negative below.
@@ -275,7 +275,7 @@ class Sea:
         return float(self._surface_tables[3][1])
 
     def bound_waves(self, time: float) -> BoundWaves:
-        """Return what pairs of components make at the surface.
+        """Return the contributions of pairs of components at the surface.
 
         Raises
         ------
@@ -380,7 +380,7 @@ class Sea:
     def labels_at(self, points: ArrayLike, time: float) -> Array:
         """Return the labels (points, 2) of the particles of the surface that are above points (points, 2) in the plane.
 
-        Newton's method from the point itself, with steps that are halved where they do not come closer.
+        Newton's method from the point itself, with steps that are halved unless they come closer.
 
         Raises
         ------

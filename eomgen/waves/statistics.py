@@ -35,7 +35,7 @@ class SeaStatistics:
 
     @property
     def mean(self) -> float:
-        """Of the elevation of first order, in m; that of second order is 0."""
+        """Of the elevation of first order, in m; of second order it is 0."""
         return -self.moment(1)
 
     @property
@@ -69,7 +69,7 @@ class SeaStatistics:
         return np.asarray(level * np.exp(-(steep - 1.0) / (2.0 * m2 * steep)) / math.sqrt(2.0 * math.pi * m2))
 
     def specular_points(self, slope: ArrayLike) -> Array:
-        """Return how many points of the surface of first order have a slope, in 1/m."""
+        """Return the density of points of the surface of first order that have a slope, in 1/m."""
         m2, square = self.moment(2), np.asarray(slope, dtype=float) ** 2
         rate = math.sqrt(self.moment(4) / m2) / math.pi
         return np.asarray(rate * np.exp(-square / (2.0 * m2 * (1.0 + square))))

@@ -66,7 +66,7 @@ def fields_of(plane: bool) -> tuple[str, ...]:
 
 
 def given_of(plane: bool) -> tuple[str, ...]:
-    """Return what is made of them: the forcing, (xi . grad) u_h, and what g z2 is without Phi_t."""
+    """Return derived quantities: the forcing, (xi . grad) u_h, and g z2 without Phi_t."""
     return ("force", "carried_x", "carried_y", "raised") if plane else ("force", "carried_x", "raised")
 
 
@@ -121,7 +121,7 @@ class SteppedSea:
     method : str
         A composition: ``suzuki4`` (4th order, five evaluations a step), ``omf4``, ``leapfrog`` and others.
     ramp : Ramp
-        Start from nothing with a forcing that comes in; without one from the sums over pairs, if the sea is of order
+        Start from rest with a forcing that comes in; without one from the sums over pairs, if the sea is of order
         2.
 
     Attributes
@@ -183,7 +183,7 @@ class SteppedSea:
     # -- parts of a step --------------------------------------------------------------------------------------------
 
     def _drift(self, size: float) -> None:
-        """Turn every oscillator, and carry labels by what it does meanwhile."""
+        """Turn every oscillator, and carry labels with the mean motion meanwhile."""
         angle = self._turning * size
         half = 0.5 * size * np.sinc(0.5 * angle / math.pi)
         whole = size * np.sinc(angle / math.pi)  # integral of the cosine
@@ -222,7 +222,7 @@ class SteppedSea:
         return given
 
     def _factors_of_fields(self) -> Complex:
-        """Return by what of A exp(i theta) of each component the fields of first order consist, (fields, n)."""
+        """Return the factors of A exp(i theta) of each component in the fields of first order, (fields, n)."""
         row, sea = dict(zip(COLUMNS, self._sea.columns, strict=True)), self._sea
         w, Ch, Sh, k = row["w"], row["Ch"], row["Sh"], row["k"]
         ex, ey = row["ex"], row["ey"]
