@@ -46,8 +46,8 @@ class Sea:
     gravity : float, m/s^2
     dispersion : callable
         Angular frequency of a ``WaveNumber``. Its part that changes sign with the wave vector has to be U . k, with the
-        velocity U of a uniform current; the rest has to be sqrt(G k tanh k h) with one G, gravity or another force in its
-        place, because the pressure at the surface is constant for no other.
+        velocity U of a uniform current; the rest has to be sqrt(G k tanh k h) with one G, gravity or a substitute for
+        it, because the pressure at the surface is constant for no other.
 
     Raises
     ------
