@@ -1,8 +1,8 @@
 """Base parameters: the least number of combinations of inertial and friction parameters that decide inverse dynamics.
 
-What of the regressor's columns depends on others at random motions depends on them by structure: linear relations of
+Dependences among the regressor's columns at random motions hold by structure: linear relations of
 analytic functions that hold at enough random points hold everywhere (Gautier 1991; Khalil and Dombre 2002, section
-9.4). Columns are kept from the root to the tips, so what cannot be told apart is counted with the body that carries.
+9.4). Columns are kept from the root to the tips, so unidentifiable parts are counted with the body that carries them.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ _MISSED = 1e-8
 class BaseParameters:
     """Combinations of the regressor's parameters pi that decide inverse dynamics, and no fewer do.
 
-    tau = Y[:, columns] @ (matrix @ pi) + tau0, where Y and tau0 are those of ``regressor``.
+    tau = Y[:, columns] @ (matrix @ pi) + tau0, with Y and tau0 of ``regressor``.
 
     Attributes
     ----------
     parameters : names of the entries of pi
     columns : (n,) of Y that are independent; the parameter of each leads its combination
-    matrix : (n, parameters) what the combinations are
+    matrix : (n, parameters) coefficients of the combinations
     without_effect : parameters that inverse dynamics does not depend on
     values : (n,) at the values of the scene
     units : (n,) of the values

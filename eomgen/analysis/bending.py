@@ -1,8 +1,8 @@
 """How far beams bend: their equations hold for slopes whose squares are small against 1.
 
-Curvature w'' is linear in the deflection w. That of a bent axis is w''/(1 - w'^2)^(1/2), so strain energy is wrong by
-a part of w'^2, and what order = 2 keeps of the kinematics by as much. Half the mean square of the slope is also what
-the axis is shortened by, as a part of its length, so beyond 1 no beam is like that.
+Curvature w'' is linear in the deflection w. A bent axis has w''/(1 - w'^2)^(1/2), so strain energy is wrong by
+a part of w'^2, and the kinematics of order = 2 by as much. Half the mean square of the slope is also the shortening of
+the axis, as a part of its length, so beyond 1 no beam is like that.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _LARGE = 0.05
 
 
 class Bending(NamedTuple):
-    """Where a beam bends most.
+    """The place of largest bending of a beam.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Bending(NamedTuple):
 
 
 def shortenings(model: CompiledModel, q: Array) -> Array:
-    """Return what each beam's axis is shortened by, as a part of its length, (n, beams), at q (n, nq); infinite where
+    """Return the shortening of each beam's axis, as a part of its length, (n, beams), at q (n, nq); infinite if
     that is no number."""
     places = {factor.name: factor.q for factor in model.factors}
     beams = model.library.layout["slopes"]
@@ -60,7 +60,7 @@ def shortenings(model: CompiledModel, q: Array) -> Array:
 
 
 def largest_bending(model: CompiledModel, t: Array, q: Array) -> Bending | None:
-    """Return the beam that bends most in some row of a run, t (n,) in s and q (n, nq), beyond what beams are for; None
+    """Return the most bent beam in some row of a run, t (n,) in s and q (n, nq), beyond the range of its theory; None
     if none does."""
     shares, beams = shortenings(model, q), model.library.layout["slopes"]
     rows = shares.argmax(axis=0)

@@ -21,21 +21,21 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: Part by which the lowest load may differ from what is told half way there.
+#: Part by which the lowest load may differ from the prediction half way there.
 STEADY = 0.05
 
 
 @dataclass(frozen=True, repr=False)
 class BucklingLoads:
-    """Linear buckling loads: where the stiffness, extrapolated from a preload, is singular.
+    """Linear buckling loads: values at which the stiffness, extrapolated from a preload, is singular.
 
     Attributes
     ----------
-    parameter, unit : name and unit of what is varied
+    parameter, unit : name and unit of the varied parameter
     at : its value of the preload
     values : (n,) of the parameter, nearest to the preload first
     modes : (nv, n) displacements, the largest component of each 1 rad, or the scene's length
-    components : of each mode, the names of those that take the largest part
+    components : of each mode, the names of its largest components
     warning : that extrapolation misleads, as the load bends the structure on its way; empty if it does not
     """
 
@@ -90,7 +90,7 @@ def buckling_loads(
 
 
 def _misleads(statics: LoadedStatics, rest: Rest, name: str, value: float, factors: Array) -> str:
-    """Return that another load is told half way to the lowest one; nothing where it is the same."""
+    """Return a warning that another load is predicted half way to the lowest one; empty if it is the same."""
     if not len(factors):
         return ""
     lowest = float(factors[0])

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class InertiaWarning(NamedTuple):
-    """What is wrong with the inertia matrix of a state, and what to try."""
+    """The fault of the inertia matrix of a state, and a remedy."""
 
     what: str
     hint: str
@@ -29,8 +29,8 @@ def inertia_warning(
     ----------
     p : parameters
     start : (nq,)
-        Where the run began that led to q, with steps of ``step`` seconds.
-    where : what the state is called
+        State at the start of the run that led to q, with steps of ``step`` seconds.
+    where : name of the state in the message
     """
     smallest = _smallest(model, q, p)
     if smallest is None or smallest > 0.0:
@@ -47,7 +47,7 @@ def inertia_warning(
 def beams_beyond_linear_range(model: CompiledModel, q: Array, p: Array) -> Sequence[str]:
     """Return the beams of order 1 without whose deformation the inertia matrix at q would be positive definite.
 
-    Empty where it is positive definite, or would not be even so.
+    Empty if it is positive definite, or would not be even so.
     """
     first = {item.name for item in model.description.coordinates if item.linear}
     factors = [factor for factor in model.factors if factor.name in first]
@@ -66,7 +66,7 @@ def beams_beyond_linear_range(model: CompiledModel, q: Array, p: Array) -> Seque
 
 
 def linear_range_exceeded(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
-    """Return a clause on beams of order 1 that deform too far in some row of a run, with what to try; empty when none
+    """Return a clause on beams of order 1 that deform too far in some row of a run, with a remedy; empty if none
     does.
 
     Looked at are the rows in which each of them deforms most, the last one, and up to 200 between.

@@ -1,7 +1,7 @@
 """Rest beside drives of constant rate: the velocities that drives give, and whether a state stays at rest beside them.
 
-Laws of time enter the rows as Phi_t. A state is at rest beside them where only what they drive moves, B v = -Phi_t with
-v constant, and if nothing that acts on the rest changes along this motion (a relative equilibrium; Marsden 1992,
+Laws of time enter the rows as Phi_t. A state is at rest beside them if only driven coordinates move, B v = -Phi_t with
+v constant, and if no force on the rest changes along this motion (a relative equilibrium; Marsden 1992,
 chapter 4).
 """
 
@@ -36,7 +36,7 @@ _AS_IT_MOVES = 'at="initial", or solution.linearize(t) about the motion itself'
 
 
 def law_rates(model: CompiledModel, measures: Measures, q: Array) -> Array:
-    """Return the rates, (rows,), that laws of time ask of the rows at q; those of the base are not among them."""
+    """Return the rates, (rows,), that laws of time ask of the rows at q; the base's are not among them."""
     if not model.multipliers:
         return np.zeros(0)
     able, given, rest = _kinematic(model), _given(measures), np.zeros(model.nv)
@@ -50,7 +50,7 @@ def law_rates(model: CompiledModel, measures: Measures, q: Array) -> Array:
 
 
 def driven_velocity(model: CompiledModel, measures: Measures, q: Array) -> Array:
-    """Return the velocity, (nv,), of what laws of time drive at q; zero if no law has a rate at this time.
+    """Return the velocity, (nv,), of coordinates driven by laws of time at q; zero if no law has a rate at this time.
 
     It is the least one that meets the rows: components of joints that are driven have their laws' rates.
 
@@ -153,7 +153,7 @@ def check_lasting(model: CompiledModel, measures: Measures, u: Inputs, q: Array,
 
 
 def drives(model: CompiledModel, v: Array) -> str:
-    """Return what moves and how fast: ``spin at 300 rad/s``."""
+    """Return the moving coordinates with their rates: ``spin at 300 rad/s``."""
     every = zip(model.v_names, v.tolist(), model.v_units, strict=True)
     moving = [(name.removeprefix("v."), f"{value:.6g} {unit}") for name, value, unit in every if value]
     listed = ", ".join(f"{name} at {rate}" for name, rate in moving[:3])
@@ -173,7 +173,7 @@ def _kinematic(model: CompiledModel) -> CompiledModel:
 
 
 def _unbalanced(model: CompiledModel, measures: Measures, u: Inputs, q: Array, v: Array, z: Array) -> Array:
-    """Return the accelerations, (nv,), that constraint forces do not take up, those that rows ask for among them."""
+    """Return the accelerations, (nv,), that constraint forces do not take up, including accelerations asked by rows."""
     rest, given = np.zeros(model.nv), _given(measures)
     lam = np.zeros(len(model.multipliers))
     (r,) = model.evaluate("residual", q, v, rest, z=z, multipliers=lam, u=u, **given).values()
@@ -204,7 +204,7 @@ def _given(measures: Measures) -> dict[str, Any]:
 
 
 def held_base(model: CompiledModel, p: Array, t: float) -> Array | None:
-    """Return the base held where it is at t, (19,); None if it does not move at all."""
+    """Return the base held in its pose at t, (19,); None if it does not move at all."""
     if "base" not in model.functions:
         return None
     base = model.base(t, parameters=p)

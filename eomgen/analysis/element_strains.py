@@ -69,7 +69,7 @@ class ElementStrains:
         return csr_array(self._of_nodes(_along_twists(d)) @ self._twists(q))
 
     def doubt(self, d: Array) -> str:
-        """Return which element turns by nearly half a turn, beyond which strains tell nothing; empty if none
+        """Return the element that turns by nearly half a turn, beyond which strains are ambiguous; empty if none
         does."""
         turns = np.linalg.norm(d[:, :3], axis=1)
         if not np.any(turns > _HALF_TURN):
@@ -79,9 +79,9 @@ class ElementStrains:
         return f"the element between {first} and {second} turns by half a turn; more elements turn less each"
 
     def geometric(self, q: Array, d: Array, derivative: csr_array, forces: Array) -> csc_array:
-        """Return what section forces (elements, 6) add to the tangent, (nv, nv).
+        """Return the part of section forces (elements, 6) in the tangent, (nv, nv).
 
-        ``derivative`` is that of d by q; what carries nodes that are no unknowns of their own is taken as fixed.
+        ``derivative`` is the derivative of d by q; bodies that carry nodes without own unknowns are taken as fixed.
         """
         moved = d.astype(complex) + 1j * _STEP * np.eye(6)[:, np.newaxis]
         changes = np.einsum("keij,ei->ekj", _along_twists(moved), forces).imag / _STEP

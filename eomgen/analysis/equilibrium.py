@@ -41,11 +41,11 @@ _STEPS = StepLimits(factor=0.5)
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A state of rest, beside what is driven at a constant rate.
+    """A state of rest, beside coordinates driven at a constant rate.
 
     Attributes
     ----------
-    q, v, z : (nq,), (nv,), (nz,); ``initial`` is what ``simulate(initial=...)`` takes; v is zero but for what is driven
+    q, v, z : (nq,), (nv,), (nz,); ``initial`` is for ``simulate(initial=...)``; v is zero but for driven coordinates
     multipliers : (rows,) constraint forces are -B^T multipliers
     t : time of inputs and of the base, s
     residual : largest unbalanced generalized force
@@ -56,10 +56,10 @@ class Equilibrium:
         ``linearize`` has
     stable : False if a direction is unstable; None if internal states, forces that follow the motion or
         gyroscopic ones decide
-    undetermined : components of v along which nothing pulls back
+    undetermined : components of v without restoring force
     message : all of this in one sentence
-    base : (19,) state of the base, held where it is at t; None if it is the world
-    notes : what is doubtful: that a damped motion settles elsewhere, springs and tyres that are inside out, long ways
+    base : (19,) state of the base, held in its pose at t; None if it is the world
+    notes : doubts: that a damped motion settles elsewhere, springs and tyres that are inside out, long ways
     """
 
     q: Array
@@ -104,16 +104,16 @@ def equilibrium(
     *,
     any_kind: bool = False,
 ) -> Equilibrium:
-    """Return the nearest state of rest, with the base held where it is at t.
+    """Return the nearest state of rest, with the base held in its pose at t.
 
-    What a law of time drives at a constant rate keeps it, and the rest is at rest beside it: a governor's arm beside
+    A coordinate driven at a constant rate keeps it, and the rest is at rest beside it: a governor's arm beside
     its shaft. A law whose rate at t is zero is held.
 
-    Without ``any_kind`` that is where a heavily damped motion from the initial state settles: a stable equilibrium,
+    Without ``any_kind`` that is the end of a heavily damped motion from the initial state: a stable equilibrium,
     also from an unstable one. With it, it is the nearest of any kind that was found, distances being measured by the
-    kinetic energy that gets there in unit time: candidates are where the damped motion settles, and where Newton's path
-    leads from the initial state and from places where the damped motion lingers. If no damped motion settles,
-    Newton's equilibrium is returned. ``notes`` say where that differs from where the damped motion settles, and name
+    kinetic energy that gets there in unit time: candidates are the end of the damped motion, and the ends of Newton's
+    paths from the initial state and from slow points of the damped motion. If no damped motion settles,
+    Newton's equilibrium is returned. ``notes`` say if that differs from the end of the damped motion, and name
     springs and tyres that are inside out at rest, and ways that are longer than the scene. Dampers and regularised
     friction do not act at rest.
 
@@ -130,8 +130,8 @@ def equilibrium(
     Raises
     ------
     NumericalError
-        Nothing balances the forces, the search did not end, or forces are not finite; names the coordinates. The rate
-        of a drive changes, or forces change with what is driven; names it.
+        Forces that cannot balance, a search without end, or forces that are not finite; names the coordinates. The rate
+        of a drive changes, or forces change with a driven coordinate; names it.
     ModelError
         The inertia matrix is not positive definite; rows that were left out at the default parameters do not follow at
         these.
@@ -215,7 +215,7 @@ def _skew(model: CompiledModel, loaded: LoadedStatics, point: Point) -> bool:
 
 
 def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Point, v: Array, against: int) -> str:
-    """Return why stiffness alone does not decide stability; nothing where it does."""
+    """Return the reason for which stiffness alone does not decide stability; empty if it does."""
     if model.nz:
         return "internal states take part"
     if _skew(model, loaded, point):
@@ -228,7 +228,7 @@ def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Point,
 
 @dataclass(frozen=True)
 class _Stiffness:
-    """Squared frequencies by stiffness alone, increasing, 0 if nothing pulls back, and their directions (nv, n)."""
+    """Squared frequencies by stiffness alone, increasing, 0 without restoring force, and their directions (nv, n)."""
 
     values: Array
     directions: Array
@@ -280,7 +280,7 @@ def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: S
 
 
 def _left(model: CompiledModel, statics: Statics, damped: Search) -> str:
-    """Return a note on an equilibrium that a damped motion leaves, as that of a pendulum that stands."""
+    """Return a note on an equilibrium that a damped motion leaves, such as a pendulum upside down."""
     off = difference(statics.factors, damped.path[0], damped.point.q)
     k = int(np.argmax(np.abs(off) / statics.sizes))
     away = f"{abs(off[k]):.4g} {model.v_units[k].removesuffix('/s')} away along {model.v_names[k].removeprefix('v.')}"
@@ -289,7 +289,7 @@ def _left(model: CompiledModel, statics: Statics, damped: Search) -> str:
 
 
 def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs, v: Array) -> Statics:
-    """Return the model at rest beside what moves with v, its base held where it is, with lengths measured by those of
+    """Return the model at rest beside coordinates moving with v, its base held, with lengths measured by the lengths of
     the scene and of the start."""
     rest, rows, p = np.zeros(model.nv), len(model.multipliers), measures.p
     given: dict[str, Any] = {"t": measures.t, "parameters": p, "base": measures.base}
@@ -418,7 +418,7 @@ def _not_finite(model: CompiledModel, point: Point) -> NumericalError:
 
 
 def _no_stiffness(statics: Statics) -> float:
-    """Return what counts as no stiffness, (rad/s)^2: round-off of a pendulum's as long as the scene."""
+    """Return the threshold of zero stiffness, (rad/s)^2: round-off of a pendulum's as long as the scene."""
     return SOFT * statics.gravity / statics.length
 
 

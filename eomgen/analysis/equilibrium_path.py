@@ -22,7 +22,7 @@ _STABLE, _UNSTABLE, _LIMIT, _BIFURCATION = "#0B62C4", "#F08C00", "#B00020", "#1B
 
 @dataclass(frozen=True)
 class Critical:
-    """A point where a path loses or regains stability.
+    """A point at which a path loses or regains stability.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class EquilibriumPath:
 
     Attributes
     ----------
-    parameter, unit : name and unit of what is varied
+    parameter, unit : name and unit of the varied parameter
     values : (n,) of the parameter
     q, z, multipliers : (n, nq), (n, nz), (n, rows)
     columns : named numbers along the path, (n,) each: the scene's outputs, and positions of bodies, ``body.x``, in m
@@ -69,7 +69,7 @@ class EquilibriumPath:
         computed
     critical : limit points and bifurcations, in their order
     success : whether the path arrives at the value asked for
-    message : where it ends, and why
+    message : its end, and the reason
     interrupted : whether Ctrl-C has ended it early
     """
 

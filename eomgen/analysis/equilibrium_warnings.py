@@ -17,11 +17,11 @@ from eomgen.system.description import BASE, WORLD, Wheel
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: The ends of a spring pass one another where their distance falls below this part of what it is at start and rest.
+#: The ends of a spring pass one another if their distance falls below this part of its value at start and rest.
 _PASSED = 0.05
 #: Ways are worth a note if they are so much longer than the scene.
 _LONGER = 1.1
-#: What makes of a quaternion its inverse.
+#: Signs that make the inverse of a quaternion.
 _BACK = np.array([1.0, -1.0, -1.0, -1.0])
 _LISTED = 4
 #: Rest is the same to this part of the scene's length, or rad.
@@ -29,7 +29,7 @@ SAME = 1e-6
 
 
 class Measures:
-    """Measures of a scene at given parameters, and where its points are in a configuration.
+    """Measures of a scene at given parameters, and the positions of its points in a configuration.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def signal_names(model: CompiledModel, components: Sequence[str], measured: Sequence[str]) -> Names:
-    """Return all names: of components, of what measures motions, states, inputs, disturbances and outputs; units."""
+    """Return all names: of components, measures of motions, states, inputs, disturbances and outputs; units."""
     description = model.description
     outputs = [
         name
@@ -73,7 +73,7 @@ def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple
 def reference_values(
     model: CompiledModel, reference: Reference, operating_point: OperatingPoint, measures: Measures
 ) -> dict[str, Array]:
-    """Return what all signals are at the reference, by kind; not a number if that is not known.
+    """Return the values of all signals at the reference, by kind; not a number if one is not known.
 
     Components on groups have no value of their own, and the joints between absolute bodies are not evaluated.
     """

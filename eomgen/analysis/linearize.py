@@ -133,7 +133,7 @@ def about(
     a, lam = _dynamics(model, state, operating_point)
     measures, names = _measures(model, state, a, operating_point, independent)
     of_inputs = model.nu or model.nz or names.disturbances
-    # if nothing else acts
+    # unless another force acts
     whole = "linearization" if "linearization" in model.functions or of_inputs else "partials"
     terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
     blocks: dict[str, Array] = {}
@@ -171,7 +171,7 @@ def about(
 
 
 def _warn_of_change(model: CompiledModel, state: State, operating_point: OperatingPoint, found: Linearization) -> None:
-    """Warn where a linear model about a state that moves with constant velocities changes as it moves on.
+    """Warn if a linear model about a state that moves with constant velocities changes as it moves on.
 
     Forces may stay balanced along the motion and their slopes change, as with a rotor of two blades.
     """
@@ -197,7 +197,7 @@ def _warn_of_change(model: CompiledModel, state: State, operating_point: Operati
 
 
 def _warn_of_acceleration(model: CompiledModel, found: Linearization) -> None:
-    """Warn where a state that is given without velocities does not rest, whose modes may be taken for those of an
+    """Warn if a state that is given without velocities does not rest, since its modes may be taken for modes of an
     equilibrium."""
     a = found.reference.a
     k = int(np.argmax(np.abs(a))) if len(a) else 0
@@ -209,7 +209,7 @@ def _warn_of_acceleration(model: CompiledModel, found: Linearization) -> None:
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:
-    """Return accelerations and multipliers of a state: those given, or those of the motion through it."""
+    """Return accelerations and multipliers of a state: given ones, or those of the motion through it."""
     given = operating_point.given | {"z": state.z}
     if not model.multipliers:
         if state.a is None or state.what != "given state":
@@ -261,10 +261,10 @@ def _check_mass(model: CompiledModel, state: State, operating_point: OperatingPo
 def _measures(
     model: CompiledModel, state: State, a: Array, operating_point: OperatingPoint, independent: Sequence[str]
 ) -> tuple[Measures, Names]:
-    """Return what neighbouring motions are measured by, and all names.
+    """Return the measures of neighbouring motions, and all names.
 
     Joints between absolute bodies measure them as joint coordinates would. Components of the bodies' velocities do
-    where the caller makes one of them independent.
+    if the caller makes one of them independent.
     """
     components, joints = [name.removeprefix("v.") for name in model.v_names], model.description.joints or model.factors
     of_joints = [name for factor in joints for name in component_names("", factor.name, factor.v_size)]

@@ -22,7 +22,7 @@ from eomgen.text import nearest, shown
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Step of central differences by the load factor, as a part of what it is measured by.
+#: Step of central differences by the load factor, as a part of its scale.
 _STEP = 1e-5
 
 
@@ -45,7 +45,7 @@ class Varied:
 
     @classmethod
     def of(cls, model: CompiledModel, call: str, name: str, parameters: Parameters, t: float, u: Inputs) -> Varied:
-        """Return what is varied by name. Raises UsageError if there is nothing of that name."""
+        """Return the varied quantity of a name. Raises UsageError for an unknown name."""
         p = model.evaluator.one_set(parameters)
         units = {**model.evaluator.parameter_units, **model.input_units, "t": "s"}
         if name not in (*model.parameters, *model.inputs, "t"):
@@ -63,7 +63,7 @@ class Varied:
         return f" {self.unit}" if self.unit not in ("", "1") else ""
 
     def at(self, s: float) -> tuple[Array, float, Inputs]:
-        """Return parameters, time and inputs where the number is s."""
+        """Return parameters, time and inputs with the number set to s."""
         if self.name in self.model.parameters:
             p = self.parameters.copy()
             p[list(self.model.parameters).index(self.name)] = s
@@ -83,13 +83,13 @@ def loaded_statics(
     varied: Varied | None = None,
     reach: float = 1.0,
 ) -> LoadedStatics:
-    """Return the model at rest beside what moves with v, its base held where it is.
+    """Return the model at rest beside coordinates moving with v, its base held.
 
     Parameters
     ----------
-    q : configuration whose lengths count among those of the scene
-    varied : what the load factor is; all is as the measures and ``u`` have it, whatever the factor, if None
-    reach : what the load factor is measured by
+    q : configuration with lengths that count among the scene's
+    varied : meaning of the load factor; if None, all is as the measures and ``u`` have it for any factor
+    reach : scale of the load factor
     """
     still, holonomic, rows = np.zeros(model.nv), model.functions.sizes["holonomic"], len(model.multipliers)
     strains_at: dict[bytes, ElementStrains] = {}

@@ -18,7 +18,7 @@ _ON_AXIS = 1e-12
 
 
 def off_axis_hint(model: CompiledModel, measures: Measures, q: Array, v: Array) -> str:
-    """Return what to change where bodies that turn with v at q are out of balance; empty if none is.
+    """Return a remedy if bodies that turn with v at q are out of balance; empty if none is.
 
     Half a turn of a single coordinate moves a centre of mass by twice its distance from the axis.
     """

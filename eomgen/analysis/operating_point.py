@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 #: How far constraints may be off in a state that is given, in their own units.
 MET = 1e-6
-#: What ``model.equilibrium`` or ``model.steady_motion`` found.
+#: The result of ``model.equilibrium`` or ``model.steady_motion``.
 EquilibriumState = Equilibrium | SteadyMotion
 
 
@@ -43,7 +43,7 @@ class State:
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """What holds besides the state: time, parameters, inputs, and a base that is not where the scene has it."""
+    """Conditions besides the state: time, parameters, inputs, and a displaced base."""
 
     t: float
     parameters: Array
@@ -132,7 +132,7 @@ def found_state(
             unsteady, turning = error.problems[0].what, False
     if at == "steady" or turning:
         at_rest = [_zero_velocities(model, start.q, operating_point)] if turning and not absolute else []
-        for given in (*at_rest, None):  # without given velocities rounding of symmetries decides nothing
+        for given in (*at_rest, None):  # without given velocities, rounding of symmetries does not matter
             try:
                 return as_found("steady motion", steady_motion(model, given, None, *where), operating_point)
             except NumericalError as error:
@@ -167,7 +167,7 @@ def found_state(
 
 
 def as_found(what: str, found: EquilibriumState, operating_point: OperatingPoint) -> tuple[State, OperatingPoint]:
-    """Return a state that was found, and the base as it was then; warn where its velocities turn."""
+    """Return a state that was found, and its base; warn if its velocities turn."""
     if np.any(found.a):
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"
@@ -191,6 +191,6 @@ def _of_scene(model: CompiledModel, operating_point: OperatingPoint) -> Measures
 
 
 def _zero_velocities(model: CompiledModel, q: Array, operating_point: OperatingPoint) -> dict[str, float]:
-    """Return velocities of zero against the base, for all components but those that are driven."""
+    """Return velocities of zero against the base, for all components except driven ones."""
     driven = driven_components(model, _of_scene(model, operating_point), q)
     return {name: 0.0 for name in (name.removeprefix("v.") for name in model.v_names) if name not in driven}

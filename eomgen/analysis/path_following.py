@@ -58,7 +58,7 @@ def equilibrium_path(
     stability: bool = True,
     progress: Progress | bool | None = None,
 ) -> EquilibriumPath:
-    """Return equilibria connected with that at ``start`` while a parameter goes to a value; see
+    """Return equilibria connected with the one at ``start`` while a parameter goes to a value; see
     ``Model.equilibrium_path``."""
     first, last = number_of("start", start), number_of("to", to)
     if first == last:
@@ -85,14 +85,14 @@ def start_of_path(
     t: float,
     u: Inputs,
 ) -> tuple[Varied, LoadedStatics, PathPoint]:
-    """Return what is varied, the equations of rest, and the path's point at a value, going on by ``change``.
+    """Return the varied quantity, the equations of rest, and the path's point at a value, going on by ``change``.
 
     Raises
     ------
     NumericalError
         There is no equilibrium at the value.
     UsageError
-        There is nothing of that name to be varied, or terms are missing.
+        No quantity of that name can be varied, or terms are missing.
     """
     check_continuous(model, call)
     check_partials(model, call)

@@ -18,7 +18,7 @@ def roots_over(
     parameters: Mapping[str, float] | None,
     **options: Any,
 ) -> RootLocus:
-    """Return the roots over a parameter; see ``Model.root_locus``. ``linearize`` is that of the model, and takes
+    """Return the roots over a parameter; see ``Model.root_locus``. ``linearize`` is the model's method, and takes
     ``options``."""
     array = numbers("values", values)
     if array.ndim != 1 or not len(array):

@@ -1,4 +1,4 @@
-"""Sampled states in analyses: partials of the values that they take, and what there is none of beside them."""
+"""Sampled states in analyses: partials of their new values, and refusals of analyses without sampled states."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)
 
 
 def check_continuous(model: CompiledModel, what: str) -> None:
-    """Raise ModelError if states are sampled: between samples they stay, whatever the motion.
+    """Raise ModelError if states are sampled: between samples they stay, for any motion.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def check_continuous(model: CompiledModel, what: str) -> None:
 
 
 def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapping[str, Any]) -> SampledPart | None:
-    """Return the sampled states with the partials of their new values at a state; None if nothing is sampled.
+    """Return the sampled states with the partials of their new values at a state; None if none is sampled.
 
     Partials are differences of fourth order, dq left-trivialised.
 

@@ -14,7 +14,7 @@ from eomgen.arrays import Array
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest
 from eomgen.solvers.tangent_stiffness import ROUNDING
 
-#: Inverse iterations, and the part of the largest squared frequency below which strains oppose nothing.
+#: Inverse iterations, and the part of the largest squared frequency below which strains have no stiffness.
 _ITERATIONS, _NOTHING = 4, 1e-24
 
 
@@ -24,7 +24,7 @@ def soft_modes(statics: LoadedStatics, rest: Rest, mass: Array, shapes: Array, l
     Parameters
     ----------
     mass : (nv, nv)
-    shapes : (nv, modes) directions that span those of low stiffness, as they are known
+    shapes : (nv, modes) directions that span the soft ones, as they are known
     largest : squared frequency of the stiffest direction
     """
     strains = statics.strains(rest.s)

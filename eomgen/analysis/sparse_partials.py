@@ -27,7 +27,7 @@ OF_RESIDUAL = ("iteration", "partials")
 
 @dataclass(frozen=True)
 class SparsePartials:
-    """Partials at one state; names are those of ``linear.partials``.
+    """Partials at one state, with the names of ``linear.partials``.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a caller says of a steady motion, checked: velocities and coordinates by name, against what drives them."""
+"""Arguments of a steady motion, checked: velocities and coordinates by name, against their drives."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 Mask = NDArray[np.bool_]
-#: Part of a velocity by which that of its drive may differ.
+#: Part of a velocity by which its drive's may differ.
 _SAME = 1e-7
 
 
@@ -71,7 +71,7 @@ def named_values(
 
 
 def check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) -> None:
-    """Raise UsageError if a velocity that is given, (nv,), is not that of a drive of the same component."""
+    """Raise UsageError if a given velocity, (nv,), differs from the rate of a drive of the same component."""
     for name, value, unit in zip(model.v_names, v.tolist(), model.v_units, strict=True):
         rate = driven.get(name.removeprefix("v."), value)
         if abs(rate - value) > _SAME * max(abs(rate), abs(value)):

@@ -31,7 +31,7 @@ class At:
     ----------
     residual, position, velocity, acceleration, rates : r (nv,), of the rows Phi, B v + Phi_t and its rate, and zdot
     K, C, M, Rz : partials of r in q (left-trivialised), v, a and z; its partial in the multipliers is B^T
-    B, Z : partials of the rows' velocities in v and q; the first rows of B are those of Phi in q
+    B, Z : partials of the rows' velocities in v and q; the first rows of B are the partials of Phi in q
     Aq, Av : partials of the rows' accelerations in q and v; in a they are B
     Fq, Fv, Fz : partials of zdot
     """
@@ -65,8 +65,8 @@ class Conditions:
 
     Attributes
     ----------
-    extents : (nv,) what displacements are measured by: 1 rad, or the largest length of the scene
-    pace : 1/s, what velocities are measured by: of the velocities given, or of a pendulum as long as the scene
+    extents : (nv,) scales of displacements: 1 rad, or the largest length of the scene
+    pace : 1/s, scale of velocities: of the velocities given, or of a pendulum as long as the scene
     """
 
     model: CompiledModel
@@ -94,7 +94,7 @@ class Conditions:
         return replace(self, t=self.t + seconds)
 
     def followed(self, q: Array) -> Array:
-        """Return q with what it counts over turns brought to where its poses are."""
+        """Return q with its counted turns brought to its poses."""
         return self.model.evaluator.followed(q, self.t, self.parameters)
 
     def _given(self, **more: Any) -> dict[str, Any]:
@@ -108,12 +108,12 @@ class Conditions:
         return np.asarray(np.linalg.cholesky(self.model.mass(q, parameters=self.parameters)), dtype=float)
 
     def accelerations(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
-        """Return M^-1 r, (nv,): minus the accelerations that nothing balances."""
+        """Return M^-1 r, (nv,): minus the unbalanced accelerations."""
         (r,) = self._term("residual", q, v, a, z=z, multipliers=lam)
         return np.asarray(np.linalg.solve(self.model.mass(q, parameters=self.parameters), r), dtype=float)
 
     def values(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
-        """Return what ``At.values`` are, without partials."""
+        """Return the values of ``At.values``, without partials."""
         model = self.model
         parts = self._term("residual", q, v, a, z=z, multipliers=lam)
         if model.multipliers:
@@ -182,7 +182,7 @@ class Conditions:
         """Return ``At.values`` (or columns of them), forces as the accelerations that they would give, each by its
         measure.
 
-        Also what rounding of the terms may leave of each value. Accelerations are measured by the pace, twice, and the
+        Also the rounding of the terms in each value. Accelerations are measured by the pace, twice, and the
         extent.
         """
         extents, pace = self.extents, self.pace
@@ -209,7 +209,7 @@ class Conditions:
         return every / scale.reshape(shape), 64.0 * float(np.finfo(float).eps) * rounding
 
     def ignorable(self, q: Array, z: Array) -> Mask:
-        """Return on which coordinates nothing depends, (nv,), by partials at arbitrary states."""
+        """Return a mask of cyclic coordinates, (nv,), by partials at arbitrary states."""
         model = self.model
         rng = np.random.default_rng(1)
         nothing = np.ones(model.nv, dtype=bool)

@@ -1,14 +1,14 @@
 """Steady motions (relative equilibria), for example a top in steady precession, a governor, a wheel that circles.
 
-A steady motion goes along a symmetry of the equations (``symmetries``): v = X(q) g and vdot = W v. Where these are
-coordinates on which nothing depends, velocities are constant; turns of the whole scene and spins of symmetric bodies
+A steady motion goes along a symmetry of the equations (``symmetries``): v = X(q) g and vdot = W v. For cyclic
+coordinates, velocities are constant; rotations of the whole scene and spins of symmetric bodies
 are symmetries, too. So the search is one for roots of
 
     r(q, v, vdot, lam) = 0,  Phi = 0,  B v + Phi_t = 0,  its rate = 0,  zdot = 0,  and v as given
 
 in q across the symmetries and in g (Meirovitch 1970, section 2.13; Marsden 1992, chapter 4). If no symmetry is
-found, constant velocities are tried: of single coordinates on which nothing depends, of those given, and of those that
-the rows force to go with them. What is found is followed along the motion before it is called steady.
+found, constant velocities are tried: of single cyclic coordinates, of given ones, and of coordinates that
+the rows force to go with them. The result is followed along the motion before it is called steady.
 """
 
 from __future__ import annotations
@@ -54,20 +54,20 @@ _ROWS = 3
 
 @dataclass(frozen=True)
 class SteadyMotion:
-    """A motion along which nothing that acts changes.
+    """A motion along which no force changes.
 
     Attributes
     ----------
-    q, v, z : (nq,), (nv,), (nz,); ``initial`` is what ``simulate(initial=...)`` takes
+    q, v, z : (nq,), (nv,), (nz,); ``initial`` is the argument of ``simulate(initial=...)``
     multipliers : (rows,)
     t : time of inputs and of the base, s
     acceleration : largest unbalanced acceleration, m/s^2 or rad/s^2
     iterations : steps taken
-    ignorable : names of the components of v on whose coordinates nothing depends
+    ignorable : names of the components of v with cyclic coordinates
     undetermined : names of unknowns of which one more could have been given a value
     base : None, the base moves as the scene says
     message : all of this in one sentence
-    a : (nv,) rates of v: zero, but for velocities that turn with the motion, as those of a wheel in its own axes
+    a : (nv,) rates of v: zero, but for velocities that turn with the motion, as a wheel's in its own axes
     """
 
     q: Array
@@ -103,8 +103,8 @@ def steady_motion(
 ) -> SteadyMotion:
     """Return a steady motion near the initial state, with some velocities and coordinates given.
 
-    Velocities that are not given are 0, but for those along symmetries, which are unknown and start from the initial
-    state's, for those that constraints force, and for those of drives, which have the rates of their laws. Give as many
+    Velocities that are not given are 0, except along symmetries, with unknown ones that start from the initial
+    state's, velocities forced by constraints, and velocities of drives, with the rates of their laws. Give as many
     values as leave the rest determined: of a top its spin and its inclination, of a wheel that rolls in a circle the
     same.
 
@@ -113,18 +113,18 @@ def steady_motion(
     velocities : mapping from component of v (``spin``, ``ball[2]``) to rad/s or m/s
     coordinates : mapping from component (``nutation``, ``slide[1]``) to rad or m, or from joint to all its numbers in q
     initial : mapping
-        As of ``simulate``: where the search starts.
+        As of ``simulate``: the start of the search.
     parameters, t, u : as of the model's functions
 
     Raises
     ------
     UsageError
-        Names that there are not, values of a wrong kind, another velocity than that of a drive.
+        Unknown names, values of a wrong kind, another velocity than a drive's.
     NumericalError
-        The search did not end, or what it found does not last; names the component that accelerates and the rows not
+        The search did not end, or its result does not last; names the component that accelerates and the rows not
         met.
     ModelError
-        The inertia matrix is not positive definite where the search starts, or where it came to.
+        The inertia matrix is not positive definite at the start or the end of the search.
     """
     return motion_along(model, KnownSymmetries(), velocities, coordinates, initial, parameters, t, u)
 
@@ -228,7 +228,7 @@ def _undetermined(conditions: Conditions, found: Search, given: Given) -> list[s
 def _check_lasting(
     model: CompiledModel, conditions: Conditions, found: Search, measures: Measures, names: Sequence[str]
 ) -> None:
-    """Raise NumericalError if accelerations appear later along the motion found, beside what rounding leaves at its
+    """Raise NumericalError if accelerations appear later along the motion found, beyond rounding at its
     start, in directions that may turn with the motion."""
     state, extents = found.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))

@@ -16,7 +16,7 @@ from eomgen.lie.product import update
 Mask = NDArray[np.bool_]
 _MAX_STEPS = 100
 _LARGEST_TURN = 0.5
-#: States around the start that are tried where the search from there fails.
+#: States around the start that are tried if the search from there fails.
 _RETRIES = 6
 #: Values below this are none, each by its measure; round-off of large terms is allowed on top.
 _BALANCED = 1e-11
@@ -51,7 +51,7 @@ class MovingState(NamedTuple):
 
 
 class Search(NamedTuple):
-    """Where a search for motions along some fields ended, after how many steps, and whether all conditions are met."""
+    """End of a search for motions along some fields, the number of steps, and whether all conditions are met."""
 
     fields: Fields
     state: MovingState
@@ -73,7 +73,7 @@ def search(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Ar
 
 
 def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
-    """Return the components of v, (nv,), that the rows force to move where others do."""
+    """Return the components of v, (nv,), that the rows force to move with others."""
     if not conditions.model.multipliers:
         return np.zeros_like(moving)
     B = conditions.jacobian(q) * conditions.extents
@@ -87,7 +87,7 @@ def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
 
 
 def _search_around(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> Search:
-    """Search from the start, and where that ends short of balance, from states around it."""
+    """Search from the start, and if that ends short of balance, from states around it."""
     rng = np.random.default_rng(2)
     first = found = _search(conditions, fields, given, _start(conditions, fields, given, q, v, z))
     for _ in range(_RETRIES):
@@ -113,7 +113,7 @@ def _start(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Ar
 
 
 def _null_space(matrix: Array) -> Array:
-    """Return what a matrix takes to zero, one column each; its columns are of size one or less."""
+    """Return the null space of a matrix, one column each; its columns are of size one or less."""
     _, singular, Vt = np.linalg.svd(np.vstack([matrix, np.zeros((1, matrix.shape[1]))]))
     return np.asarray(Vt[int(np.sum(singular > _SAME)) :].T)
 
@@ -121,7 +121,7 @@ def _null_space(matrix: Array) -> Array:
 def motion_at(
     conditions: Conditions, fields: Fields, q: Array, g: Array, z: Array, lam: Array | None = None
 ) -> MovingState:
-    """Return the motion along the fields at q, whose accelerations are those of a steady one."""
+    """Return the motion along the fields at q, with the accelerations of a steady one."""
     q = conditions.followed(q)
     v = fields.directions(q) @ g
     a = fields.along(g).W @ v
@@ -131,7 +131,7 @@ def motion_at(
 class Linear(NamedTuple):
     """All conditions at a state by their measures, their rounding, and their partials in the unknowns.
 
-    ``across`` (nv, n) are the increments of q that are unknown, ``by_eta`` (nv, nv) and ``by_g`` what they make of v.
+    ``across`` (nv, n) are the unknown increments of q, ``by_eta`` (nv, nv) and ``by_g`` the partials of v.
     """
 
     values: Array
@@ -144,7 +144,7 @@ class Linear(NamedTuple):
 
 
 def linear_conditions(conditions: Conditions, fields: Fields, given: Given, state: MovingState) -> Linear:
-    """Return the conditions at a state. Raises numpy.linalg.LinAlgError where M is not positive definite."""
+    """Return the conditions at a state. Raises numpy.linalg.LinAlgError if M is not positive definite."""
     conditions.root_of_mass(state.q)
     at = conditions.at(*state.motion)
     X, W = fields.directions(state.q), fields.along(state.g).W

@@ -39,7 +39,7 @@ class Bump:
         return f"a bump {self.height:.6g} high over {self.length:.6g} from {self.position:.6g}"
 
     def kinks(self) -> list[tuple[float, int]]:
-        """Return where the curve is not smooth, as ``Curve.kinks``: its second derivative jumps at both ends."""
+        """Return the places where the curve is not smooth, as ``Curve.kinks``: its second derivative jumps at both ends."""
         return [(self.position, 2), (self.position + self.length, 2)]
 
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
@@ -62,7 +62,7 @@ class Waves:
         return f"{len(self.harmonics)} harmonics"
 
     def kinks(self) -> list[tuple[float, int]]:
-        """Return nothing: the curve is smooth."""
+        """Return no places: the curve is smooth."""
         return []
 
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
@@ -82,7 +82,7 @@ class Curve:
     Attributes
     ----------
     x, y : (n,) arrays
-        Points, x in increasing order; ``linear`` may hold an x twice, where the curve jumps. A periodic curve of steps
+        Points, x in increasing order; ``linear`` may hold an x twice, for a jump. A periodic curve of steps
         ends with the x at which it begins anew.
     interpolation : str
         ``quintic``: four times continuously differentiable. ``linear``. ``steps``: each value until the next point.
@@ -92,7 +92,7 @@ class Curve:
         last point is the first of the next period, and a spline is as smooth there as elsewhere.
     smooth_ends : bool
         Whether the first three pieces of a spline of ``error``, and the last three, are one polynomial, in place of
-        natural ends: what is smooth is met as closely at the ends as elsewhere.
+        natural ends: smooth functions are met as closely at the ends as elsewhere.
     """
 
     name: str
@@ -123,7 +123,7 @@ class Curve:
 
     @cached_property
     def breaks(self) -> Array:
-        """Where one polynomial follows another, (pieces + 1,)."""
+        """Breaks between polynomials, (pieces + 1,)."""
         return np.unique(self.x)
 
     @cached_property
@@ -139,14 +139,14 @@ class Curve:
 
     @property
     def held(self) -> tuple[float, float]:
-        """Values before the first and from the last point on, where they are held."""
+        """Values before the first and after the last point, if they are held."""
         return float(self.y[0]), float(self.y[-1])
 
     def kinks(self) -> list[tuple[float, int]]:
-        """Return where the curve is not smooth: (x, lowest derivative that jumps); 0 for the value itself.
+        """Return the places where the curve is not smooth: (x, lowest derivative that jumps); 0 for the value itself.
 
-        A periodic curve has those of one period, its start included. The ends of a curve of ``error`` are none: there
-        is nothing beyond them. Derivatives of a spline jump from the third on, where methods do not notice.
+        A periodic curve has the kinks of one period, its start included. The ends of a curve of ``error`` are none: it
+        is undefined beyond them. Derivatives of a spline jump from the third on, which methods do not notice.
         """
         if self.interpolation == "quintic":
             return []
@@ -174,7 +174,7 @@ class Curve:
         ]
 
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
-        """Return the curve, or a derivative of it, at x (...); with complex x, what a complex step needs."""
+        """Return the curve, or a derivative of it, at x (...); with complex x, for complex-step differentiation."""
         x = np.asarray(x)
         if np.iscomplexobj(x):
             real: NDArray[Any] = self(x.real, derivative) + 1j * x.imag * self(x.real, derivative + 1)
@@ -218,7 +218,7 @@ def _quintic(x: Array, y: Array, outside: Outside, *, smooth_ends: bool) -> Arra
     if outside == "periodic":
         y = np.append(y[:-1], y[0])
     spline: Any = make_interp_spline(x, y, k=5, bc_type=ends)
-    if ends is None:  # Taylor's at every break, also at those that the spline leaves out
+    if ends is None:  # Taylor's at every break, also at breaks that the spline leaves out
         return np.stack([spline(x[:-1], power) / math.factorial(power) for power in range(6)], axis=1)
     pieces = PPoly.from_spline(spline)
     piece = np.searchsorted(pieces.x, x[:-1], side="right") - 1  # from_spline keeps empty pieces at the ends

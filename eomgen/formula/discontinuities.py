@@ -10,7 +10,7 @@ from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 
 
 def applications(formula: Formula) -> Sequence[Application]:
-    """Return where a formula takes the value of a curve, arguments of curves included."""
+    """Return the calls of curves in a formula, with their arguments; curves in arguments of curves included."""
     if isinstance(formula, Application):
         return [formula, *applications(formula.argument)]
     if isinstance(formula, Operation):
@@ -19,7 +19,7 @@ def applications(formula: Formula) -> Sequence[Application]:
 
 
 def affine(formula: Formula, value_of: Callable[[Symbol], float | None]) -> tuple[float, float] | None:
-    """Return a, b where a formula is a t + b; ``value_of`` gives numbers of fixed parameters, None for others."""
+    """Return a, b of a formula a t + b; ``value_of`` gives numbers of fixed parameters, None for others."""
     if isinstance(formula, Number):
         return 0.0, formula.value
     if isinstance(formula, Symbol):
@@ -70,8 +70,8 @@ def reaches(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Ite
 class Breakpoint:
     """A time at which something is not smooth: from ``time`` on every ``period`` if that is not 0.
 
-    ``order`` is the lowest derivative that jumps of what forces depend on, 0 for themselves. ``blur`` is how many times
-    the precision of its numbers the time is uncertain by, in s.
+    ``order`` is the lowest derivative of forces that jumps, 0 for forces themselves. ``blur`` is the uncertainty of
+    the time in s, in units of the precision of its numbers.
     """
 
     time: float
@@ -83,7 +83,7 @@ class Breakpoint:
 def breakpoints(
     formula: Formula, value_of: Callable[[Symbol], float | None], derivatives: int = 0
 ) -> Iterator[Breakpoint]:
-    """Yield the breakpoints of a formula: those of curves and comparisons whose arguments are linear in time.
+    """Yield the breakpoints of a formula: of curves and comparisons with arguments linear in time.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def breakpoints(
             yield from breakpoints(argument, value_of, derivatives)
 
 
-#: Functions that are not smooth where their argument is 0, or their two arguments are equal, and what jumps there.
+#: Functions that are not smooth at an argument of 0, or at two equal arguments, and the order of their jump.
 _NON_SMOOTH = {"lt": 0, "le": 0, "sign": 0, "abs": 1, "min": 1, "max": 1}
 
 

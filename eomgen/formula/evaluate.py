@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity
 
-#: What to try where a formula of parameters has no value.
+#: Remedy for a formula of parameters without a value.
 OTHER_VALUES = "other values of the parameters"
 _SAME = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt")
 #: Operations of formulas on numbers, and on arrays.
@@ -43,7 +43,7 @@ def apply(name: str, arguments: Sequence[float]) -> float:
     Raises
     ------
     ArithmeticError
-        Where the operation has no finite value; the text says which one.
+        If the operation has no finite value; the text says which one.
     """
     try:
         value = float(_FUNCTIONS[name][0](*arguments))
@@ -67,7 +67,7 @@ def evaluate(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
     Raises
     ------
     ArithmeticError
-        Where an operation has no finite value.
+        If an operation has no finite value.
     """
     if isinstance(formula, Number):
         return formula.value
@@ -89,7 +89,7 @@ def evaluate_batch(
 ) -> NDArray[np.float64]:
     """Return the values of a formula for a batch of values of its symbols, of their broadcast shape.
 
-    NaN stands where ``evaluate`` raises; so of a ``select`` only the branch that is taken counts here, too.
+    Operations that make ``evaluate`` raise give NaN; so of a ``select`` only the branch that is taken counts here, too.
 
     Parameters
     ----------
@@ -168,6 +168,6 @@ def comparisons(formula: Formula) -> Iterator[Formula]:
 
 
 def values_of_parameters(formula: Formula, values: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
-    """Return names and values of the parameters that occur in a formula, by name: what results of it may be kept by."""
+    """Return names and values of the parameters that occur in a formula, by name: the key of cached results."""
     names = sorted({symbol.name for symbol in symbols(formula) if symbol.kind == "parameter"})
     return tuple((name, values[name]) for name in names)

@@ -1,8 +1,8 @@
 """Jumps of prescribed motions, which no finite force can follow: of positions and of their rates.
 
-A law is evaluated with its rate (complex step) on a grid of times, and on both sides of its known breakpoints. Where it
+A law is evaluated with its rate (complex step) on a grid of times, and on both sides of its known breakpoints. If it
 is not linear between two times the interval is divided: the deviation from the chord falls to less than a half for a
-smooth law, and stays at a jump. A narrow pulse between two times of the grid is found where its breakpoints are
+smooth law, and stays at a jump. A narrow pulse between two times of the grid is found if its breakpoints are
 comparisons of t, or points of curves. Angles are compared modulo full revolutions, as in the equations.
 """
 
@@ -32,15 +32,15 @@ _FARTHEST = 1e4
 #: Times evaluated on each side of periodic breakpoints.
 _PERIODS = 64
 _DIVISIONS = 120
-#: Of an interval, where it is divided: in its middle the rate 0 of |x| at x = 0 would lie on the chord.
+#: Position in an interval at which it is divided: in its middle the rate 0 of |x| at x = 0 would lie on the chord.
 _PART = 0.375
-#: Intervals that are looked at more closely: those that bend most.
+#: Intervals that are examined more closely: the most bent ones.
 _INTERVALS = 64
 _EPSILON = float(np.finfo(float).eps)
 
 
 class Jump(NamedTuple):
-    """Where a law (order 0) or its rate (order 1) jumps, and its values there."""
+    """Time at which a law (order 0) or its rate (order 1) jumps, and its values there."""
 
     time: float
     order: int
@@ -112,7 +112,7 @@ def _lasting_change(
     law : callable
         From times (n,) to values and rates, (n,) each.
     times : (n,)
-        Where to look between.
+        Grid; the search is between its times.
     order : int
         0 for the law, 1 for its rate.
     turns : bool
@@ -143,12 +143,12 @@ def _lasting_change(
     size = np.abs(at_high - at_low)
     if turns:
         size = np.where(size < _FARTHEST, np.abs(np.remainder(size + np.pi, 2.0 * np.pi) - np.pi), size)
-    lasting = low[size > max(least, 0.1 * np.max(size, initial=0.0))]  # what is left beside infinities is noise
+    lasting = low[size > max(least, 0.1 * np.max(size, initial=0.0))]  # other jumps beside infinities are noise
     return float(lasting[0]) if len(lasting) else None
 
 
 def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: float, order: int) -> float:
-    """Return what rounding changes a law by: its summands may be much larger than itself, as at a start from rest."""
+    """Return the rounding of a law: its summands may be much larger than itself, as at a start from rest."""
     times = np.linspace(start, end, 259)[1:-1]
     aside = 1e-5 * (end - start)
     before, here, after = (law(times + shift)[order] for shift in (-aside, 0.0, aside))
@@ -159,7 +159,7 @@ def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: fl
 
 
 def _described(law: Law, jump: Jump) -> tuple[str, str]:
-    """Return what a jump means, and what to try."""
+    """Return the meaning of a jump, and a remedy."""
     unit = law.unit if jump.order == 0 else f"{law.unit}/s"
     of = f"the {law.what}" if jump.order == 0 else f"the rate of the {law.what}"
     what = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s"

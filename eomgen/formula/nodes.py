@@ -1,6 +1,6 @@
 """The syntax tree of a user's formula: a small closed set of nodes, data only.
 
-Whoever walks a formula needs to know these classes and nothing else; no text of the user goes further than
+Code that walks a formula needs to know only these classes; no text of the user goes further than
 ``parser.py``.
 """
 
@@ -14,7 +14,7 @@ from eomgen.formula.wave_fields import WaveField
 
 
 class Node:
-    """Operators of formulas: they make nodes and simplify nothing."""
+    """Operators of formulas: they make nodes without simplification."""
 
     def __add__(self, other: Formula | float) -> Formula:
         return _operation("add", self, other)
@@ -58,17 +58,17 @@ class Symbol(Node):
     Attributes
     ----------
     kind : str
-        ``time``, ``place`` (along a beam), ``local`` (where a load acts), ``number`` (one of a list), ``parameter``,
+        ``time``, ``place`` (along a beam), ``local`` (place of a load), ``number`` (one of a list), ``parameter``,
         ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``,
         ``position``, ``velocity``, ``acceleration``, ``gravity``, ``tau``, ``length``, ``rate``, ``tension``,
         ``load``, ``deflection``, ``reaction``, ``drive_effort``, ``section_load`` or ``energy``.
     name : str
         Name of the parameter, input, state, controller, joint, point, spring, tyre, constraint or reaction; empty for
-        time, a place and a number; ``position``, ``velocity``, ``rotation`` or ``angular_velocity`` for what is local;
+        time, a place and a number; ``position``, ``velocity``, ``rotation`` or ``angular_velocity`` of local quantities;
         ``kinetic``, ``potential``, ``total``, ``base_power`` or ``power`` for energies.
     index : int
         Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position; of a
-        reaction: moment, force; of section_load: a number of an element behind those of the elements before); 0 where
+        reaction: moment, force; of section_load: a number of an element, after the elements before); 0 if
         there is only one.
     reference: str
         Of ``tau``: the reference motion.
@@ -99,7 +99,7 @@ class Operation(Node):
 @dataclass(frozen=True)
 class WaveQuantity(Operation):
     """A quantity of waves, ``water_velocity.sea(x, y, z)[2]``: its arguments are the place and, behind it, the time
-    and what the waves are given of parameters.
+    and the parameters of the waves.
 
     Attributes
     ----------
@@ -112,12 +112,12 @@ class WaveQuantity(Operation):
 
 
 def quantity_of_waves(name: str, waves: WaveField, place: tuple[Formula, ...], component: int = 0) -> WaveQuantity:
-    """Return a quantity of waves at a place, now, with what the waves have of parameters."""
+    """Return a quantity of waves at a place, now, with the parameters of the waves."""
     return WaveQuantity(name, (*place, Symbol("time"), *given_to(waves)), waves, component)
 
 
 def given_to(waves: WaveField) -> tuple[Formula, ...]:
-    """Return what quantities of waves have as arguments behind the time: the factor of amplitudes, and variables."""
+    """Return the arguments of quantities of waves after the time: the factor of amplitudes, and variables."""
     factor = () if waves.factor is None else (waves.factor,)
     return (*factor, *(Symbol("parameter", name) for name in waves.variables))
 

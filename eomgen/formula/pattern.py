@@ -1,4 +1,4 @@
-"""Formulas that differ in numbers alone: what they have in common, with a list of numbers for each."""
+"""Formulas that differ in numbers alone: their common form, with a list of numbers for each."""
 
 from __future__ import annotations
 

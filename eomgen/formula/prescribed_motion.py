@@ -9,7 +9,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, WaveQuantity
 from eomgen.formula.wave_fields import QUANTITIES
 
-#: Operations that are as smooth as what they are made of.
+#: Operations that are as smooth as their operands.
 _SMOOTH = frozenset({"add", "sub", "mul", "neg", "sin", "cos", "sinh", "cosh", "tanh", "exp", "atan"})
 
 
@@ -24,7 +24,7 @@ class Law:
 
     @cached_property
     def constant(self) -> bool:
-        """Whether nothing moves."""
+        """Whether the motion is at rest."""
         return constant(self.formula)
 
     @cached_property

@@ -18,7 +18,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 
 Resolver = Callable[[Symbol], Scalar]
-#: What scalars write as operators; all other operations of formulas are the tape's, by the same names.
+#: Operators of scalars; all other operations of formulas are the tape's, by the same names.
 _OPERATORS: Mapping[str, Callable[..., Scalar]] = {
     "add": operator.add,
     "sub": operator.sub,
@@ -34,7 +34,7 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
     Raises
     ------
     ModelError
-        An operation has no finite value whatever the state, as a division by a fixed parameter that is 0.
+        An operation without a finite value in any state, as a division by a fixed parameter that is 0.
     """
     if isinstance(formula, Number):
         return algebra.scalar(formula.value)
@@ -50,7 +50,7 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
     if formula.name == "select":
         condition, *branches = formula.arguments
         taken = algebra.tape.value(record(algebra, condition, resolve).ref)
-        if taken is not None:  # the other branch may well divide by zero: that is what the condition is for
+        if taken is not None:  # the other branch may well divide by zero: the condition prevents it
             return record(algebra, branches[0 if taken != 0.0 else 1], resolve)
     arguments = [record(algebra, argument, resolve) for argument in formula.arguments]
     if isinstance(formula, WaveQuantity):
@@ -88,7 +88,7 @@ def waves(algebra: Algebra, curve: Waves, argument: Scalar, derivative: int = 0)
 
     Angle addition puts phases, and constants that the argument adds, into the two amplitudes of a harmonic. So roads
     with the same frequencies along the same argument (tracks of other seeds, wheels that follow, slopes) have the
-    cosines and sines of their loops in common, which are joined where the C is made (``Map.joined``).
+    shared cosines and sines of their loops, which are joined when the C is made (``Map.joined``).
     """
     along, scale, shift = _affine(algebra.tape, argument.ref)
     rows = []
@@ -123,7 +123,7 @@ def _affine(tape: Tape, ref: Ref) -> tuple[Ref, float, float]:
 def _bump(algebra: Algebra, bump: Bump, argument: Scalar, derivative: int) -> Scalar:
     """Return a bump; a select keeps its polynomials apart, so that derivatives do not see beyond its ends.
 
-    The select asks where the road is flat, so that an argument that is not a number gives none.
+    The select asks whether the road is flat there, so that an argument that is not a number gives none.
     """
     along = (argument - bump.position) * (1.0 / bump.length)
     off_it = algebra.call(Op.LT, along, algebra.zero) + algebra.call(Op.LE, algebra.one, along)

@@ -1,6 +1,6 @@
 """Jumps and kinks of a law at known times replaced by transitions that are twice continuously differentiable.
 
-From a jump at t_j on, the law goes from what it was, L(t), to what it is, R(t), within a duration T:
+From a jump at t_j on, the law goes from its old values, L(t), to its new ones, R(t), within a duration T:
 L + (R - L) w((t - t_j)/T), w(s) = 10 s^3 - 15 s^4 + 6 s^5, whose first and second derivatives vanish at s = 0 and 1.
 Between two constants that is the quintic with zero velocity and acceleration at both ends (the motion of least jerk:
 Flash and Hogan, The coordination of arm movements, Journal of Neuroscience 5 (1985), 1688-1703, eq. 2).
@@ -24,12 +24,12 @@ from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, S
 #: Coefficients of w, lowest power first.
 _W = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
 _ROUNDING = 1e-9
-#: Operations that jump or bend where their argument is zero, or their two arguments are equal.
+#: Operations that jump or bend at an argument of zero, or at two equal arguments.
 _SWITCHES = frozenset({"lt", "le", "sign", "abs", "min", "max"})
 
 
 class SmoothingError(Exception):
-    """A jump that cannot be smoothed: what is wrong, and what to try."""
+    """A jump that cannot be smoothed: its fault, and a remedy."""
 
     def __init__(self, what: str, hint: str) -> None:
         self.what, self.hint = what, hint
@@ -113,7 +113,7 @@ def _switch(formula: Operation, duration: float, value_of: Callable[[Symbol], fl
     slope, offset = (a - b for a, b in zip(lines[0], lines[1], strict=True))
     if slope == 0.0:
         return formula
-    # where x is positive: behind the crossing, or before it
+    # for positive x: behind the crossing, or before it
     step: Formula = Application(STEP, (Symbol("time") - -offset / slope) / Number(duration))
     positive = step if slope > 0.0 else ONE - step
     match formula.name:
@@ -133,7 +133,7 @@ _KNOWN = "comparisons, sign, abs, min, max and curves of a t + b with fixed numb
 
 
 def _curve(used: Application, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
-    """Return a curve at an argument, its jumps and kinks replaced where it has some."""
+    """Return a curve at an argument, with its jumps and kinks replaced if it has some."""
     curve = used.curve
     rough = [place for place, order in curve.kinks() if order - used.derivative < 2]
     if not rough or not isinstance(curve, Curve) or isinstance(curve, Transitions):
@@ -149,7 +149,7 @@ def _curve(used: Application, duration: float, value_of: Callable[[Symbol], floa
 
 
 def _with_transitions(curve: Curve, rough: list[float], length: float, forward: bool) -> Curve:
-    """Return a curve of steps or lines with transitions of a length behind each of its kinks, or before them where it
+    """Return a curve of steps or lines with transitions of a length behind each of its kinks, or before them if it
     is run backwards."""
     places = np.array(rough)
     periodic, held = curve.outside == "periodic", curve.outside == "hold"

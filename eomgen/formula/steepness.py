@@ -21,7 +21,7 @@ from eomgen.formula.prescribed_motion import Law
 
 #: Times of the grid.
 _GRID = 1025
-#: Intervals that are looked at more closely: those that bend most.
+#: Intervals that are examined more closely: the most bent ones.
 _INTERVALS = 64
 _HALVINGS = 80
 _EPSILON = float(np.finfo(float).eps)
@@ -35,7 +35,7 @@ _RESOLVED = 0.003
 
 
 class Steepness(NamedTuple):
-    """Where the error over one step is largest: time, error, its share of the range, and a step that resolves it."""
+    """Place of the largest error over one step: time, error, its share of the range, and a step that resolves it."""
 
     time: float
     missed: float
@@ -78,7 +78,7 @@ def steep(
 def steepest(
     formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, step: float, angle: bool
 ) -> Steepness | None:
-    """Return where a step misses most of a law, None if all steps follow it.
+    """Return the place at which a step misses most of a law, None if all steps follow it.
 
     Steppers take positions of a law at the ends of steps, and its rates and accelerations there; a law that moves
     between otherwise than they say is not followed. Measured is the trapezoidal rule for the rate against the change of

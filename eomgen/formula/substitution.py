@@ -1,4 +1,4 @@
-"""Formulas with numbers in place of some symbols: what is left without symbols becomes a number."""
+"""Formulas with numbers in place of some symbols: subformulas without symbols become numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) ->
     Raises
     ------
     ArithmeticError
-        Where an operation on numbers, or a curve, has no finite value.
+        If an operation on numbers, or a curve, has no finite value.
     """
     if isinstance(formula, Symbol):
         known = value_of(formula)

@@ -1,4 +1,4 @@
-"""Prescribed motions without a value over a part of a run: roots and logarithms of what is negative."""
+"""Prescribed motions without a value over a part of a run: roots and logarithms of negative values."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Cosines and sines of constants to the last bit: they go into C, whose bytes are to be the same on every machine.
 
-Those of the C library differ in the last digit between its versions and between processors.
+Sines and cosines of the C library differ in the last digit between its versions and between processors.
 """
 
 from __future__ import annotations

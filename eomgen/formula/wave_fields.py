@@ -6,8 +6,8 @@ Mechanics for Engineers and Scientists, 1991, chapter 3):
     eta = A cos(th),  th = k.x - w t + phase,
     u = A w (k/|k|) cosh |k|(z + h)/sinh |k|h cos(th),  w = A w sinh |k|(z + h)/sinh |k|h sin(th),
 
-z from the water at rest. Accelerations are those at a place that rests. Bound waves of second order are components
-whose potential does not follow from the amplitude.
+z from the water at rest. Accelerations are measured at a place that rests. Bound waves of second order are components
+with a potential that does not follow from the amplitude.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: What waves offer to formulas: the arguments before the time, and how many components there are.
+#: Quantities of waves for formulas: the arguments before the time, and the number of components.
 QUANTITIES: Mapping[str, tuple[int, int]] = {
     "elevation": (2, 1),
     "slope": (2, 2),
@@ -30,7 +30,7 @@ QUANTITIES: Mapping[str, tuple[int, int]] = {
 Stretching = Literal["wheeler", "none"]
 #: From k h on the bottom is too deep to be felt: exp(-2 k h) is below the last digit.
 _DEEP = 20.0
-#: Depth by 1/k from which on nothing is left of a wave: its exponential is not let become 0, by which b is divided.
+#: Depth by 1/k from which on a wave vanishes: its exponential is kept above 0, since b is divided by it.
 LEAST = 300.0
 
 
@@ -54,13 +54,13 @@ class WaveField:
     ----------
     depth : m; infinite if there is no bottom
     level : z of the water at rest in the world, m
-    ramp : how long the amplitudes take to grow from 0 at t = 0, s; 0 for waves that are there from the beginning
-    stretching : what the motion between the water at rest and the surface is: ``wheeler`` takes z - eta, shrunk to the
+    ramp : time in which the amplitudes grow from 0 at t = 0, s; 0 for waves that are there from the beginning
+    stretching : motion between the water at rest and the surface: ``wheeler`` takes z - eta, shrunk to the
         depth, for z; ``none`` takes z as it is, so that short waves grow exponentially. Above the surface
-        (``none``: and the water at rest) the motion is that at it, and below the bottom that there
+        (``none``: and the water at rest) the motion equals the motion there, and below the bottom the bottom's
     free : how many of the components, the first ones, are free waves; bound ones follow. None for all
-    factor : of all amplitudes, a formula of tunable parameters; that of bound waves is its square. None for 1
-    variables : tunable parameters, two for each free wave: its amplitude times exp(i phase) is that of its component
+    factor : of all amplitudes, a formula of tunable parameters; bound waves have its square. None for 1
+    variables : tunable parameters, two for each free wave: its amplitude times exp(i phase) is its component's
         times z1 + i z2. None for waves that do not change from run to run
     drawn : of each component the free waves that it is made of, and the sign of the second's phase; -1 and 1 for none
     seed : of the values that the variables have by default
@@ -91,7 +91,7 @@ class WaveField:
         """Numbers of all components by name.
 
         ``bottom`` is b = exp(-2 |k| h), so that cosh |k|(z + h)/cosh |k|h = (e + b/e)/(1 + b) with e = exp |k|z has no
-        large numbers; ``potential`` is that at z = 0 over 1 + b.
+        large numbers; ``potential`` is taken at z = 0 over 1 + b.
         """
         kx, ky, w, A, phase, potential = (np.array(column) for column in zip(*self.components, strict=True))
         k = np.hypot(kx, ky)
@@ -101,7 +101,7 @@ class WaveField:
         return {name: tuple(column.tolist()) for name, column in found.items()}
 
     def factors(self, name: str, component: int) -> tuple[float, ...]:
-        """Return by what each component's cosine or sine is multiplied in a quantity, before the depth is looked at."""
+        """Return the factor of each component's cosine or sine in a quantity, without its dependence on depth."""
         column = {name: np.array(values) for name, values in self.columns.items()}
         along = ("kx", "ky")[component] if component < 2 else ""
         match name:
@@ -116,7 +116,7 @@ class WaveField:
         return tuple(found.tolist())
 
     def value(self, name: str, component: int, *arguments: ArrayLike) -> NDArray[np.float64]:
-        """Return a quantity at x, y, where it has one z, and t, at what is ``given`` besides, of their broadcast shape,
+        """Return a quantity at x, y, z if it has one, and t, with ``given`` parameters, of their broadcast shape,
         in numbers."""
         numbers = [np.asarray(argument, dtype=float) for argument in arguments]
         count = QUANTITIES[name][0]
@@ -128,7 +128,7 @@ class WaveField:
         return rest + growing * self._full("water_velocity", component, place, t, given)
 
     def _sizes(self, given: list[NDArray[np.float64]]) -> NDArray[np.complex128]:
-        """Return by what the crest of each component is multiplied, (..., n), for what is given of parameters."""
+        """Return the factor of the crest of each component, (..., n), for given parameters."""
         sizes = np.ones(len(self.components), dtype=complex)
         if self.factor is not None:
             factor = given[0][..., None]
@@ -156,7 +156,7 @@ class WaveField:
         t: NDArray[np.float64],
         given: list[NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """Return a quantity of waves that are fully grown, except for what stretching takes of them."""
+        """Return a quantity of waves that are fully grown, before stretching."""
         column = {name: np.array(values) for name, values in self.columns.items()}
         x, y, time = (np.asarray(item)[..., None] for item in (place[0], place[1], t))
         angle = column["kx"] * x + column["ky"] * y - column["w"] * time + column["phase"]

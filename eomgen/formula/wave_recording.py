@@ -15,7 +15,7 @@ from eomgen.symbolic.tape import Tape
 
 
 def wave_quantity(algebra: Algebra, waves: WaveField, name: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
-    """Return a quantity of waves at x, y, where it has one z, and t, and at what they are given of parameters."""
+    """Return a quantity of waves at x, y, z if it has one, and t, and at given parameters."""
     count = QUANTITIES[name][0]
     place, t, given = arguments[:count], arguments[count], arguments[count + 1 :]
     grown, growing = _growth(algebra, waves, t)
@@ -44,7 +44,7 @@ def _full(
     t: Scalar,
     given: Sequence[Scalar],
 ) -> Scalar:
-    """Return a quantity of waves that are fully grown, except for what stretching takes of them."""
+    """Return a quantity of waves that are fully grown, before stretching."""
     column, factors = waves.columns, waves.factors(name, component)
     quadrature = in_quadrature(name, component)
     if not any(factors):
@@ -94,7 +94,7 @@ def _times(waves: WaveField, given: Sequence[Scalar], found: Scalar) -> Scalar:
 def _wave(
     algebra: Algebra, kernel: _Kernel, waves: WaveField, angle: Scalar, given: Sequence[Scalar], *, quadrature: bool
 ) -> Scalar:
-    """Return the real part of a wave, or the imaginary one where it is a quantity in quadrature."""
+    """Return the real part of a wave, or the imaginary one of a quantity in quadrature."""
     call = kernel.algebra.call
     if not waves.variables:
         return call(Op.SIN if quadrature else Op.COS, angle)
@@ -125,7 +125,7 @@ def _stretched(
 
 
 class _Kernel:
-    """What one wave gives: a loop's kernel whose columns and shared references are added as they are needed."""
+    """Terms of one wave: a loop's kernel with columns and shared references added as they are needed."""
 
     def __init__(self) -> None:
         self.tape = Tape()
@@ -135,7 +135,7 @@ class _Kernel:
         self.gathers: dict[tuple[int, ...], Scalar] = {}
 
     def column(self, values: tuple[float, ...]) -> Scalar:
-        """Return what differs from wave to wave; the number itself where it does not."""
+        """Return a number that differs from wave to wave; the number itself if it does not."""
         if len(set(values)) == 1:
             return self.algebra.scalar(values[0])
         if values not in self.columns:
@@ -143,7 +143,7 @@ class _Kernel:
         return self.columns[values]
 
     def shared(self, value: Scalar) -> Scalar:
-        """Return what is the same for all waves."""
+        """Return a value that is the same for all waves."""
         if value.constant is not None:
             return self.algebra.scalar(value.constant)
         if value.ref not in self.references:
@@ -151,7 +151,7 @@ class _Kernel:
         return self.references[value.ref]
 
     def gathered(self, values: Sequence[Scalar]) -> Scalar:
-        """Return what each wave has a value of its own of, on the outer tape."""
+        """Return a reference on the outer tape with a value for each wave."""
         slot = tuple(value.ref for value in values)
         if slot not in self.gathers:
             self.gathers[slot] = Scalar(self.tape, self.tape.input("gather", len(self.gathers)))

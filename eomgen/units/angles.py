@@ -8,7 +8,7 @@ import math
 def several_turns(what: str, angle: float) -> str:
     """Return a note on an angle of more than a turn, in rad as a plain number; empty for less.
 
-    ``what``: what has the angle, as a clause: ``the joint hinge starts at``.
+    ``what``: the thing with the angle, as a clause: ``the joint hinge starts at``.
     """
     if not 2.0 * math.pi < abs(angle) < math.inf:
         return ""

@@ -55,7 +55,7 @@ def to_unit(quantity: Quantity, unit: str, *, over_time: bool = False) -> float:
     Parameters
     ----------
     unit : str
-        Where it is divided by an angle, as a torsional stiffness is, the angle need not be written: N m is taken for N
+        If it is divided by an angle, as a torsional stiffness is, the angle need not be written: N m is taken for N
         m/rad.
     over_time : bool
         Whether a formula of time could stand in its place.
@@ -97,7 +97,7 @@ def _of_kind(factors: Factors) -> str:
 
 
 def misplaced(label: str, unit: str) -> str:
-    """Return what a quantity with a unit is where one in another unit is expected, in words; empty if it could be
+    """Return the kind of a quantity with a unit if one in another unit is expected, in words; empty if it could be
     that one, angles being no dimension here.
 
     Parameters
@@ -122,7 +122,7 @@ def to_si(quantity: Quantity) -> tuple[float, str]:
 
 
 def is_coherent(factors: Factors, quantity: Quantity) -> bool:
-    """Tell whether a unit is that of SI for a quantity."""
+    """Return whether a unit is the SI unit of a quantity."""
     size, dimension = measure(factors)
     return size == 1 and dimension == measure(quantity.factors)[1]
 

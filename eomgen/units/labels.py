@@ -15,7 +15,7 @@ def in_label(where: str, text: str, label: str) -> float:
     Parameters
     ----------
     where : str
-        What the text was given for, for messages.
+        Argument or option with the text, for messages.
 
     Raises
     ------

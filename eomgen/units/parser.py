@@ -4,7 +4,7 @@
     product  := term { ("*" | "." | blank) term }  term    := factor | "(" product ")"
     factor   := name [("^" | "**") whole number]
 
-Nothing here needs pint: what it gets to see later are names from ``unit_table`` and whole exponents, never the text.
+pint is not needed here: it gets names from ``unit_table`` and whole exponents later, never the text.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ Factors = tuple[tuple[str, int], ...]
 
 
 class UnitError(DescriptionError):
-    """A unit string that cannot be taken: ``what`` and ``hint`` say why."""
+    """A unit string that cannot be taken: ``what`` and ``hint`` are its fault and remedy."""
 
     def __init__(self, what: str, hint: str = "") -> None:
         self.what = what
@@ -65,7 +65,7 @@ class Quantity:
 
     Attributes
     ----------
-    text : what the user wrote.
+    text : the user's text.
     number : exactly as written.
     factors : names of units and their exponents.
     """
@@ -237,7 +237,7 @@ def _nearest(name: str) -> str:
 
 
 def in_formula(number: str, word: str) -> tuple[str, str]:
-    """Return what is wrong with a number followed by a word within a formula, and a hint."""
+    """Return the fault of a number followed by a word within a formula, and a hint."""
     if word in names():
         return f"{shown(f'{number} {word}')} is within a formula, where units are not read", _parameter(number, word)
     return f"the number {shown(number)} runs into a name", f"a * after {number[:20]}"

@@ -15,7 +15,7 @@ class Unit(NamedTuple):
 
     Attributes
     ----------
-    symbol : the short name, which takes the short prefixes where ``prefixed``.
+    symbol : the short name, which takes the short prefixes if ``prefixed``.
     words : long names, separated by blanks, which take the long prefixes and a plural s; the first is pint's.
     definition : for pint; a dimension in brackets for the base of one.
     coherent : the unit of SI of the same kind, in the form of a unit string.
@@ -85,7 +85,7 @@ PREFIXES = (
     ("u", "micro", "1e-6"),
     ("n", "nano", "1e-9"),
 )
-#: Names of what is no unit here, and why; a hint after the stroke.
+#: Names that are no units here, with the reason; a hint after the stroke.
 REFUSED = {
     **dict.fromkeys(
         ("degC", "celsius", "degreeC", "degF", "fahrenheit"),
@@ -127,7 +127,7 @@ NAMED = {
 
 
 class Named(NamedTuple):
-    """A name that was found: what pint calls it, the unit of SI of the same kind, and whether it is that unit."""
+    """A name that was found: its name in pint, the SI unit of the same kind, and whether it is that unit."""
 
     pint: str
     coherent: str
@@ -156,5 +156,5 @@ def _every() -> Iterator[tuple[str, Named]]:
 
 
 def _numbers(word: str) -> tuple[str, ...]:
-    """Return a word in the singular and, where an s makes it, the plural."""
+    """Return a word in the singular and, if it ends with s, the plural."""
     return (word,) if word.endswith(("foot", "feet", "inch", "inches", "hertz", "henry")) else (word, f"{word}s")
