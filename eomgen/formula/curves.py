@@ -39,7 +39,7 @@ class Bump:
         return f"a bump {self.height:.6g} high over {self.length:.6g} from {self.position:.6g}"
 
     def kinks(self) -> list[tuple[float, int]]:
-        """Return the places where the curve is not smooth, as ``Curve.kinks``: its second derivative jumps at both ends."""
+        """Return the kinks of the curve, as ``Curve.kinks``: its second derivative jumps at both ends."""
         return [(self.position, 2), (self.position + self.length, 2)]
 
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:

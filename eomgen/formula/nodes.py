@@ -64,7 +64,7 @@ class Symbol(Node):
         ``load``, ``deflection``, ``reaction``, ``drive_effort``, ``section_load`` or ``energy``.
     name : str
         Name of the parameter, input, state, controller, joint, point, spring, tyre, constraint or reaction; empty for
-        time, a place and a number; ``position``, ``velocity``, ``rotation`` or ``angular_velocity`` of local quantities;
+        time, a place and a number; ``position``, ``velocity``, ``rotation`` or ``angular_velocity`` if ``local``;
         ``kinetic``, ``potential``, ``total``, ``base_power`` or ``power`` for energies.
     index : int
         Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position; of a

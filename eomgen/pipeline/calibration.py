@@ -1,8 +1,8 @@
 """Gains of state feedback from the linear model of the same scene, with these gains at zero: the calibration stage.
 
-The scene is opened where a controller acts: what it gives becomes an input beside its formula. The linear model of that
+The scene is opened at a controller: its output becomes an input beside its formula. The linear model of that
 scene is the plant, signals and weighted quantities are its outputs. Controllers are calibrated in their order, each
-with those before it at work. Gains are parameters, so the code of a model knows nothing of all this but their defaults.
+with earlier ones active. Gains are parameters, so the code of a model depends on their defaults only.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from eomgen.linear.state_space import StateSpace
     from eomgen.model import Model
 
-#: Calibrated numbers are kept to so many digits: what is beyond depends on the machine.
+#: Calibrated numbers are kept to so many digits: further digits depend on the machine.
 _DIGITS = 12
 #: Feedback that signals cannot give, as a share of all of it, above which they are said to miss something.
 _MISSING = 1e-8
@@ -53,7 +53,7 @@ def calibrated(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scen
     Raises
     ------
     DescriptionError, ModelError, NumericalError
-        Where a calibration fails; names its place in the scene file.
+        If a calibration fails; names its place in the scene file.
     """
     if not any(item.calibration for item in scene.feedback):
         return scene
@@ -79,7 +79,7 @@ def gains(
             gains_of_one, note = _one(opened, item, item.calibration, model, values)
         except EomgenError as error:
             where = f"{scene.source.get(key, scene.name)} ({key})"
-            # what was called for stands in the scene
+            # the requested result stands in the scene
             kind = DescriptionError if isinstance(error, UsageError) else type(error)
             raise kind([Problem(where, problem.what, problem.hint) for problem in error.problems]) from None
         values |= gains_of_one
@@ -89,7 +89,7 @@ def gains(
 
 @dataclass(frozen=True)
 class _Opened:
-    """A scene whose controllers also give what inputs say.
+    """A scene with inputs beside the outputs of its controllers.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ def _input_of(output: str) -> str:
 def _one(
     opened: _Opened, item: StateFeedback, calibration: Calibration, model: Model, values: Mapping[str, float]
 ) -> tuple[dict[str, float], str]:
-    """Return the parameters of one controller, and a note that says what they give."""
+    """Return the parameters of one controller, and a note on them."""
     rest = model.equilibrium(parameters=values, any_kind=True) if calibration.at == "equilibrium" else None
     linear = model.linearize(at=rest or "initial", parameters=values)
     _check_balance(linear)
@@ -183,7 +183,7 @@ def _one(
 
 @dataclass(frozen=True)
 class _State:
-    """The state that is fed back: its scaling T, x^ = T x, the inverse, and what its components are called."""
+    """The fed-back state: its scaling T, x^ = T x, the inverse, and the names of its components."""
 
     there: Array
     back: Array
@@ -273,7 +273,7 @@ def _each(numbers: Sequence[float], count: int) -> Array:
 def _weights(
     weights: Weights, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array
 ) -> Weights:
-    """Return a cost with that of coordinates, velocities, signals and outputs added."""
+    """Return a cost plus the cost of coordinates, velocities, signals and outputs."""
     weighted: list[tuple[int, float]] = []
     for kind, table in (("q", calibration.position_weights), ("v", calibration.velocity_weights)):
         weighted += [(opened.rows[f"{item.name}.{kind}.{joint}"].start, weight) for joint, weight in table.items()]
@@ -294,7 +294,7 @@ def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Arr
     Raises
     ------
     ModelError
-        Signals that do not tell all of the state that is fed back, or that depend on what the controller gives.
+        Signals that do not determine all of the fed-back state, or that depend on the controller's output.
     """
     if np.any(Y_u):
         signal = item.labels[int(np.argwhere(np.any(Y_u, axis=1))[0, 0])]

@@ -13,12 +13,12 @@ from eomgen.linear.modes import modes
 
 #: Modal forces that miss their mode, as a share of those asked for, above which poles are elsewhere.
 _MISSED = 1e-6
-#: Distance of an eigenvalue from where it is wanted, as a share of its size, that is told.
+#: Distance of an eigenvalue from its wanted place, as a share of its size, that is reported.
 _OFF = 1e-3
 
 
 def slowest_motion(plant: Plant, G: Array) -> str:
-    """Return how fast the slowest motion decays under gains G of [q, v], (m, 2n), or what does not decay."""
+    """Return the decay rate of the slowest motion under gains G of [q, v], (m, 2n), or a motion without decay."""
     n = plant.n
     A, _ = plant.state_space(G[:, :n], G[:, n:])
     result = modes(A, np.eye(n, 2 * n), plant.names, np.diag(plant.M))

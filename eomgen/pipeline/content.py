@@ -1,4 +1,4 @@
-"""What a library follows from, as bytes, without deriving anything: document, front end, terms, method and code."""
+"""Sources of a library, as bytes, without deriving anything: document, front end, terms, method and code."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from eomgen.version import __version__
 
 
 def fingerprint(document: Document, front_end: FrontEnd) -> str:
-    """Return 16 hexadecimal digits of what the equations follow from, whichever terms and stepper a library has."""
+    """Return 16 hexadecimal digits that identify the equations, for any terms and stepper of a library."""
     stamps = json.dumps([front_end.name, _stamp(front_end), __version__])
     return hashlib.sha256(front_end.content(document) + b"\0" + stamps.encode()).hexdigest()[:16]
 
@@ -42,14 +42,14 @@ def library_content(document: Document, front_end: FrontEnd, selection: Selectio
 
 
 def _stamp(front_end: FrontEnd) -> str:
-    """Return a digest of the file that another distribution's front end derives by; nothing for eomgen's own."""
+    """Return a digest of the file of another distribution's front end; empty for eomgen's own."""
     if front_end is SCENES:
         return ""
     return hashlib.sha256(Path(inspect.getfile(front_end.derive)).read_bytes()).hexdigest()
 
 
 def _code_stamp() -> str:
-    """Return a digest of eomgen's own files in a checkout, where code changes under one version; nothing when
+    """Return a digest of eomgen's own files in a checkout, since code changes there under one version; empty if
     installed."""
     package = Path(__file__).resolve().parents[1]
     templates = package.parent / "templates"

@@ -1,6 +1,6 @@
 """The way back from a design to a scene: a regulator or output feedback as controllers and states of its nested data.
 
-Inputs that a caller would drive become controllers (or sampled states) of the same names, so that nothing else of the
+Inputs that a caller would drive become controllers (or sampled states) of the same names, so that the rest of the
 scene changes. Gains of a state are tunable parameters, as of every state feedback.
 """
 
@@ -23,7 +23,7 @@ from eomgen.text import NAME_LENGTH, nearest, shown
 Sections = dict[str, dict[str, Any]]
 #: Sections whose entries formulas call by their bare names.
 _NAMES = ("parameters", "inputs", "random", "states", "controllers", "curves")
-#: What formulas of controllers cannot use.
+#: Quantities that formulas of controllers cannot use.
 _OF_ACCELERATIONS = re.compile(r"\b(?:a|acceleration|reaction|drive_effort)\.")
 #: Kinds of outputs whose values formulas call by name.
 _QUANTITIES = ("position", "velocity")
@@ -37,7 +37,7 @@ def with_controller(
     Parameters
     ----------
     scene : path, or mapping like a scene file
-        What the linear model was made of.
+        Source of the linear model.
     law : Regulator or OutputFeedback
         In continuous time controllers of type ``state_feedback``, with states for the estimates; sampled ones are
         sampled states.
@@ -53,8 +53,8 @@ def with_controller(
     Raises
     ------
     UsageError
-        A model or a Scene in place of the scene's data; inputs that are not the scene's own, feedback of what the scene
-        has no name for (shaping filters, coordinates of bodies in absolute coordinates), measured signals that formulas
+        A model or a Scene in place of the scene's data; inputs that are not the scene's own, feedback of states
+        without names in the scene (shaping filters, coordinates of bodies in absolute ones), measured signals that formulas
         cannot use (accelerations), names that are taken.
     FileError, DescriptionError
         A scene file that cannot be read.
@@ -152,7 +152,7 @@ class _Writer:
         signals = {name: formula for name, formula, _, _ in row}
         gains = {name: gain for name, _, _, gain in row}
         references = {name: reference for name, _, reference, _ in row if reference}
-        if rest or not row:  # what it gives at rest is feedback of a constant
+        if rest or not row:  # its output at rest is feedback of a constant
             signals["rest"], gains["rest"] = _number(rest), -1.0
         entry = {
             "type": "state_feedback",
@@ -164,7 +164,7 @@ class _Writer:
         return entry | ({"signal_references": references} if references else {})
 
     def _held(self, formulas: list[list[tuple[float, str]]]) -> dict[str, Any]:
-        """Return the sampled states that give the inputs, late where the model has a delay."""
+        """Return the sampled states of the inputs, late if the model has a delay."""
         space, states = self.space, {}
         for number, (input, terms) in enumerate(zip(space.inputs, formulas, strict=True)):
             rest = self._rest(number)
@@ -186,7 +186,7 @@ class _Writer:
         return {"sample": self.space.sample, "formula": formula}
 
     def _rest(self, number: int) -> float:
-        """Return what an input is where the model is linear."""
+        """Return the value of an input at the reference of the linear model."""
         references = self.space.references.get("inputs")
         return 0.0 if references is None else float(references[number])
 
@@ -197,7 +197,7 @@ class _Writer:
         return _fitting(f"{self.prefix}_{_legal(state)}")
 
     def _state(self, name: str) -> tuple[str, float]:
-        """Return the formula of a state, and what it is where the model is linear."""
+        """Return the formula of a state, and its value at the reference of the linear model."""
         reference = self.space.reference("states", name)
         if name in self.space.waiting:
             return name, reference
@@ -212,7 +212,7 @@ class _Writer:
         return f"q.{name}" if not dot else rest if kind == "z" else name, reference
 
     def _measured(self, name: str, number: int, controller: StateSpace) -> tuple[str, float]:
-        """Return the formula of a measured signal, and what it is where the model is linear."""
+        """Return the formula of a measured signal, and its value at the reference of the linear model."""
         if name not in self.space.outputs:
             return self._state(name)
         reference = float(controller.references["inputs"][number])
@@ -234,7 +234,7 @@ class _Writer:
 
 
 def error_on_group(joint: str, component: int, reference: tuple[float, ...]) -> str:
-    """Return the formula of how far a joint on SO(3) or SE(3) is from where a model is linear, along one component.
+    """Return the formula of the distance of a joint on SO(3) or SE(3) from the reference, along one component.
 
     With r = p_0^-1 p, quaternions, the turn is 2 r_w (r_x, r_y, r_z): sin(angle) times the axis (Lee, Leok and
     McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010). It is the logarithm, left-trivialised

@@ -25,7 +25,7 @@ _LISTED = 12
 def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Model]) -> Program:
     """Return a Program with the initial state of ``simulate`` at the scene's own parameters, documented in its README.
 
-    Without an equilibrium the initial state is that of the joints; a RuntimeWarning and the README report it.
+    Without an equilibrium the initial state is the joints' own; a RuntimeWarning and the README report it.
 
     Parameters
     ----------

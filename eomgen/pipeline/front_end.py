@@ -1,8 +1,8 @@
-"""Front ends: interface to what derives a System and a Description from documents of one class.
+"""Front ends: interface to the derivation of a System and a Description from documents of one class.
 
-Nothing behind a front end knows its documents. Mechanics is one, for Scenes; other distributions name theirs as entry
+Only a front end knows its documents. Mechanics is one, for Scenes; other distributions name theirs as entry
 points of the group ``eomgen.front_ends``. A document may also say itself who derives its equations: its attribute
-``front_end`` is a ``FrontEnd`` then, and nothing has to be installed.
+``front_end`` is a ``FrontEnd`` then, and no installation is needed.
 """
 
 from __future__ import annotations
@@ -23,30 +23,30 @@ Build = Callable[[Any, Sequence[str]], "Model"]
 
 
 class Document(Protocol):
-    """What a front end derives equations of: a Scene, or what another front end takes instead."""
+    """Source of equations: a Scene, or the document of another front end."""
 
     @property
     def content(self) -> bytes:
-        """All that determines the equations, for the key of the cache; empty if nothing is known of it."""
+        """All data that determine the equations, for the key of the cache; empty if unknown."""
         ...
 
 
 @dataclass(frozen=True)
 class FrontEnd:
-    """What makes equations of documents of one class.
+    """Derivation of equations from documents of one class.
 
     Attributes
     ----------
     name : of the front end, part of the key of the cache
     document : class of its documents, each a ``Document``
-    describe : what a document is about; asked for at every build, also of a cached model, so it should import nothing
-        slow
-    derive : the System with the terms wanted, all that a run may need where that is None; those that it cannot give are
+    describe : description of a document; called at every build, also of a cached model, so it should import no
+        slow modules
+    derive : the System with the wanted terms, all that a run may need if that is None; terms that it cannot derive are
         left out
-    prepared : the document with what has to be found with a compiled model of it, before it is derived
-    start : what gives q and v of the initial state at other values of tunable parameters, where they depend on them
-    gains : what finds parameters that ``prepared`` fills at other values of the others, if there are any
-    every_row : what evaluates the constraints with the rows that were left out as redundant, if there are any
+    prepared : the document with values found by a compiled model of it, before it is derived
+    start : returns q and v of the initial state at other values of tunable parameters, if they depend on them
+    gains : finds parameters that ``prepared`` fills at other values of the others, if there are any
+    every_row : evaluates the constraints with the rows that were left out as redundant, if there are any
     content : all that determines the equations of a document; its ``content`` if nothing else is said
     """
 

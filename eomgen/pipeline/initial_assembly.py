@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from eomgen.system.description import Description
     from eomgen.system.system import System
 
-#: What is needed to find a consistent state, and the rows that say nothing new.
+#: Terms for finding a consistent state, and the redundant rows.
 NEEDED = PURPOSES["initial_assembly"]
-#: How many other sets of parameters are looked at, and how far away they are, for what follows at the defaults alone.
+#: Number and distance of other sets of parameters that are examined for dependences at the defaults alone.
 _NEIGHBOURS, _NEARBY = 2, 1e-3
 
 
@@ -36,7 +36,7 @@ def with_initial_assembly(
     terms: Sequence[str] | None = None,
     description: Description | None = None,
 ) -> System:
-    """Return a System without redundant rows and with a consistent initial state, notes saying what was done.
+    """Return a System without redundant rows and with a consistent initial state, with notes.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def with_initial_assembly(
     units = coordinate_units(system.factors, description.coordinates if description is not None else ())
     guess = np.array(system.initial_q), np.array(system.initial_v)
     corrections = [*assembly.corrections(), *corrected_start(assembly, guess, coordinate_names(system.factors), units)]
-    if rows.dependent:  # what contradicts the others by a little no longer holds them off
+    if rows.dependent:  # a small contradiction to other rows no longer prevents their solution
         assembly = assemble(equations.without(rows.dependent), assembly.q, assembly.v)
     left_out = _left_out(system, equations, assembly.q, rows)
     notes = [*left_out, *prescribed, *locked, *undetermined, *corrections, *assembly.deviations]
@@ -83,7 +83,7 @@ def with_initial_assembly(
 
 
 def _left_out(system: System, equations: Constrained, q: Array, rows: Redundancy) -> list[str]:
-    """Return a sentence for each row that follows from others, and by how much it does not where lengths or axes hardly
+    """Return a sentence for each dependent row, with its violation if lengths or axes hardly
     fit."""
     off = left_over(equations, q, rows.dependent)
     by = {row: f", though it is off by {abs(value):.3g}" for row, value in off.items()}
@@ -133,7 +133,7 @@ def _sensitive(system: System, equations: Constrained, q: Array, v: Array, left_
     """Return the rows that were left out if they follow from others at the default parameters only, as far as is seen
     nearby.
 
-    Rows are analytic in the parameters that enter them: what follows at arbitrary values nearby does so at all.
+    Rows are analytic in their parameters: a dependence at arbitrary values nearby is a dependence everywhere.
     """
     rows = [system.functions[name] for name in ("constraint", "constraint_velocity") if name in system.functions]
     refs = [ref for function in rows for ref in function.refs]
@@ -176,7 +176,7 @@ def constrained(system: System, parameters: Array | None = None, description: De
 
     def at(function: str, t: float, **state: Array) -> Array:
         inputs: dict[str, Any] = {"p": defaults, **state, "t": np.array([t])}
-        with np.errstate(all="ignore"):  # what is not finite is reported by name where it is used
+        with np.errstate(all="ignore"):  # values that are not finite are reported by name at their use
             if "base" in system.functions[function].inputs:
                 inputs["base"] = evaluation("base").on_arrays(inputs)
             return np.array(evaluation(function).on_arrays(inputs), dtype=float)

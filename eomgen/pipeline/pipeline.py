@@ -58,19 +58,19 @@ def load(
     task_frames: Sequence[str] = (),
     **options: Any,
 ) -> Scene:
-    """Read a scene from a ``.toml`` or ``.urdf`` file, or from what such a file holds.
+    """Read a scene from a ``.toml`` or ``.urdf`` file, or from the data of such a file.
 
     Parameters
     ----------
     path : path, mapping or Scene
-        A mapping holds what a scene file holds; a Scene is returned as it is.
+        A mapping holds the data of a scene file; a Scene is returned as it is.
     strict : bool
-        Refuse what an importer would leave out with a note.
+        Refuse elements that an importer would leave out with a note.
     coordinates : str, optional
-        ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
+        ``joint`` or ``absolute``, in place of the file's own (a URDF's are joint).
     task_frames : sequence of str
-        Bodies and frames that the terms of frames give (``frame_jacobians`` and others), in place of what the file
-        says; a URDF says all.
+        Bodies and frames of the terms of frames (``frame_jacobians`` and others), in place of the file's own;
+        a URDF has all.
     options
         For URDF: ``root``, whether the root link is ``fixed`` to the base or ``free``; ``lock``, moving joints to be
         fixed at zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints' largest
@@ -131,7 +131,7 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     Raises
     ------
     UsageError, DescriptionError, ModelError
-        DescriptionError where a drive, or the law of the base, jumps.
+        DescriptionError if a drive, or the law of the base, jumps.
     """
     _check_terms(terms)
     hamiltonian = hamiltonian_of(scene, {"terms": terms})
@@ -161,7 +161,7 @@ def generate(
 ) -> list[Path]:
     """Write a scene's model and stepper as a folder of C that stands alone, and return the files' paths.
 
-    Where the scene starts at static equilibrium so does the C; a RuntimeWarning and its README say where none was
+    If the scene starts at static equilibrium so does the C; a RuntimeWarning and its README say if none was
     found.
 
     Parameters
@@ -230,7 +230,7 @@ def build(
     Parameters
     ----------
     scene : Scene, path, or mapping
-        A mapping holds what a scene file holds: ``{"format": 1, "name": ..., "bodies": {...}, ...}``.
+        A mapping holds the data of a scene file: ``{"format": 1, "name": ..., "bodies": {...}, ...}``.
     terms : sequence of str, optional
         Functions wanted; the scene's own list, or all that it can use, by default. Fewer compile faster.
     method : str, optional
@@ -276,7 +276,7 @@ def built_in(
     """Return the compiled model of a scene as ``build`` does, with libraries kept in this folder, the user's cache by
     default.
 
-    ``start``: as of ``Selection``, where the model is built for runs alone.
+    ``start``: as of ``Selection``, if the model is built for runs alone.
     """
     _check_terms(terms)
     from eomgen.integrators.families.family import LinearPasses  # noqa: PLC0415
@@ -301,7 +301,7 @@ def built_in(
     long = not constrained and not described.states and "iteration" in there
 
     def stepper(other: str, selection: Selection | None = None) -> Library:
-        """Return a library with a method's stepper: of these functions, else of those that it calls; of long trees
+        """Return a library with a method's stepper: of these functions, else of the functions it calls; of long trees
         without their dense partials."""
         if selection is not None:
             return _library(document, front_end, selection, other, builder)
@@ -321,7 +321,7 @@ def built_in(
 
         try:
             return builder.build_lanes(library, LANES_CDEF, files_of)
-        except ToolchainError as error:  # what runs alone needs no other library
+        except ToolchainError as error:  # a model for runs alone needs no other library
             return error.problems[0].what
 
     def built(others: Sequence[str]) -> Model:
@@ -340,7 +340,7 @@ def built_in(
             warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=3)
 
     def branches() -> Branches:
-        """Return what decides branches of the equations that runs follow."""
+        """Return the function that decides branches of the equations along runs."""
         from eomgen.system.branches import OF_RUNS, Branches  # noqa: PLC0415  # most scenes have none
 
         wanted = [name for name in OF_RUNS if name in TERMS and (name == "residual" or described.states)]
@@ -411,11 +411,11 @@ def as_document(described: Described) -> tuple[Document, FrontEnd]:
         for row in (loaded(entry, FrontEnd) for entry in extensions("eomgen.front_ends")):
             if isinstance(described, row.document):
                 return described, row
-    return load_scene(described), SCENES  # whatever else it is, load says what it should be
+    return load_scene(described), SCENES  # for anything else, load names the expected kinds
 
 
 def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None) -> Scene:
-    """Return a scene as it is, or made of nested data; raise UsageError for what it cannot be made of, or made into."""
+    """Return a scene as it is, or made of nested data; raise UsageError for impossible sources or targets."""
     if isinstance(scene, Scene):
         if coordinates not in (None, scene.coordinates):
             what = f"this Scene has {scene.coordinates} coordinates, and they are chosen where it is read"
@@ -445,7 +445,7 @@ def _check_terms(terms: Sequence[str] | None) -> None:
 
 
 def _method_name(described: Description, method: str | None) -> str:
-    """Return the method asked for, or the described one; the standard one where runs choose.
+    """Return the requested method, or the described one; the default one if runs choose.
 
     Raises UsageError or DescriptionError when there is none of its name.
     """
@@ -484,7 +484,7 @@ def _own_method(simulation: Simulation, place: str) -> str:
 def _method(described: Description, method: str | None, *, for_runs: bool) -> Method:
     """Return a method with the parameters described, as far as it can bear them.
 
-    Raises DescriptionError when the described method cannot, UsageError where another one cannot bear its own defaults.
+    Raises DescriptionError if the described method cannot, UsageError if another one cannot bear its own defaults.
 
     Parameters
     ----------
@@ -515,7 +515,7 @@ def _program(
     *,
     for_runs: bool = False,
 ) -> tuple[Program, str]:
-    """Return the Program, and why it has no stepper where it has none; ``for_runs`` as of ``_method``."""
+    """Return the Program, and the reason if it has no stepper; ``for_runs`` as of ``_method``."""
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
 

@@ -60,7 +60,7 @@ def _gains(scene: Scene, build: Build) -> Gains | None:
 
 @dataclass(frozen=True)
 class AbsoluteStart:
-    """What puts absolute bodies where the joints' initial state has them, at values of the tunable parameters."""
+    """Puts absolute bodies into the joints' initial state, at values of the tunable parameters."""
 
     scene: Scene
 

@@ -18,7 +18,7 @@ _OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 
 
 def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
-    """Return what a step of a method does, JSON types: ``parts`` with ``times`` and operations of one time, ``total``.
+    """Return the work of a step of a method, JSON types: ``parts`` with ``times`` and operations of one, ``total``.
 
     Parameters
     ----------

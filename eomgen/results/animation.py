@@ -27,7 +27,7 @@ from eomgen.results.recorded import Recorded
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD
 
-#: Stored pictures per second of motion; those of short runs are at least FEWEST, and a page holds at most LARGEST bytes
+#: Stored pictures per second of motion; short runs have at least FEWEST, and a page holds at most LARGEST bytes
 #: of them.
 RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000
 #: Maximum size of a page embedded in a notebook, bytes.
@@ -63,14 +63,14 @@ class InlineAnimation:
 
 
 class Animated(Recorded, Protocol):
-    """What a page shows: a ``Solution`` with its poses."""
+    """Data of a page: a ``Solution`` with its poses."""
 
     @property
     def poses_and_scenery(self) -> PosesAndScenery: ...
 
 
 def write_animation(solution: Animated, path: str | Path) -> Path:
-    """Write a solution's motion as one HTML file: all in it, nothing fetched; return its path.
+    """Write a solution's motion as one self-contained HTML file; return its path.
 
     Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page
     interpolates.
@@ -80,7 +80,7 @@ def write_animation(solution: Animated, path: str | Path) -> Path:
     UsageError
         A solution without poses, or a name that ends otherwise than in ``.html``.
     FileError
-        The path cannot be written, or the solution's file did not hold what eomgen writes.
+        The path cannot be written, or the solution's file was not written by eomgen.
     """
     path = check_name(Path(path))
     write_text(path, animation_page(solution))
@@ -190,7 +190,7 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
 
 
 class _Carriers:
-    """What moves the things of a page, by numbers: bodies in the order of the poses, then frames along beams; -1 is the
+    """Carriers of the things of a page, by numbers: bodies in the order of poses, then frames along beams; -1 is the
     world."""
 
     def __init__(self, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> None:
@@ -214,7 +214,7 @@ class _Carriers:
         return self.numbers.get(BASE, -1) if body == BASE else -1 if body == WORLD else self.numbers[body]
 
     def place(self, body: str, position: list[float]) -> dict[str, Any]:
-        """Return what carries a place of a body, on a beam the frame there, with its position in that frame."""
+        """Return the carrier of a place of a body, on a beam the frame there, with its position in that frame."""
         if axis := self.axes.get(body):
             number, within = nearest_station(axis, position)
             return {"carrier": self.along[body][number], "position": within}

@@ -19,7 +19,7 @@ from eomgen.lie.groups import SE3
 
 #: Frames along a beam at least; each element has at most MOST pieces.
 _FRAMES, _MOST = 48, 8
-#: Moments of a section that differ by less than this part are those of a circle.
+#: Moments of a section that differ by less than this part count as a circle's.
 _ROUND = 1e-3
 #: Half heights of sections in pictures, as parts of the beam's length.
 _THINNEST, _THICKEST = 1.0 / 400.0, 1.0 / 30.0
@@ -33,7 +33,7 @@ def pieces_of(elements: int) -> int:
 
 
 def frames_along(poses: Mapping[str, Array], nodes: Sequence[str]) -> Array:
-    """Return the poses along a beam, (nt, elements * pieces + 1, 7), from those of its nodes, (nt, 7)."""
+    """Return the poses along a beam, (nt, elements * pieces + 1, 7), given the poses of its nodes, (nt, 7)."""
     pieces = pieces_of(len(nodes) - 1)
     parts = []
     for first, second in pairwise(poses[name] for name in nodes):

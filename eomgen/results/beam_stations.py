@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def axes_of(model: CompiledModel) -> list[dict[str, Any]]:
-    """Return the axes of a model's beams as JSON types: the fields of ``BeamAxis``, and where the coordinates begin."""
+    """Return the axes of a model's beams as JSON types: fields of ``BeamAxis``, and the first of their coordinates."""
     begins = {factor.name: factor.q_start for factor in model.factors}
     return [{**axis, "q_start": begins[axis["name"]]} for axis in model.library.layout["axes"]]
 

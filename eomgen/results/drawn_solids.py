@@ -45,7 +45,7 @@ def equivalent_solid(mass: float, center: Array, inertia: Array) -> dict[str, An
 
 
 def _right_handed(columns: Array) -> list[list[float]]:
-    """Return the columns as rows, the second one turned where they are left-handed."""
+    """Return the columns as rows, the second one turned if they are left-handed."""
     axes = columns.T.copy()
     if np.linalg.det(axes) < 0.0:
         axes[1] = -axes[1]

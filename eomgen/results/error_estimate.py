@@ -12,7 +12,7 @@ from eomgen.arrays import Array
 
 #: Observed order below which there is none, and the part of the motion above which that matters.
 NO_ORDER, NOTICED = 0.5, 0.03
-#: What errors are a part of, unless it is too small.
+#: References of relative errors, unless they are too small.
 OWN = "its motion"
 _NUMBERS = ("order", "declared_order", "relative", "seconds", "cost")
 _WORDS = ("available", "reason", "remedy", "method", "unresolved", "passed_over")
@@ -31,7 +31,7 @@ class Largest:
     time : s, when
     share : part of the motion of the coordinate, or of the rotation, or of the internal state, or of a measure in its
         place
-    measure : what that is a part of, where the motion itself is too small to be measured by
+    measure : reference of the error, if the motion itself is too small to be one
     """
 
     name: str
@@ -52,7 +52,7 @@ class Largest:
 class ErrorEstimate:
     """Estimated absolute errors over the run, at the rows that all compared runs have.
 
-    Where ``available`` is False, ``reason`` says why, numbers are NaN and arrays over time are empty.
+    If ``available`` is False, ``reason`` says why, numbers are NaN and arrays over time are empty.
 
     Attributes
     ----------
@@ -65,11 +65,11 @@ class ErrorEstimate:
     outputs_at : name -> (n,) or (n, size)
     relative_at : (n,), the largest error of a coordinate or an internal state as a part of its motion
     order : observed in q; NaN if none is seen
-    declared_order : of the method; NaN where it chooses its steps
+    declared_order : of the method; NaN if it chooses its steps
     relative : the largest of ``relative_at``
     largest : which, how much and when
     largest_velocity : the same of the velocities, as a part of the largest of the same unit; of elastic coordinates,
-        whose rates are small beside those of joints, as a part of the largest of their own
+        with small rates compared with joints, as a part of the largest of their own
     largest_output : the same of the outputs, as a part of the range of each; None without any
     method : how the estimate was obtained
     seconds : s, time that the estimate took
@@ -104,7 +104,7 @@ class ErrorEstimate:
 
     @classmethod
     def missing(cls, reason: str, nq: int = 0, nv: int = 0, nz: int = 0, multipliers: int = 0) -> Self:
-        """Return what stands for an estimate that there is none of, for a system of given sizes."""
+        """Return the placeholder of a missing estimate, for a system of given sizes."""
         q, v, z, lam = (np.zeros((0, size)) for size in (nq, nv, nz, multipliers))
         return cls(reason=reason, q_at=q, increment_at=v, v_at=v, z_at=z, multipliers_at=lam)
 
@@ -155,7 +155,7 @@ class ErrorEstimate:
 
     @property
     def unordered(self) -> bool:
-        """Whether runs at other steps differ noticeably, in states or outputs, and not less where steps are smaller."""
+        """Whether runs at other steps differ noticeably, in states or outputs, and not less at smaller steps."""
         ordered = self.order >= NO_ORDER or np.isnan(self.declared_order)
         of_outputs = 0.0 if self.largest_output is None else self.largest_output.share
         return self.available and max(self.relative, of_outputs) > NOTICED and not ordered
@@ -178,7 +178,7 @@ class ErrorEstimate:
         return 1.0 if np.isnan(order) else float(min(1.0, (aim / share) ** (1.0 / max(order, 1.0))))
 
     def summary(self) -> dict[str, Any]:
-        """Return what a summary says in JSON types."""
+        """Return the summary in JSON types."""
         return {
             **self.described(),
             **{name: getattr(self, name).tolist() for name in _STATES},
@@ -186,7 +186,7 @@ class ErrorEstimate:
         }
 
     def described(self) -> dict[str, Any]:
-        """Return all but the arrays, in JSON types; what is not known is None."""
+        """Return all but the arrays, in JSON types; unknown values are None."""
         numbers = {
             name: _or_none(getattr(self, name)) for name in ("order", "declared_order", "relative", "seconds", "cost")
         }
@@ -205,7 +205,7 @@ class ErrorEstimate:
 
     @classmethod
     def from_file(cls, arrays: Mapping[str, Array], summary: Mapping[str, Any]) -> Self:
-        """Return what ``arrays`` and ``summary`` were written of."""
+        """Return the estimate written as ``arrays`` and ``summary``."""
         stored: dict[str, Any] = {"outputs_at": {}}
         for name, array in arrays.items():
             group, _, member = name.partition(".")

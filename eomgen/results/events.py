@@ -1,4 +1,4 @@
-"""The events of a run: a table of what each found and what it left."""
+"""The events of a run: a table of states before and after each."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BLOCKS = ("q_before", "v_before", "z_before", "q", "v", "z", "modes")
 
 
 class EventRecord(NamedTuple):
-    """One event; ``number`` counts those of its name from 1."""
+    """One event; ``number`` counts the events of its name from 1."""
 
     name: str
     number: int
@@ -36,16 +36,16 @@ class EventRecord(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Events:
-    """Events in the order of time; iterating gives an ``EventRecord`` each, ``events["bounce"]`` those of one name.
+    """Events in the order of time; iterating gives an ``EventRecord`` each, ``events["bounce"]`` all of one name.
 
     Attributes
     ----------
     names : of each event
     t : (n,) s
-    q_before, v_before, z_before : (n, nq), (n, nv), (n, nz); what each found
-    q, v, z : what it left
+    q_before, v_before, z_before : (n, nq), (n, nv), (n, nz); state before each event
+    q, v, z : state after it
     modes : (n, number of modes); behind it
-    counts : by name, those that are only counted among them; empty if the scene has no events
+    counts : by name, also of events that are only counted; empty if the scene has no events
     mode_names : of the columns of ``modes``
     first_modes : before all of them
     """

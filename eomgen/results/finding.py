@@ -23,7 +23,7 @@ class Finding:
     name : str
         Name of the check, as ``discretisation_error``.
     severity : str
-        ``note``: nothing is wrong. ``warning``: results are doubtful. ``failure``: the run is not a success.
+        ``note``: information. ``warning``: results are doubtful. ``failure``: the run is not a success.
     value : float
         Size; ``docs/python.md`` lists its meaning and unit for each check. NaN if the check has no size.
     time : float

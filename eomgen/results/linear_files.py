@@ -21,7 +21,7 @@ Complex = NDArray[np.complex128]
 
 
 def described(lin: Linearization, scene: str) -> dict[str, Any]:
-    """Return a linear model as JSON data: what it is about, its names, modes and matrices."""
+    """Return a linear model as JSON data: its reference, its names, modes and matrices."""
     reference, modes, space = lin.reference, lin.modes(), lin.state_space()
     second = (
         {name: getattr(lin, name).tolist() for name in ("M0", "C0", "K0", "B0", "E0")} if lin.free.holonomic else None

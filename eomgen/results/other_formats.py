@@ -129,7 +129,7 @@ def _labels(solution: Recorded) -> dict[str, dict[str, str]]:
 
 
 def _events(events: Events) -> dict[str, Any]:
-    """Return events as one struct of blocks, with a row for each; ``counts`` has those that are only counted too."""
+    """Return events as one struct of blocks, with a row for each; ``counts`` includes events that are only counted."""
     blocks = {name: getattr(events, name) for name in ("t", *BLOCKS)}
     return {"names": np.array(events.names, dtype=object), **blocks, "counts": _struct(events.counts)}
 

@@ -32,7 +32,7 @@ _DRAWN = ("coordinates", "velocities", "states", "outputs", "energy")
 _EVENTS = 200
 #: Smaller changes are shown as none: they are rounding errors.
 _FLAT = 1e-12
-#: What is measured in a unit, as far as the unit alone says it; coordinates of joints and bodies say more.
+#: Quantities by their unit, as far as the unit alone determines them; coordinates of joints and bodies say more.
 _QUANTITIES = {
     "rad": "angle", "m": "length", "rad/s": "angular velocity", "m/s": "velocity", "rad/s^2": "angular acceleration",
     "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy", "W": "power",
@@ -45,7 +45,7 @@ _LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "s
 #: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#E052C8", "#222222")
 _DASHED = 3
-#: Energies are drawn as changes where the largest change is less than this part of the values or of the gaps between
+#: Energies are drawn as changes if the largest change is less than this part of the values or of the gaps between
 #: them.
 _OFFSET = 0.2
 #: Letters in one line of a legend.
@@ -138,7 +138,7 @@ def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[
 def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plot") -> list[Curve]:
     """Return the curves that names mean; without names the outputs, or else the coordinates.
 
-    ``asked_by`` is what messages begin with.
+    ``asked_by`` begins messages.
     """
     kinds = {kind: curves for kind, curves in _by_kind(solution).items() if curves}
     if not names:
@@ -169,7 +169,7 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
 
 
 def _by_kind(solution: Recorded) -> dict[str, list[Curve]]:
-    """Return all curves of a solution by what they are."""
+    """Return all curves of a solution by their kind."""
     names, units = solution.metadata.get("names", {}), solution.metadata.get("units", {})
     of_columns = solution.units()
     accelerated = [of_columns.get(name, "") for name in names.get("a", [])]
@@ -195,7 +195,7 @@ def _curves(
 
 
 def _energies(solution: Recorded) -> list[Curve]:
-    """Return energies and powers; energies as changes from the start where an offset would press them flat."""
+    """Return energies and powers; energies as changes from the start if an offset would press them flat."""
     powers = [
         Curve(name, "W", values) for name, values in solution.energy.items() if "power" in name and np.any(values)
     ]
@@ -281,7 +281,7 @@ def _subplots(figure: Any, panels: int) -> list[Any]:
 
 
 def _fill(axes: Sequence[Any], solution: Recorded, panels: Sequence[Sequence[Curve]], *, beside: bool = True) -> None:
-    """Draw panels on axes, one on each, with legends beside them or, where a caller made the room, within."""
+    """Draw panels on axes, one on each, with legends beside them or, if a caller made the room, within."""
     for axis, panel in zip(axes, panels, strict=True):
         _panel(axis, solution.t, panel, beside=beside)
         for time in _marked(solution.events):
@@ -293,7 +293,7 @@ def _fill(axes: Sequence[Any], solution: Recorded, panels: Sequence[Sequence[Cur
 
 
 def _marks(events: Events) -> str:
-    """Return what the title says of the lines that mark events."""
+    """Return the part of the title on the lines that mark events."""
     return f"; dotted: {listed(dict.fromkeys(events.names))}" if len(_marked(events)) else ""
 
 
@@ -324,7 +324,7 @@ def _panel(axis: Any, t: Array, panel: Sequence[Curve], *, beside: bool = True) 
 
 
 def _label(panel: Sequence[Curve], alone: bool) -> str:
-    """Return what the panel shows over its unit: the quantity that is known of it, else the name if there is one."""
+    """Return the quantity of a panel, shown above its unit: the known quantity, else the name if there is one."""
     first = panel[0]
     named = (first.output or (first.name if len(panel) == 1 else "")) if alone else ""
     quantity = first.quantity or named or _QUANTITIES.get(first.unit, "") or "value"

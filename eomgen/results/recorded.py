@@ -1,4 +1,4 @@
-"""What a ``Solution`` is evaluated from, and what tables, plots and notebooks need of it."""
+"""Sources from which a ``Solution`` is evaluated, and its parts for tables, plots and notebooks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from eomgen.results.finding import Finding
 
 
 class EvaluatedLater(Protocol):
-    """What evaluates attributes of a solution when they are first asked for: ``simulation.outcome.Outcome``."""
+    """Evaluates attributes of a solution when they are first asked for: ``simulation.outcome.Outcome``."""
 
     @property
     def outputs(self) -> Mapping[str, Array]: ...

@@ -53,7 +53,7 @@ BATCH = 8192
 
 
 def poses_and_scenery(model: CompiledModel, t: Array, q: Array, p: Array) -> PosesAndScenery:
-    """Return the poses of all bodies, and of the base where it moves, with what else a picture shows."""
+    """Return the poses of all bodies, and of the base if it moves, with all other elements of a picture."""
     parts = [slice(start, start + BATCH) for start in range(0, len(t), BATCH)]
     model = model.having(("poses",))
     pose = np.concatenate([model.evaluate("poses", q[part], t=t[part], parameters=p)["pose"] for part in parts])

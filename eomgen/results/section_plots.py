@@ -123,7 +123,7 @@ def _thinned(t: Array, count: int) -> Array:
 
 
 def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]:
-    """Return the name of a beam and its loads at some rows, evaluated at these alone where that can be done."""
+    """Return the name of a beam and its loads at some rows, evaluated at these alone if possible."""
     known = vars(solution).get("section_loads")
     if known is None and solution.model is not None:
         found = solution.model.section_loads(rows_of(solution, rows), solution.multipliers[rows])

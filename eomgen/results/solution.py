@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from eomgen.results.animation import InlineAnimation
 
 
-#: The attributes that may be evaluated later, with the kinds of those that are results by name.
+#: The attributes that may be evaluated later, with the kinds of results by name.
 _LATER = {
     "outputs": "output",
     "energy": "energy",
@@ -52,12 +52,12 @@ _LATER = {
 }
 
 
-#: How much states of two parts of a run may differ where they meet, of their size.
+#: Tolerated difference of states of two parts of a run at their common time, relative to their size.
 _SAME = 1e-6
 
 
 class ModelOfRun(Protocol):
-    """The model of a run with its inputs and parameters, for what rows do not hold."""
+    """The model of a run with its inputs and parameters, for quantities that rows do not hold."""
 
     @property
     def between(self) -> Between | None:
@@ -65,7 +65,7 @@ class ModelOfRun(Protocol):
 
     @property
     def has_poses(self) -> bool:
-        """Whether nothing has to be compiled for poses."""
+        """Whether poses need no compilation."""
 
     def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery: ...
 
@@ -99,14 +99,14 @@ class Solution:
     multipliers : (nt, number of constraints)
     outputs : name -> (nt,) or (nt, size)
     energy : ``kinetic``, ``potential``, ``total`` (J), ``power``, ``base_power`` (W) -> (nt,); empty without the term
-    stats : counts of the stepper, wall time in s, ``energy_error``: how far energies are out of balance, where it is
+    stats : counts of the stepper, wall time in s, ``energy_error``: imbalance of energies, if it is
         known
     findings : results of the checks of the run, worded in ``message``; ``docs/python.md`` lists the checks
     success : whether no finding is a failure; ``message`` gives reason, time and remedy
     metadata : scene, version, method, step, parameters, names and units of components
     model : the model with the run's inputs and parameters; None if it is not at hand, see ``Model.attach``
     error : estimated discretisation error of states, multipliers and outputs
-    events : what happened at the roots of the scene's events; it is empty without any
+    events : events at the roots of the scene's functions; empty without any
     """
 
     t: Array
@@ -166,7 +166,7 @@ class Solution:
         return html(self)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what goes to another process: all that ``save`` keeps, poses among it, but not the way to the
+        """Return the data for another process: all that ``save`` keeps, with poses, but not the connection to the
         model."""
         self._poses_or_none()
         self._at_once()
@@ -180,9 +180,9 @@ class Solution:
         ----------
         recorded : mapping
             States, ``interrupted``, ``events`` and ``model``.
-        evaluated : what evaluates the other attributes
+        evaluated : evaluates the other attributes
         at_once : bool
-            Whether it does so now, as where a caller's functions were called in the run: they may have changed later.
+            Whether it does so now, since a caller's functions were called in the run: they may change later.
         """
         solution = cls.__new__(cls)
         vars(solution).update(recorded, _evaluated=evaluated)
@@ -198,7 +198,7 @@ class Solution:
 
     @cached_property
     def inputs(self) -> Mapping[str, Array]:
-        """The inputs at the rows, name -> (nt,): the caller's and those that the scene gives itself.
+        """The inputs at the rows, name -> (nt,): the caller's and the scene's own.
 
         Evaluated when first asked for; ``save`` keeps them.
         """
@@ -217,8 +217,8 @@ class Solution:
     def poses(self) -> Mapping[str, Array]:
         """Pose of each body at all times: name -> (nt, 7), quaternion (body to world axes) and position in the world.
 
-        With the name ``base`` that of the base, where it moves. Evaluated by the compiled model when first asked for;
-        the term ``poses`` is compiled then where the model was built without it.
+        With the name ``base`` the base's, if it moves. Evaluated by the compiled model when first asked for;
+        the term ``poses`` is compiled then if the model was built without it.
 
         Raises
         ------
@@ -259,7 +259,7 @@ class Solution:
             Curves along the axis at the rows next to them; without them one map over time and axis for each component
             that differs from zero.
         axes : matplotlib Axes, or several
-            Where to draw, one for each panel; a new figure of pyplot if none are given.
+            Axes to draw on, one for each panel; a new figure of pyplot if none are given.
 
         Raises
         ------
@@ -302,7 +302,7 @@ class Solution:
             ``inputs`` (``u``), ``outputs``, ``energy``; or columns by name: ``"q.hinge"``, ``"tip"``, ``"tip[0]"``,
             ``"total"``. The outputs, or else the coordinates, if none is given.
         axes : matplotlib Axes, or several
-            Where to draw, one for each panel; a new figure of pyplot if none are given.
+            Axes to draw on, one for each panel; a new figure of pyplot if none are given.
 
         Raises
         ------
@@ -335,7 +335,7 @@ class Solution:
         """Write the solution, all of it as ``.npz``, or its columns as ``.csv``, ``.mat`` or ``.parquet``; a file of
         that name is replaced.
 
-        An ``.npz`` holds the poses of the bodies too, where the model was built with them or they were asked for. A
+        An ``.npz`` holds the poses of the bodies too, if the model was built with them or they were asked for. A
         ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs ``inputs``,
         ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units`` and ``message``. A
         ``.parquet`` holds ``columns()``, with their units as metadata; it is written by the package ``pyarrow``.
@@ -383,7 +383,7 @@ class Solution:
         """Return the state at any time within the solution: t (...), q (..., nq), v and a (..., nv), z (..., nz).
 
         q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its
-        order 4 and generalized-alpha its order 2, in the step where every step is recorded, else in the spacing of the
+        order 4 and generalized-alpha its order 2, in the step if every step is recorded, else in the spacing of the
         rows; ``taylor`` takes a step from the row before, to its tolerance, unless the solution comes from a file or
         from another process; ``interpolation_error`` measures it, ``outputs_at`` gives the outputs there.
 
@@ -399,7 +399,7 @@ class Solution:
     def outputs_at(self, t: ArrayLike) -> dict[str, Array]:
         """Return the outputs at any time within the solution, name -> (...) or (..., size), by the states of ``at``.
 
-        Internal states, inputs and parameters are those of the run.
+        Internal states, inputs and parameters are the run's.
 
         Raises
         ------
@@ -412,8 +412,8 @@ class Solution:
     def linearize(self, t: float) -> Linearization:
         """Return the linear model about the motion at a time within the solution; see ``Model.linearize``.
 
-        Accelerations and multipliers are those of the dynamics in the state of ``at``, brought onto the constraints
-        if there are any. Inputs and parameters are those of the run.
+        Accelerations and multipliers follow from the dynamics in the state of ``at``, brought onto the constraints
+        if there are any. Inputs and parameters are the run's.
 
         Raises
         ------
@@ -433,7 +433,7 @@ class Solution:
     def interpolation_error(self) -> dict[str, float]:
         """Return the largest error of ``at`` across three spacings of rows: q (an increment), ``v``, ``a``, ``z``.
 
-        That is more than it is off between rows, by 3^3 to 3^6 where rows follow the motion.
+        That exceeds the error between rows, by 3^3 to 3^6 if rows follow the motion.
         """
         return largest_errors(self._rows, self.metadata)
 
@@ -442,9 +442,9 @@ class Solution:
         return Rows(self.t, self.q, self.v, self.a, self.z)
 
     def followed_by(self, later: Solution) -> Solution:
-        """Return both parts of a run as one: this one up to where ``later`` (of ``model.resume``) begins, and it.
+        """Return both parts of a run as one: this one up to the begin of ``later`` (of ``model.resume``), and it.
 
-        The rows are those of a run in one piece. Raises UsageError if the parts are not of one run.
+        The rows are as if the run was in one piece. Raises UsageError if the parts are not of one run.
         """
         same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
         other = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
@@ -533,7 +533,7 @@ class Solution:
     def units(self) -> dict[str, str]:
         """Return the units of the columns by name: ``s``, ``rad``, ``m/s``, ``N``; ``1`` for pure numbers.
 
-        Multipliers have none of their own: forces or moments by what their row holds.
+        Multipliers have no unit of their own: forces or moments by the unit of their row.
         """
         return units_of(self)
 
@@ -577,5 +577,5 @@ class Solution:
             return None
         try:
             return self.poses_and_scenery
-        except EomgenError:  # what cannot be drawn can still be kept
+        except EomgenError:  # a run without a plot can still be kept
             return None

@@ -20,12 +20,12 @@ from eomgen.results.recorded import Recorded
 from eomgen.results.scenery import PosesAndScenery
 
 _OUTCOME = ("stats", "message", "success", "interrupted")
-#: What has arrays of its own by name.
+#: Fields with arrays of their own by name.
 _GROUPS = ("inputs", "outputs", "events", "energy", "error", "poses", "section_loads")
 
 
 class Kept(Recorded, Protocol):
-    """What a file holds of a ``Solution``: see there."""
+    """Contents of the file of a ``Solution``: see there."""
 
     @property
     def interrupted(self) -> bool: ...
@@ -55,7 +55,7 @@ def write_columns(solution: Recorded, path: Path) -> None:
 def read_all(
     path: Path,
 ) -> tuple[dict[str, Any], dict[str, Array], PosesAndScenery | None, dict[str, SectionLoads]]:
-    """Return the attributes of a solution, its inputs, and its poses and loads of sections where the file has them.
+    """Return the attributes of a solution, its inputs, and its poses and loads of sections if the file has them.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from eomgen.results.recorded import Recorded
 from eomgen.spectra import PowerSpectrum
 from eomgen.text import listed
 
-#: Spacings of rows are equal where they differ by less than this part.
+#: Spacings of rows are equal if they differ by less than this part.
 _EQUAL = 1e-6
 _FEWEST = 16
 
