@@ -54,7 +54,7 @@ def with_controller(
     ------
     UsageError
         A model or a Scene in place of the scene's data; inputs that are not the scene's own, feedback of states
-        without names in the scene (shaping filters, coordinates of bodies in absolute ones), measured signals that formulas
+        without names in the scene (shaping filters, coordinates of absolute bodies), measured signals that formulas
         cannot use (accelerations), names that are taken.
     FileError, DescriptionError
         A scene file that cannot be read.
