@@ -1,7 +1,7 @@
 """Ensembles on a Dask cluster: parts as tasks, as long as measurement says, gathered in the order of the samples.
 
 The caller draws the values of all samples and reduces their results, block by block as without a cluster, so that
-statistics do not depend on where a part was run, nor on how many samples it had.
+statistics do not depend on the worker of a part, nor on its number of samples.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from eomgen.files import write_bytes
 from eomgen.threads import thread_count
 from eomgen.version import __version__
 
-#: What a cluster of this machine's own processes is called.
+#: Name of a cluster of this machine's own processes.
 LOCAL = "dask"
-#: Seconds that a part should take: what the loss of a worker costs.
+#: Seconds that a part should take: the cost of losing a worker.
 _PART = 2.0
 #: Samples of the first parts, before any time is known; larger parts are multiples of it, so that lanes are full.
 _FIRST = 16
@@ -36,16 +36,16 @@ _FIRST = 16
 _AHEAD = 3
 #: Bytes of the results of a part, and of all parts ahead, at most.
 _LARGEST, _ALL_AHEAD = 2**25, 2**30
-#: Times that a part is tried again where its worker raises what nobody expects, and seconds that a scheduler has to
+#: Times that a part is tried again after an unexpected error of its worker, and seconds that a scheduler has to
 #: answer.
 _RETRIES, _PATIENCE = 3, 15.0
 #: Seconds between two questions to the scheduler how many threads there are.
 _SELDOM = 2.0
-#: Dask's own settings hand memory back to the system wherever some is free, and with it half of the time of samples.
-#: The allocator reads its own as a process starts: what ``env`` of ``LocalCluster`` says comes too late.
+#: Dask's own settings return free memory to the system at once, and with it half of the time of samples.
+#: The allocator reads its own at the start of a process: the ``env`` of ``LocalCluster`` comes too late.
 _SPAWNED_WITH = "distributed.nanny.pre-spawn-environ"
 _ALLOCATION = {"MALLOC_TRIM_THRESHOLD_": 2**27, "MALLOC_MMAP_THRESHOLD_": 2**25, "MALLOC_ARENA_MAX": 1}
-#: Nobody looks at what workers sample of their own stacks every hundredth of a second.
+#: Workers sample their own stacks every hundredth of a second by default, without use here.
 _QUIET = {"distributed.worker.profile.enabled": False}
 _INSTALL = "pip install 'eomgen[dask]'"
 
@@ -57,7 +57,7 @@ class Machines:
     Attributes
     ----------
     name : for messages
-    notes : what there is to say of the runs besides, when they have ended
+    notes : further notes on the runs, when they have ended
     how : the ways in which samples were run, of ``Samples``
     """
 
@@ -85,7 +85,7 @@ def connected(cluster: object, workers: int | None) -> Iterator[Machines]:
     Raises
     ------
     UsageError
-        Dask is not installed, this is nothing of the kind, or workers have another version of eomgen.
+        Dask is not installed, this is no cluster, or workers have another version of eomgen.
     FileError
         No scheduler answers.
     """
@@ -104,7 +104,7 @@ def connected(cluster: object, workers: int | None) -> Iterator[Machines]:
 
 
 def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitStack) -> tuple[Any, str]:
-    """Return a client, closed with the stack where it is ours, and the name of its cluster."""
+    """Return a client, closed with the stack if it was made here, and the name of its cluster."""
     if isinstance(cluster, distributed.Client):
         if cluster.asynchronous:
             what = "the client is asynchronous, and this call waits"
@@ -212,7 +212,7 @@ class _Run:
         self._codes: set[str] = {work.model.library.digest}
 
     def parts(self, first: int) -> Iterator[Block]:
-        """Give parts in their order; whatever ends them, the cluster is rid of them afterwards."""
+        """Give parts in their order; afterwards the cluster is rid of them after any end."""
         distributed = importlib.import_module("distributed")
         from eomgen.ensembles.worker import Delivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
 
@@ -259,7 +259,7 @@ class _Run:
         return self._threads
 
     def _size(self, left: int) -> int:
-        """Return how many samples the next part has, of those that are left."""
+        """Return the number of samples of the next part, of the remaining ones."""
         threads = max(self._threads, 1)
         wanted = _FIRST if not self._per_sample else int(_PART / self._per_sample)
         bytes_each = min(_LARGEST, _ALL_AHEAD // (_AHEAD * threads))

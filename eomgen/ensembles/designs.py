@@ -1,6 +1,6 @@
 """Designs: points of the unit cube by the number of a sample, each of which can be made without those before it.
 
-Sample k of a study is the same whatever it is computed with, in whatever order, and on whatever machine.
+Sample k of a study is the same on any machine, by any method and in any order.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Design:
     ----------
     name : of ``DESIGNS``, or ``grid`` or ``table``
     samples : how many there are
-    values : from the first sample and a number of samples to what is varied, (n, d)
+    values : from the first sample and a number of samples to the varied quantities, (n, d)
     """
 
     name: str
@@ -105,12 +105,12 @@ DESIGNS: dict[str, Callable[[int, int, int], Points]] = {
     "halton": _halton,
     "saltelli": _saltelli,
 }
-#: Designs that follow from what is varied.
+#: Designs that follow from the varied quantities.
 OTHER_DESIGNS = ("grid",)
 _MOST_DIMENSIONS = {"sobol": 21201, "saltelli": 21201 // 2}
 #: Numbers of a Latin hypercube at most: all of them are made at once.
 _MOST_AT_ONCE = 100_000_000
-#: Designs whose samples are balanced where their number is a power of two.
+#: Designs with samples that are balanced if their number is a power of two.
 _BALANCED = ("sobol", "saltelli")
 
 

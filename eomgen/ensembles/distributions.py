@@ -1,4 +1,4 @@
-"""Distributions of what varies, each by its quantile function, and their texts: ``normal(1, 0.1)``.
+"""Distributions of varied quantities, each by its quantile function, and their texts: ``normal(1, 0.1)``.
 
 Every design draws points of the unit cube; a quantile function carries each coordinate to the quantity that it stands
 for, so that one text serves random numbers, Latin hypercubes and sequences of low discrepancy.
@@ -47,7 +47,7 @@ class Distribution:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of distribution: names of its arguments, what they must be, and its quantile function.
+    """A kind of distribution: names of its arguments, conditions on them, and its quantile function.
 
     ``pure`` are arguments without the unit of the quantity.
     """
@@ -88,7 +88,7 @@ def _integers(low: float, high: float) -> Quantiles:
     return lambda p: np.minimum(low + np.floor(p * (high - low + 1.0)), high)
 
 
-#: All kinds by name. Mean and standard deviation are those of the quantity itself, also where its logarithm is normal.
+#: All kinds by name. Mean and standard deviation belong to the quantity itself, also if its logarithm is normal.
 DISTRIBUTIONS: dict[str, Kind] = {
     "normal": Kind(("mean", "deviation"), "deviation > 0", lambda m, s: s > 0.0, _normal),
     "truncated_normal": Kind(
@@ -196,12 +196,12 @@ def _of_levels(levels: Array) -> Quantiles:
 
 
 def read_number(where: str, word: str, unit: str, signature: str) -> float:
-    """Return the finite number that a word says, brought to a unit where it has one of its own.
+    """Return the finite number of a word, converted to a unit if it has one of its own.
 
     Raises
     ------
     UsageError
-        For any other word; ``signature`` is what to try.
+        For any other word; ``signature`` is the remedy.
     """
     try:
         number = float(word)

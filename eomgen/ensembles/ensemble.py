@@ -1,4 +1,4 @@
-"""``Ensemble``: what many runs came to, over time and sample by sample."""
+"""``Ensemble``: results of many runs, over time and sample by sample."""
 
 from __future__ import annotations
 
@@ -30,24 +30,24 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """What many runs came to.
+    """Results of many runs.
 
-    Statistics over time are those of the samples that did not fail; a sample that an event has stopped counts as long
+    Statistics over time are of the samples that did not fail; a sample that an event has stopped counts as long
     as it ran.
 
     Attributes
     ----------
     scene, method, design : names
     seed : of the design
-    varied, columns : names of what varies and of what is looked at
+    varied, columns : names of the varied quantities and of the results
     units : of both, by name
     t : (nt,) s
     asked, done : samples
     interrupted : whether Ctrl-C has ended it early
     seconds : the time that it took
     how : the way samples were run by this call, ``side by side: 4 lanes``, or ``one after the other:`` and why; empty
-        where all were there
-    notes : what there is to say besides
+        if all were there
+    notes : further notes
     error : estimated discretisation errors of the run without variations and of a few samples over the design
     """
 
@@ -136,12 +136,12 @@ class Ensemble:
 
     @cached_property
     def values(self) -> dict[str, Array]:
-        """What varies, (done,) each, by name."""
+        """Varied quantities, (done,) each, by name."""
         return {name: self._samples[0][:, k] for k, name in enumerate(self.varied)}
 
     @cached_property
     def results(self) -> dict[str, Array]:
-        """The smallest, the largest and the final value of each column, (done,) each: ``output.tip.max``; NaN where a
+        """The smallest, the largest and the final value of each column, (done,) each: ``output.tip.max``; NaN if the
         sample failed."""
         every = self._samples[1]
         return {
@@ -151,7 +151,7 @@ class Ensemble:
         }
 
     def sensitivity(self, result: str) -> Ranking:
-        """Return how much each varied number accounts for of a result's variance, such as ``output.tip.max``.
+        """Return the shares of the varied quantities in the variance of a result, such as ``output.tip.max``.
 
         Of the design ``saltelli`` these are Sobol' indices, of first order and total; of others squared coefficients of
         regression of ranks.
@@ -186,7 +186,7 @@ class Ensemble:
 
     @property
     def message(self) -> str:
-        """What the ensemble came to, in a sentence."""
+        """Summary of the ensemble, in a sentence."""
         many = "samples" if self.asked > 1 else "sample"
         done = f"{self.done} {many}" if self.done == self.asked else f"{self.done} of {self.asked} {many}"
         failures = "all" if len(self.failed) == self.done > 1 else str(len(self.failed))
@@ -195,7 +195,7 @@ class Ensemble:
         return "; ".join(filter(None, (f"{done}{failed}{ended}", self.how, str(self.error), *self.notes)))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what the ensemble came to at its end, as JSON data."""
+        """Return the final summary of the ensemble, as JSON data."""
         last = {}
         for column in self.columns:
             low, high = self.envelope(column)
@@ -225,7 +225,7 @@ class Ensemble:
         }
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write ``statistics.csv`` over time, ``samples.csv``, ``failed.csv`` where some failed, and ``summary.json``.
+        """Write ``statistics.csv`` over time, ``samples.csv``, ``failed.csv`` if some failed, and ``summary.json``.
 
         Raises
         ------
@@ -260,7 +260,7 @@ class Ensemble:
         return [*files, target / "summary.json"]
 
     def plot(self, folder: str | Path) -> list[Path]:
-        """Draw the fan chart of all columns, results against what varies, and the ranking of what varies; PNG files."""
+        """Draw the fan chart of all columns, results against varied quantities, and their ranking; PNG files."""
         from eomgen.ensembles.plots import draw  # noqa: PLC0415  # matplotlib comes with it
 
         return draw(self, make_folder(Path(folder)))

@@ -19,10 +19,10 @@ from eomgen.simulation.option_types import LawOverTime
 from eomgen.system.signals import Input
 from eomgen.text import shown
 
-#: What of a law may vary: the seed of its random road or process, a factor of all of it.
+#: Properties of a law that may vary: the seed of its random road or process, a factor of all of it.
 LAWS = ("seed", "scale")
 _SMALLEST = 2.0**-54
-#: Times at which harmonics are summed together: what they take stays in the processor's cache.
+#: Times at which harmonics are summed together: their arrays stay in the processor's cache.
 _TOGETHER = 64
 #: Laws that a hint names.
 _NAMED = 4
@@ -36,7 +36,7 @@ def laws_that_vary(model: CompiledModel) -> list[str]:
 
 
 def law_of(model: CompiledModel, name: str, where: str) -> int:
-    """Return the place of the input that ``seed.road`` or ``scale.road`` is of, that of waves behind all inputs. Raises
+    """Return the index of the input of ``seed.road`` or ``scale.road``, waves after all inputs. Raises
     UsageError if there is none whose law so varies."""
     kind, _, of = name.partition(".")
     place = {item.name: k for k, item in enumerate(model.description.inputs)}.get(of)
@@ -77,7 +77,7 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
 
 
 def has_variables(model: CompiledModel, place: int) -> bool:
-    """Return whether what is at a place, as of ``law_of``, has random variables, which are parameters."""
+    """Return whether the law at an index of ``law_of`` has random variables, which are parameters."""
     inputs = model.description.inputs
     return place >= len(inputs) or inputs[place].random is not None
 

@@ -1,4 +1,4 @@
-"""Samples of an ensemble side by side: what varies, as arrays of parameters, inputs and initial states."""
+"""Samples of an ensemble side by side: varied quantities as arrays of parameters, inputs and initial states."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Lanes:
 
     Attributes
     ----------
-    runs : what makes them
+    runs : their source
     """
 
     model: CompiledModel
@@ -103,7 +103,7 @@ class Lanes:
         first = initial_state(model, common, self.runs.run.parameters, asked=asked)
         starts = np.repeat(np.concatenate([first.q, first.v, first.z])[np.newaxis], len(values), axis=0)
         refused = np.zeros(len(values), dtype=bool)
-        if model.initial_at is not None:  # bodies are where the joints put them at the parameters of each sample
+        if model.initial_at is not None:  # joints place the bodies at the parameters of each sample
             for k in np.flatnonzero((parameters != self.runs.run.parameters).any(axis=1)):
                 try:
                     own = initial_state(model, common, parameters[k], asked=asked)
@@ -118,7 +118,7 @@ class Lanes:
         return starts, refused
 
     def _starts_one_by_one(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the same where rows that were left out are checked for each."""
+        """Return the same with rows that were left out checked for each."""
         model = self.model
         starts = np.repeat(
             np.concatenate([model.initial_q, model.initial_v, model.initial_z])[np.newaxis], len(values), axis=0
@@ -136,7 +136,7 @@ class Lanes:
 
 
 def lanes_of(model: CompiledModel, options: VariedOptions, alike: Alike, columns: Sequence[str]) -> Lanes | str:
-    """Return what runs samples side by side, or why they are run one after the other."""
+    """Return the runner of samples side by side, or the reason for which they run one after the other."""
     common = with_scenes_laws(model, options.items, options.common)
     inputs = [item.name for item in options.items if item.block == "inputs"]
     initial = any(item.block in ("q", "v", "z") for item in options.items)

@@ -1,6 +1,6 @@
-"""Parts of an ensemble that other processes run: what is sent to them, and what they send back.
+"""Parts of an ensemble that other processes run: messages to them and back.
 
-What is sent is content alone: the description of the model, from which a process makes its own, compiled once for each
+Messages have content alone: the description of the model, from which a process makes its own, compiled once for each
 kind of machine; never a path of the sender, and never machine code.
 """
 
@@ -24,18 +24,18 @@ from eomgen.ensembles.variations import Variation, VariedOptions
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.version import __version__
 
-#: What of ``Samples`` belongs to a process: there it is made anew.
+#: Fields of ``Samples`` that belong to a process: there they are made anew.
 _OWN = ("model", "design", "options", "folder", "stop")
 
 
 @dataclass(frozen=True)
 class Shipment:
-    """What a process makes samples from.
+    """Source of samples in another process.
 
     Attributes
     ----------
-    ensemble : what tells it from others
-    make : gives the model, from the cache of the process's machine where its library is there
+    ensemble : its identity
+    make : returns the model, from the cache of the process's machine if its library is there
     text : digest of the C that the sender's model is compiled from
     design, samples : name of the design, and how many samples it has
     items, common : of ``VariedOptions``
@@ -54,7 +54,7 @@ class Shipment:
 
     @classmethod
     def of(cls, ensemble: str, work: Samples) -> Shipment:
-        """Return what samples are made from. Raises UsageError for a model that was made by hand."""
+        """Return the source of samples. Raises UsageError for a model that was made by hand."""
         make, arguments = work.model.__reduce__()[:2]
         return cls(
             ensemble,
@@ -89,14 +89,14 @@ class Part:
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why a process cannot run samples: the same for each of them, so that nobody tries again."""
+    """The reason for which a process cannot run samples: the same for each of them, so it is not tried again."""
 
     kind: type[EomgenError]
     problems: tuple[Problem, ...]
 
 
 class Room:
-    """What a process holds of one ensemble: its model, made when the first part comes."""
+    """State of a process for one ensemble: its model, made when the first part comes."""
 
     def __init__(self, shipment: Shipment) -> None:
         self._shipment = shipment
@@ -105,7 +105,7 @@ class Room:
         self.stop = threading.Event()
 
     def run(self, first: int, values: Array) -> Part | Refusal | None:
-        """Run the samples from this number on, with values (n, d) of what varies; None if it was stopped."""
+        """Run the samples from this number on, with varied quantities (n, d); None if it was stopped."""
         try:
             model = self._made()
             with tempfile.TemporaryDirectory(prefix="eomgen-runs-") as folder:
@@ -144,7 +144,7 @@ class Room:
 
 
 def text_digest(model: CompiledModel) -> str:
-    """Return what tells the C that a model was compiled from, whatever compiled it."""
+    """Return an identity of the C of a compiled model, for any compiler."""
     digest = hashlib.sha256()
     for file in sorted(model.library.folder.glob("*.[ch]")):
         digest.update(file.name.encode() + b"\0" + file.read_bytes())

@@ -1,4 +1,4 @@
-"""Plots of an ensemble: fan charts over time, results against what varies, and rankings."""
+"""Plots of an ensemble: fan charts over time, results against varied quantities, and rankings."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _BANDS = ((0.05, 0.95, 0.18), (0.25, 0.75, 0.32))
 
 
 class Drawn(Protocol):
-    """What plots take of an ``Ensemble``."""
+    """Fields of an ``Ensemble`` in plots."""
 
     @property
     def scene(self) -> str: ...

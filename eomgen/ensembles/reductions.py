@@ -1,7 +1,7 @@
-"""What many runs come to over time, in memory that does not grow with their number: moments, envelopes, quantiles.
+"""Statistics of many runs over time, in memory that does not grow with their number: moments, envelopes, quantiles.
 
 Blocks of samples are merged in their order, so that the numbers have the same bits however the blocks were computed.
-Moments are merged by the formulas of Chan, Golub and LeVeque, Am. Stat. 37 (1983) 242; quantiles are those of the
+Moments are merged by the formulas of Chan, Golub and LeVeque, Am. Stat. 37 (1983) 242; quantiles come from the
 t-digest of Dunning (2021), of Apache DataSketches.
 """
 
@@ -19,8 +19,8 @@ from eomgen.errors import Problem, UsageError
 #: Compression of digests: of 50 000 samples, ranks are off by up to 0.005 in the middle and 0.0001 at 0.001 and 0.999;
 #: a full digest takes 14 kB.
 _COMPRESSION = 800
-#: Samples that wait to be sketched together at most, and numbers of theirs: sorted, 2048 of them cost a third of what
-#: they cost in blocks of 256, where all centroids of a digest are merged at each block.
+#: Samples that wait to be sketched together at most, and numbers of theirs: sorted, 2048 of them take a third of the
+#: time of blocks of 256, since all centroids of a digest are merged at each block.
 _WAITING, _WAITING_NUMBERS = 2048, 2**22
 
 
@@ -47,7 +47,7 @@ class Reduction:
         self._waiting: list[Array] = []
 
     def add(self, block: Array) -> None:
-        """Add samples, (samples, columns, times); NaN where a sample has none."""
+        """Add samples, (samples, columns, times); NaN if a sample has none."""
         if not len(block):
             return
         columns, times = self.count.shape
@@ -92,7 +92,7 @@ class Reduction:
         self.count = total
 
     def _merge_products(self, count: Array, mean: Array, products: Array) -> None:
-        """Merge those of samples with numbers in all columns: (times,), (times, columns), (times, columns, columns)."""
+        """Merge samples with numbers in all columns: (times,), (times, columns), (times, columns, columns)."""
         total = self._joint_count + count
         share = np.divide(count, total, out=np.zeros_like(total), where=total > 0.0)
         apart = mean - self._joint_mean
@@ -102,16 +102,16 @@ class Reduction:
         self._joint_count = total
 
     def _sketch(self) -> None:
-        """Bring what waits into the digests."""
+        """Bring the waiting samples into the digests."""
         if not self._waiting:
             return
         rows = np.concatenate(self._waiting, axis=1)
         self._waiting = []
-        ordered = np.sort(np.where(np.isfinite(rows), rows, np.nan), axis=1)  # what is not known comes last
+        ordered = np.sort(np.where(np.isfinite(rows), rows, np.nan), axis=1)  # unknown numbers come last
         known = np.isfinite(ordered).sum(axis=1).tolist()
         for digest, values, count in zip(self._digests, ordered, known, strict=True):
             digest.update(values[:count])
-            digest.compress()  # as writing it to a file does, so that what is read back goes on with the same bits
+            digest.compress()  # as writing it to a file does, so that a digest read back goes on with the same bits
 
     @property
     def deviation(self) -> Array:
@@ -128,7 +128,7 @@ class Reduction:
         return bool(self._digests)
 
     def quantiles(self, column: int, probabilities: Array) -> Array:
-        """Return quantiles of a column, (probabilities, times). Raises UsageError if nothing sketches them."""
+        """Return quantiles of a column, (probabilities, times). Raises UsageError without a sketch."""
         if not self._digests:
             what = "quantiles are sketched by the package datasketches, which is not installed"
             raise UsageError(Problem("quantile", what, "pip install 'eomgen[ensembles]', and the ensemble again"))
@@ -140,9 +140,9 @@ class Reduction:
         )
 
     def histogram(self, column: int, time: int, edges: Array) -> Array:
-        """Return the probabilities between edges, (edges - 1,), of a column at a time; what is on an edge is below it.
+        """Return the probabilities between edges, (edges - 1,), of a column at a time; a value on an edge is below it.
 
-        Raises UsageError if nothing sketches them.
+        Raises UsageError without a sketch.
         """
         if not self._digests:
             self.quantiles(column, np.array([0.5]))
@@ -170,7 +170,7 @@ class Reduction:
 
     @classmethod
     def of_arrays(cls, arrays: dict[str, Array]) -> Reduction:
-        """Return what ``arrays`` gave."""
+        """Return the reductions written as ``arrays``."""
         columns, times = arrays["count"].shape
         found = cls(columns, times)
         for name in cls._KEPT:

@@ -1,4 +1,4 @@
-"""Runs of blocks of samples: what is kept of each, and why some have failed."""
+"""Runs of blocks of samples: kept results of each, and the reasons of failures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from eomgen.simulation.side_by_side import Alike
 from eomgen.simulation.simulate import simulate
 
 _LOG = logging.getLogger(__name__)
-#: What is kept of each column of a run.
+#: Kept statistics of each column of a run.
 EXTREMES = ("min", "max", "final")
 #: Rows up to which extremes are found row by row.
 _FEW = 8
@@ -31,7 +31,7 @@ _FEW = 8
 
 @dataclass(frozen=True)
 class Failed:
-    """A sample whose run failed: its number, why, and the values of what varies by name."""
+    """A sample with a failed run: its number, the reason, and its varied quantities by name."""
 
     number: int
     reason: str
@@ -39,7 +39,7 @@ class Failed:
 
 
 class _StoppedError(Exception):
-    """A run that nobody waits for any more."""
+    """A run without a receiver."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Block:
     ----------
     first : number of the first one
     values : (samples, varied)
-    rows : (samples, columns, times), NaN where a sample failed or ended before
+    rows : (samples, columns, times), NaN if a sample failed or ended before
     extremes : (samples, columns, 3), by ``EXTREMES``
     """
 
@@ -71,7 +71,7 @@ class Samples:
     times : (rows,) s, of the rows of whole runs
     thinned : places of the rows that are reduced
     keep : numbers of samples whose solutions are written to ``folder``, as files that end in ``keep_as``
-    alike : what their runs have in common, with which they may run side by side; None: one after the other
+    alike : common part of their runs, with which they may run side by side; None: one after the other
     stop : set if no further sample is to begin
     """
 
@@ -110,7 +110,7 @@ class Samples:
 
     @property
     def lanes(self) -> Lanes | str:
-        """What runs samples side by side, or why they are run one after the other."""
+        """The runner of samples side by side, or the reason for which they run one after the other."""
         with self._making:
             if self._made is None:
                 made: Lanes | str = "runs side by side are not asked for"
@@ -126,7 +126,7 @@ class Samples:
         return "" if self._made is None else how_run(self._made)
 
     def _side_by_side(self, first: int, values: Array, rows: Array, extremes: Array) -> list[int]:
-        """Run samples (n, d) side by side and fill their rows and extremes; return those that have to run alone."""
+        """Run samples (n, d) side by side and fill their rows and extremes; return samples that have to run alone."""
         lanes = self.lanes
         if isinstance(lanes, str):
             return list(range(len(values)))
@@ -167,7 +167,7 @@ class Samples:
         return rows, np.full((count, len(self.columns), len(EXTREMES)), np.nan)
 
     def file(self, number: int) -> Path:
-        """Return where the solution of a sample is kept."""
+        """Return the file of the solution of a sample."""
         return (self.folder or Path()) / f"sample_{number:07d}.{self.keep_as}"
 
     def _look(self, done: int, steps: int) -> None:
@@ -209,7 +209,7 @@ class Samples:
 
 
 def how_run(lanes: Lanes | str) -> str:
-    """Return how samples are run, in words."""
+    """Return the way in which samples are run, in words."""
     if isinstance(lanes, str):
         return f"one after the other: {lanes}"
     return f"side by side: {lanes.runs.library.lanes} lanes"

@@ -20,17 +20,17 @@ _RESAMPLED = 200
 
 @dataclass(frozen=True)
 class Ranking:
-    """Shares of the variance of a result, by what varies, largest first.
+    """Shares of the variance of a result, by varied quantity, largest first.
 
     Attributes
     ----------
     kind : ``Sobol' indices``, or ``squared rank regression``
     first : name -> share that a number accounts for by itself
-    total : name -> that with all its interactions; of a regression as ``first``
+    total : name -> share with all its interactions; of a regression as ``first``
     first_interval, total_interval : name -> bounds of 95 % confidence by resampling; empty but for Sobol' indices
     error : largest estimated discretisation error of samples, as a part of the result's standard deviation; NaN if not
         known
-    explained : sum of ``first``: what is left is due to interactions, or to no monotonic relation
+    explained : sum of ``first``: the rest is due to interactions, or to no monotonic relation
     """
 
     result: str
@@ -47,7 +47,7 @@ class Ranking:
 
 
 def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, found: Array) -> Ranking:
-    """Return the ranking for a result (n,) of samples with the values (n,) of what varies. Raises UsageError."""
+    """Return the ranking for a result (n,) of samples with varied quantities (n,). Raises UsageError."""
     from scipy import stats  # noqa: PLC0415  # it takes half a second to import
 
     if design == "saltelli":

@@ -1,4 +1,4 @@
-"""Many runs of one model: samples of what varies, run side by side, reduced as they come."""
+"""Many runs of one model: samples of varied quantities, run side by side, reduced as they come."""
 
 from __future__ import annotations
 
@@ -52,16 +52,16 @@ from eomgen.version import __version__
 
 #: Samples of a block at most, and blocks of a small ensemble at least.
 _LARGEST_BLOCK, _BLOCKS = 256, 16
-#: Blocks at least that threads share, and evaluations times degrees of freedom of one, where its runs are short beside
-#: what Python does for a block.
+#: Blocks at least that threads share, and evaluations times degrees of freedom of one, if its runs are short against
+#: the work of Python for a block.
 _FEW_BLOCKS, _WORTH_A_BLOCK = 4, 50_000
 #: Samples of such a block at most, and numbers that are kept of all of them.
 _LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK = 4096, 2**20
-#: Seconds between two writings of what has been reduced, and how often as long as one takes they are at least.
+#: Seconds between two writings of the reduced results, and the least multiple of the time of one.
 _SELDOM, _RARELY = 10.0, 20.0
 #: Files that solutions of samples are kept as.
 _KEPT_AS = ("npz", "parquet")
-#: Columns that are looked at where the caller names none and the scene has no outputs.
+#: Columns of results if the caller names none and the scene has no outputs.
 _MOST_COLUMNS = 12
 
 
@@ -87,7 +87,7 @@ def simulate_many(
     error_estimate: bool = True,
     **options: Any,
 ) -> Ensemble:
-    """Run samples of what varies; options and errors as of ``Model.simulate_many``."""
+    """Run samples of varied quantities; options and errors as of ``Model.simulate_many``."""
     _check_options(options, folder, resume=resume)
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)
     items, drawn, name = _designed(model, vary, table, samples, design, seed)
@@ -156,7 +156,7 @@ def simulate_many(
 
 
 def _block(samples: int, work: int, numbers: int) -> int:
-    """Return the number of samples of a block, from the work of one and what is kept of it: the same on every machine,
+    """Return the number of samples of a block, from the work of one and its kept size: the same on every machine,
     as a resumed ensemble asks for."""
     worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), _LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK // numbers)
     shared = worth if samples <= worth else min(worth, -(-samples // _FEW_BLOCKS))
@@ -187,10 +187,10 @@ def _alone(folder: Path | None) -> Iterator[None]:
 def _reduced(
     blocks: Iterator[Block], journal: Journal, reduction: Reduction, total: int, report: Progress | None
 ) -> bool:
-    """Reduce blocks as they come, and return whether Ctrl-C ended it; what is done is kept whatever ends it."""
+    """Reduce blocks as they come, and return whether Ctrl-C ended it; finished blocks are kept after any end."""
     written, seldom = time.monotonic(), _SELDOM
     interrupted = False
-    reducer = ThreadPoolExecutor(1)  # Ctrl-C ends what the main thread does, and a block is reduced whole or not at all
+    reducer = ThreadPoolExecutor(1)  # Ctrl-C ends the main thread's work, and a block is reduced whole or not at all
 
     def take(found: Block) -> None:
         reduction.add(found.rows)
@@ -209,7 +209,7 @@ def _reduced(
         interrupted = True
     except EomgenError:
         reducer.shutdown(wait=True)
-        with suppress(FileError):  # what has ended it is told, and not what follows from it
+        with suppress(FileError):  # the first error is reported, not its consequences
             journal.write(reduction)
         raise
     finally:
@@ -325,7 +325,7 @@ def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | 
 
 
 def _digest(arrays: Sequence[Array]) -> str:
-    """Return what tells arrays from others, to the bit."""
+    """Return the identity of arrays, to the bit."""
     return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
 
 
@@ -342,7 +342,7 @@ def _described(
     block: int,
     options: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return what the samples depend on, as JSON data."""
+    """Return the data that the samples depend on, as JSON data."""
     data = pilot.metadata
     how = {name: item.text if isinstance(item, Distribution) else item for name, item in (vary or {}).items()}
     digest = "" if table is None else _digest([design.values(0, design.samples)])

@@ -1,4 +1,4 @@
-"""What samples differ in, by name: parameters, inputs and their laws, initial states; and the options of their runs."""
+"""Variations of samples, by name: parameters, inputs and their laws, initial states; and the options of their runs."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ class Variation:
 
 
 def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Variation:
-    """Return what a name stands for: a tunable parameter, an input, ``seed.road`` and ``scale.road`` of the law that an
+    """Return the quantity of a name: a tunable parameter, an input, ``seed.road`` and ``scale.road`` of the law that an
     input has in the scene, ``q.hinge``, ``v.hinge``, an internal state.
 
-    ``where`` is where it was given, for messages.
+    ``where`` is its argument or option, for messages.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
 def read_varied(
     model: CompiledModel, vary: Mapping[str, str | Distribution]
 ) -> tuple[list[Variation], list[Distribution]]:
-    """Return what varies and how. Raises UsageError."""
+    """Return the varied quantities with their distributions. Raises UsageError."""
     if not isinstance(vary, Mapping):
         what = f"a mapping from names to distributions is needed, not {type(vary).__name__}"
         raise UsageError(Problem("vary", what, 'vary={"mass": "normal(1, 0.1)"}'))
@@ -118,7 +118,7 @@ def read_varied(
 
 
 def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[list[Variation], Array]:
-    """Return what varies and its values, (samples, columns), of a mapping or a DataFrame from names to columns.
+    """Return the varied quantities and their values, (samples, columns), of a mapping or a DataFrame of columns.
 
     Values are numbers in the scene's units, or texts with units of their own, ``20 g``.
 
@@ -152,7 +152,7 @@ def _values_of(column: Array) -> Quantiles:
 
 
 def _column(item: Variation, values: ArrayLike) -> Array:
-    """Return a column of a table, (samples,), in the unit of what varies. Raises UsageError."""
+    """Return a column of a table, (samples,), in the unit of the varied quantity. Raises UsageError."""
     where, array = f"table {item.name}", np.asarray(values)
     if array.ndim == 1 and array.dtype.kind in "OU" and any(isinstance(value, str) for value in array):
         return np.array([read_number(f"{where}[{k}]", str(array[k]), item.unit, "1.5") for k in range(len(array))])
@@ -184,7 +184,7 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
 
 @dataclass(frozen=True)
 class VariedOptions:
-    """Options of ``simulate`` for samples: those that all have, and what differs.
+    """Options of ``simulate`` for samples: common ones, and varied ones.
 
     Attributes
     ----------
@@ -196,7 +196,7 @@ class VariedOptions:
     common: Mapping[str, Any]
 
     def of(self, values: Array) -> dict[str, Any]:
-        """Return the options of the sample with the values (d,) of what varies."""
+        """Return the options of the sample with values (d,) of the varied quantities."""
         by_block: dict[str, dict[str, float]] = {}
         for item, value in zip(self.items, values.tolist(), strict=True):
             by_block.setdefault(item.block, {})[item.name] = value

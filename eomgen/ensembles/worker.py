@@ -1,4 +1,4 @@
-"""What runs on the workers of a Dask cluster; imported where an ensemble is run on one, since Dask is optional."""
+"""Code on the workers of a Dask cluster; imported if an ensemble is run on one, since Dask is optional."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from distributed import Worker, WorkerPlugin
 from eomgen.arrays import Array
 from eomgen.ensembles.parts import Part, Refusal, Room, Shipment
 
-#: Ensembles that this worker runs parts of, by what tells them from others.
+#: Ensembles with parts on this worker, by identity.
 _ROOMS: dict[str, Room] = {}
 
 
 class Delivery(WorkerPlugin):
-    """Brings a shipment to each worker once, also to those that join later, and clears up after it."""
+    """Brings a shipment to each worker once, also to workers that join later, and clears up after it."""
 
     def __init__(self, shipment: Shipment) -> None:
         self._shipment = shipment
@@ -29,5 +29,5 @@ class Delivery(WorkerPlugin):
 
 
 def run_part(ensemble: str, first: int, values: Array) -> Part | Refusal | None:
-    """Run samples with values (n, d) on this worker; raise LookupError where the shipment is not there."""
+    """Run samples with values (n, d) on this worker; raise LookupError if the shipment is missing."""
     return _ROOMS[ensemble].run(first, values)

@@ -60,7 +60,7 @@ class CellEnergy:
     Attributes
     ----------
     formula : of names of fields, data, parameters and ``where``; "0" for a prior alone
-    where : formulas that have a name, each of what stands before it
+    where : named formulas, each of names before it
     parameters : numbers; they are folded into the C
     smallest : by name of data, the value below which they have no meaning, as 0 of counts
     """
@@ -169,7 +169,7 @@ class CellTape:
 
     @property
     def idle(self) -> bool:
-        """Whether the energy is the same whatever the fields are."""
+        """Whether the energy is the same for all fields."""
         return all(self.tape.value(ref) == 0.0 for ref in self.residual)
 
 
@@ -220,9 +220,9 @@ def _recorded(algebra: Algebra, where: str, text: str, known: Mapping[str, Scala
 
 
 def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequence[str], single: bool = False) -> str:
-    """Return the C of a cell's energy and of what is done with spectra; of an idle energy, the latter alone.
+    """Return the C of a cell's energy and of operations on spectra; of an idle energy, the latter alone.
 
-    ``single`` adds what a gradient takes with fields and their spectra in single precision; operations are in double.
+    ``single`` adds gradients with fields and their spectra in single precision; operations are in double.
     """
     inputs = {"f": "f[{}]", "d": "d[{}]", "j": "j[{}]"}
 
@@ -249,7 +249,7 @@ def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequ
 class CellRoutines:
     """The compiled C of a cell's energy, on arrays whose numbers are next to each other.
 
-    Several threads share what is done number by number; sums are made by one, so that they do not depend on how many.
+    Several threads share elementwise operations; sums are made by one, so that they do not depend on their number.
     """
 
     def __init__(self, text: str, idle: bool, single: bool = False, threads: int = 1) -> None:

@@ -34,7 +34,7 @@ def split_r_hat(chains: ArrayLike) -> Array:
 
 
 def largest(values: Array) -> float:
-    """Return the largest of numbers, those that are none left out; NaN where all are, as of chains that stand still."""
+    """Return the largest of numbers, NaN left out; NaN if all are, as of chains that stand still."""
     numbers = values[~np.isnan(values)]
     return float(numbers.max()) if numbers.size else float("nan")
 
@@ -59,7 +59,7 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         times = 2.0 * np.cumsum(covariance / covariance[0], axis=0) - 1.0
     lags = np.arange(count).reshape(-1, *[1] * (times.ndim - 1))
-    enough = lags >= _WINDOW * np.maximum(times, 1.0)  # where samples alternate, more than the first lags count
+    enough = lags >= _WINDOW * np.maximum(times, 1.0)  # if samples alternate, more than the first lags count
     last = np.where(enough.any(axis=0), enough.argmax(axis=0), count - 1)
     return np.asarray(np.take_along_axis(times, last[None], axis=0)[0])
 

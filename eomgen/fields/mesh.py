@@ -1,8 +1,8 @@
 """A periodic mesh of cells in 1 to 3 dimensions: wave numbers, the half of its spectrum that real fields need.
 
 With orthonormal transforms F, F^-1 is the adjoint of F. A real field has conjugate amplitudes at k and -k, and only
-those with k >= 0 along the last axis are kept. In products of two fields an amplitude of this half stands for two
-where its partner is not kept, and for itself where k along the last axis is 0 or, for an even number of cells, the
+amplitudes with k >= 0 along the last axis are kept. In products of two fields an amplitude of this half stands for two
+if its partner is not kept, and for itself if k along the last axis is 0 or, for an even number of cells, the
 highest.
 """
 

@@ -1,7 +1,7 @@
 """Linear operators from white fields to fields of cells, each with its adjoint: W F^-1 a(k) F.
 
 a(k) is a filter, diagonal in Fourier space, and W a mask, diagonal in the cells. With orthonormal transforms the
-adjoint is F^-1 conj(a) F W; nothing is derived, and the product <A x, y> = <x, A^T y> of random fields tests it.
+adjoint is F^-1 conj(a) F W; it needs no derivation, and the product <A x, y> = <x, A^T y> of random fields tests it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The potential of a white field, U = |xi|^2/2 + sum over cells of h(s), s = A xi, its derivatives and its minimum.
 
 State and derivatives are spectra. The gradient is xi + sum over fields of A^T h'(s): for each field one transform to
-the cells, where h' takes the place of s, and one back. Python makes no array on the way: SciPy allocates the results of
+the cells, with h' in place of s, and one back. Python makes no array on the way: SciPy allocates the results of
 transforms, and everything else is written into buffers that are made once.
 """
 
@@ -25,16 +25,16 @@ from eomgen.fields.transforms import Transforms, check_transforms
 from eomgen.fields.transforms import transforms as make_transforms
 from eomgen.text import counted, listed, nearest
 
-#: Half spectra of complex numbers that a trajectory needs: state, state before it, momenta, gradient, buffer, and what
-#: SciPy holds for a transform.
+#: Half spectra of complex numbers for a trajectory: state, state before it, momenta, gradient, buffer, and SciPy's
+#: own for a transform.
 _SPECTRA = 7
 #: Nodes by which the mean curvature is taken over each field's normal distribution.
 _NODES = 12
-#: Smallest decrease that a step of Newton's method is taken at, in parts of that of the slope, and halvings of it.
+#: Smallest decrease at which a step of Newton's method is taken, relative to the slope's, and halvings of it.
 _DECREASE, _HALVINGS = 1e-4, 40
-#: So far below its start, in each cell, U has no lower bound where Newton's method has not come to an end.
+#: So far below its start, in each cell, U has no lower bound if Newton's method has not come to an end.
 _DEEP = 1e12
-#: Products with the Hessian by which each end of its eigenvalues is looked for, where a mode may be a saddle.
+#: Products with the Hessian for the search of each end of its eigenvalues, if a mode may be a saddle.
 _PRODUCTS = 40
 
 
@@ -112,7 +112,7 @@ class FieldPosterior:
         self._columns = [*self.data.values(), *(np.ascontiguousarray(values) for values in masked.values())]
         self._data = self._routines.pointers(self._columns)
         self._transforms = make_transforms(mesh, transforms, len(self.operators))
-        #: Those of ``add_gradient``.
+        #: Buffers of ``add_gradient``.
         self._fast = make_transforms(mesh, transforms, len(self.operators), single=True) if single else self._transforms
         self._symbols = [_scaled(operator, self._transforms.scale) for operator in self.operators.values()]
         self._even = mesh.cells[-1] % 2 == 0
@@ -137,7 +137,7 @@ class FieldPosterior:
     # -- energy and derivatives --------------------------------------------------------------------------------------
 
     def energy(self, spectrum: Complex) -> float:
-        """Return U of a white field, summed with compensation; infinite or NaN where the numbers end."""
+        """Return U of a white field, summed with compensation; infinite or NaN on overflow."""
         self.energies += 1
         return self._energy(spectrum, [] if self.prior_alone else self._to_cells(spectrum))
 
@@ -330,7 +330,7 @@ class FieldPosterior:
     def mode(self, start: Complex | None = None, *, tolerance: float = 1e-8, iterations: int = 60) -> Mode:
         """Return the white field of least U by Newton's method with conjugate gradients, from 0 on if from nowhere.
 
-        Where the gradient ends at a saddle, it goes on below it; of several minima it is the one that it comes to.
+        If the gradient ends at a saddle, it goes on below it; of several minima it is the one that it comes to.
 
         Parameters
         ----------
@@ -394,7 +394,7 @@ class FieldPosterior:
                 return None
         hessian, root, product = self.hessian(x), np.sqrt(inverse), self.mesh.product
         shift, least, along = 0.0, 0.0, x
-        for _ in range(2):  # the eigenvalue of largest size, then that at the other end
+        for _ in range(2):  # the eigenvalue of largest size, then the other end
             along = self.mesh.white(np.random.Generator(np.random.Philox(0)))
             for _ in range(_PRODUCTS):
                 along = along / math.sqrt(product(along, along))

@@ -1,4 +1,4 @@
-"""What chains have drawn: samples as they come, and what they say together."""
+"""Records of chains: samples as they come, and their joint diagnostics."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eomgen.fields.mesh import Complex, Mesh
 
 @dataclass(frozen=True)
 class Samples:
-    """What chains have drawn, first axes (chains, samples).
+    """Samples drawn by chains, first axes (chains, samples).
 
     Attributes
     ----------
@@ -49,12 +49,12 @@ class Samples:
 
     @property
     def mean_energy_error(self) -> float:
-        """Mean of dH: not below 0, and half its variance where steps are small."""
+        """Mean of dH: not below 0, and half its variance for small steps."""
         return float(np.mean(self.energy_errors))
 
     @property
     def mean_weight(self) -> tuple[float, float]:
-        """Mean of exp(-dH), and its standard error: 1 at stationarity, whatever the step."""
+        """Mean of exp(-dH), and its standard error: 1 at stationarity, for any step."""
         weights = np.exp(-np.maximum(self.energy_errors, -700.0)).ravel()
         with np.errstate(over="ignore"):  # of an energy without a lower bound
             return float(weights.mean()), float(weights.std(ddof=1) / math.sqrt(weights.size))
@@ -73,7 +73,7 @@ class Samples:
     def autocorrelation(self) -> tuple[float, float]:
         """Integrated autocorrelation times in trajectories: mean of the cells, and of the worst bin of k.
 
-        The worst is the largest of as many estimates as there are bins, so where bins are alike it comes out one or two
+        The worst is the largest of as many estimates as there are bins, so if bins are alike it comes out one or two
         of their ``autocorrelation_error`` above them.
         """
         return float(np.mean(autocorrelation_time(self.cells))), largest(autocorrelation_time(self.power))
@@ -154,7 +154,7 @@ class Record:
         self._squares += change
 
     def samples(self, steps: Array) -> Samples:
-        """Return the samples that all chains have, and mean and deviation of those that any has."""
+        """Return the samples that all chains have, and mean and deviation of samples that any has."""
         done = int(self.counts.min())
         cut = {name: array[:, :done] for name, array in self._arrays.items()}
         return Samples(
@@ -178,7 +178,7 @@ class Record:
         return {**kept, **more, "counts": self.counts.astype(float)}
 
     def take(self, arrays: Mapping[str, Array]) -> None:
-        """Go on from what ``arrays`` gave; there has to be place for it."""
+        """Continue from ``arrays`` of a record; there has to be place for it."""
         self.counts[:] = arrays["counts"].astype(np.int64)
         for name, array in self._arrays.items():
             array[:, : int(self.counts.max())] = arrays[name]

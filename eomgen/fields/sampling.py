@@ -32,10 +32,10 @@ from eomgen.fields.record import Outcome, Record, Samples
 from eomgen.files import read_arrays, write_arrays
 from eomgen.integrators.compositions import Composition, composition_named
 
-#: Acceptance at which a sampler moves farthest for its gradients, by order of the method: where the error of the energy
+#: Acceptance at which a sampler moves farthest for its gradients, by order of the method: if the error of the energy
 #: is normal with a deviation of c step^order, step erfc(deviation/sqrt(8)) has its maximum there.
 BEST_ACCEPTANCE = {2: 0.651, 4: 0.797, 6: 0.86, 8: 0.89}
-#: The word of the counter of a stream that draws where a chain starts; trajectories have the words from 0 on.
+#: The word of the counter of a stream that draws the start of a chain; trajectories have the words from 0 on.
 _START = 2**63
 #: Trajectories of a warm-up between two estimates of the largest frequency.
 _WATCHED = 20
@@ -44,13 +44,13 @@ _HALVINGS = 30
 
 #: Seeds are words of 64 bits with a sign.
 MOST_SEED = 2**63 - 1
-#: Where U has no business: an energy without a lower bound has no distribution, and chains fall for ever.
+#: Bound of U: an energy without a lower bound has no distribution, and chains fall for ever.
 _LOWEST = -1e50
 
 First = Literal["random", "drift", "kick"]
 #: Asked between gradients whether to stop.
 Stop = Callable[[], bool]
-#: Told of each trajectory: the chain, how it ended, and U where the chain is now.
+#: Called for each trajectory with the chain, the end of the trajectory, and U at the chain's place.
 Seen = Callable[[int, Outcome, float], None]
 
 
@@ -65,7 +65,7 @@ def follow(
     stop: Stop | None = None,
 ) -> bool:
     """Move a white field and its momenta in place by steps of a composition; return whether to the end, which is not so
-    where ``stop`` says so between two parts."""
+    if ``stop`` returns true between two parts."""
     return _follow(posterior, method.parts(steps), step, spectrum, momenta, inverse_mass, stop)
 
 
@@ -90,7 +90,7 @@ def _follow(
 
 @dataclass
 class _Chain:
-    """Where a chain is: its white field, U there, trajectories so far, and the size of its steps; of a warm-up that has
+    """State of a chain: its white field, U there, trajectories so far, and the size of its steps; of a warm-up that has
     not ended its trajectories, halvings of the step, and logarithms of steps.
 
     ``known`` says whether a trajectory has evaluated the gradient there, which is ``slope`` unless it is of a file.
@@ -118,17 +118,17 @@ class Sampler:
     method : str
         A composition: ``minimum_norm2``, ``omf4``, ``suzuki4``, ``leapfrog`` and others.
     step : float
-        Size of a step; 0: half of what ``guard`` allows, for ``warm_up`` to change.
+        Size of a step; 0: half of the size allowed by ``guard``, for ``warm_up`` to change.
     duration : float
         Time of a trajectory; a quarter turn of an oscillator of frequency 1 is 1.57.
     mass : {"fisher", "prior", "unit"}
     first : {"random", "drift", "kick"}
-        What trajectories begin with.
+        First part of trajectories.
     jitter : float
         A step is varied by this part of it up and down.
     guard : float
-        Steps are kept below this part of the largest stable one, by the largest frequency where chains start and, in
-        a warm-up, where they come, from above 0 to 1; infinite for none.
+        Steps are kept below this part of the largest stable one, by the largest frequency at the start of chains and, in a
+        warm-up, at their places, from above 0 to 1; infinite for none.
     chains : int
     start : {"mode", "prior", "zero"}, or spectra of white fields, one for each chain
         None: nowhere, until ``restore``.
@@ -227,7 +227,7 @@ class Sampler:
         adapt : bool
             Whether steps are changed.
         goes_on : bool
-            Whether a warm-up that was stopped goes on; ``trajectories`` are those of the whole of it then.
+            Whether a warm-up that was stopped goes on; ``trajectories`` count the whole of it then.
         stop, seen : callables
             Asked between gradients whether to stop; told of each trajectory the chain, how it ended, and U.
 
@@ -285,7 +285,7 @@ class Sampler:
         return record.samples(self.steps)
 
     def record(self, samples: int) -> Record:
-        """Return what takes so many samples of each chain."""
+        """Return the function that takes so many samples of each chain."""
         return Record(self.posterior.mesh, len(self.chains), samples, self.watched, self.bins)
 
     @property
@@ -321,7 +321,7 @@ class Sampler:
         return np.random.Generator(np.random.Philox(key=[self.seed, chain], counter=[0, 0, 0, word]))
 
     def _trajectory(self, chain: _Chain, stop: Stop | None = None) -> Outcome | None:
-        """Move a chain by one trajectory; None, and nothing has moved, where it was stopped."""
+        """Move a chain by one trajectory; None, without a move, if it was stopped."""
         posterior = self.posterior
         stream = self._stream(chain.number, chain.trajectories)
         uniform = stream.random(4)
@@ -370,7 +370,7 @@ class Sampler:
     ) -> float | None:
         """Follow a trajectory that begins and ends with a kick, and return U at its end; None if it was stopped.
 
-        Its first kick takes the gradient that the last trajectory of this kind has left where the chain is, and its
+        Its first kick takes the gradient of the last trajectory of this kind at the chain's place, and its
         last one the cells that U is of.
         """
         posterior, momenta, moved = self.posterior, self._momenta, self._moved
@@ -409,7 +409,7 @@ class Sampler:
     # -- files -------------------------------------------------------------------------------------------------------
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write where the chains are into an ``.npz`` file, by which another sampler goes on with the same bits.
+        """Write the states of the chains into an ``.npz`` file, by which another sampler goes on with the same bits.
 
         Raises
         ------
@@ -421,7 +421,7 @@ class Sampler:
         return path
 
     def state(self) -> tuple[dict[str, Array], dict[str, Any]]:
-        """Return where the chains are, as arrays and as what JSON can hold."""
+        """Return the states of the chains, as arrays and as JSON data."""
         arrays = {
             "spectra": np.array([chain.spectrum for chain in self.chains]).view(float),
             "potential": np.array([chain.potential for chain in self.chains]),
@@ -448,7 +448,7 @@ class Sampler:
         self.take(arrays, metadata, str(path))
 
     def take(self, arrays: Mapping[str, Array], metadata: Mapping[str, Any], where: str) -> None:
-        """Go on from what ``state`` gave; ``where`` it is from, for messages. Raises FileError, UsageError."""
+        """Continue from ``state`` of a sampler; ``where`` it is from, for messages. Raises FileError, UsageError."""
         try:
             spectra, potential, steps = (arrays[name] for name in ("spectra", "potential", "steps"))
             seed, frequency, counts = (metadata[name] for name in ("seed", "frequency", "trajectories"))

@@ -1,6 +1,6 @@
 """Transforms between spectra and fields of cells, in double or single precision, by SciPy or by FFTW.
 
-SciPy's are there in any case, and allocate their results. FFTW is what the optional package pyFFTW brings: its plans
+SciPy's are always present, and allocate their results. FFTW comes with the optional package pyFFTW: its plans
 write into arrays that are made once, aligned for vector registers. Plans are estimated, not measured, so that the same
 numbers give the same bits on each run.
 """
@@ -31,7 +31,7 @@ class Transforms(Protocol):
 
     Attributes
     ----------
-    buffer : a spectrum, which ``field`` takes; what is in it afterwards has no meaning
+    buffer : a spectrum, which ``field`` takes; its content is undefined afterwards
     scale : by which spectra are to be multiplied in both directions for transforms to be orthonormal
     """
 

@@ -1,4 +1,4 @@
-"""C of a Hamiltonian system: its functions, steps, a program of its own, and what Python loads."""
+"""C of a Hamiltonian system: its functions, steps, a program of its own, and the library for Python."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from eomgen.scene.hamiltonian.document import Hamiltonian
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
 
-#: Declarations of what Python calls.
+#: Declarations of the functions called from Python.
 CDEF = f"""\
 {INTERFACE_CDEF}int eomgen_hamiltonian_run(const double *parameters, double step, long rows, long every, int more,
     int kind, int count, const double *fractions, int stages, const double *coefficients, double tolerance,
     int compensated, double *work, double *state, double *record, long *counted);
 """
-#: Iterations of an implicit step at most, the change, in parts of the state, that may be rounding, and by what every
+#: Iterations of an implicit step at most, the change, relative to the state, that may be rounding, and by how much a
 #: second change has to be smaller: if it is not, Newton's method takes over.
 MOST_ITERATIONS, ROUNDING, SLOW = 200, 1e-12, 0.3
 #: Turns of its linear equations, and the part of the residual that is left.

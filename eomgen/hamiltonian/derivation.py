@@ -28,13 +28,13 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
     """Return the functions of a Hamiltonian system.
 
     ``hamiltonian`` (kinetic, potential and coupled part), ``gradient`` (dH/dq and dH/dp), ``hessian_product`` (of the
-    Hessian of H with a direction, whose blocks are ``a`` for coordinates and ``j`` for momenta), ``observed`` where
-    there are outputs, and ``drift`` and ``kick`` where H is separable.
+    Hessian of H with a direction, in blocks ``a`` for coordinates and ``j`` for momenta), ``observed`` if
+    there are outputs, and ``drift`` and ``kick`` if H is separable.
 
     Raises
     ------
     ModelError
-        A term has no finite value whatever the state.
+        A term without a finite value in any state.
     """
     tape, n = Tape(reciprocals=True), len(document.coordinates)
     algebra = Algebra(tape)

@@ -1,4 +1,4 @@
-"""Methods of Hamiltonian systems: compositions of drifts and kicks, implicit steps, and those by Runge and Kutta."""
+"""Methods of Hamiltonian systems: compositions of drifts and kicks, implicit steps, and Runge-Kutta methods."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _OF_GAUSS = tuple(f"gauss{order}" for order in range(4, HIGHEST_ORDER + 1, 2))
 #: take together, and vectors that there always are.
 _MOST_VECTORS, _MOST_NUMBERS, _FEWEST_VECTORS = 160, 2_000_000, 30
 _SOURCE = "Hairer, Lubich and Wanner 2006, section II.1"
-#: Methods where the file and the caller name none: of separable systems, and of others.
+#: Methods if the file and the caller name none: of separable systems, and of others.
 STANDARD, STANDARD_IMPLICIT = "omf4", "gauss6"
 
 
@@ -62,7 +62,7 @@ class Method:
         return self.kind == "PAIR"
 
     def work(self, n: int) -> int:
-        """Return how many numbers of memory steps of n coordinates need: of drifts and kicks none."""
+        """Return the numbers of memory for steps of n coordinates: of drifts and kicks none."""
         if self.composed:
             return 0
         vectors = krylov(n)
@@ -97,7 +97,7 @@ EXPLICIT = {
 }
 
 
-#: What methods are called elsewhere, or what does their work here.
+#: Names of methods in other programs, or of methods that replace them here.
 ELSEWHERE = {
     "velocity_verlet": 'leapfrog, which first="kick" begins with a kick',
     "stormer_verlet": "leapfrog",
@@ -113,7 +113,7 @@ ELSEWHERE = {
 
 
 def krylov(n: int) -> int:
-    """Return the vectors of the Krylov subspace for steps of n coordinates: as many as unknowns where these are few."""
+    """Return the vectors of the Krylov subspace for steps of n coordinates: as many as unknowns if these are few."""
     return min(HIGHEST_ORDER * n, _MOST_VECTORS, max(_FEWEST_VECTORS, _MOST_NUMBERS // (2 * n)))
 
 

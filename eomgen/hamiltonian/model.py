@@ -33,7 +33,7 @@ _COUNTED = ("steps", "gradients", "iterations", "products")
 _DOUBTED, _EXPLODED = 0.3, 10.0
 #: Steps of a run at most: beyond them times of rows are no doubles of their own.
 _MOST_STEPS = 1e15
-#: What stops a run, by the status of its C.
+#: Reasons for the end of a run, by the status of its C.
 _STATUSES = {
     1: "the equations of an implicit step were not solved by Newton's method; try: a step smaller than {step:.3g}",
     2: "the step of rk45 became too small for the time to move on: the motion has a singularity near; try: a larger"
@@ -179,12 +179,12 @@ class HamiltonianModel:
         t_end, step : float
             The file's by default; negative steps go backwards.
         method : str
-            Where H is T(p) + V(q): ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, ``blanes_moan4``,
+            If H is T(p) + V(q): ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, ``blanes_moan4``,
             ``blanes_moan6``, ``kahan_li6``, ``kahan_li8``, and for even orders to 12 ``yoshida<order>``,
             ``suzuki<order>`` and ``creutz_gocksch<order>_<i>``. ``implicit_midpoint`` and, for even orders from 4
             to 12, ``gauss<order>`` for any H, as ``rk4`` and ``rk45``, which are not symplectic; of recursions of
-            leapfrogs implicit midpoint steps take the place where H is not separable. The file's by default, else
-            ``omf4``, or ``gauss6`` where H is not separable.
+            leapfrogs implicit midpoint steps take the place if H is not separable. The file's by default, else
+            ``omf4``, or ``gauss6`` if H is not separable.
         first : str
             Whether steps of compositions begin with a ``drift`` or a ``kick``.
         initial : mapping
@@ -195,13 +195,13 @@ class HamiltonianModel:
         record_every : int
             Steps between recorded rows; the first and the last state are always recorded.
         compensated : bool
-            Keep what rounding takes of sums for the next ones: for 1e6 steps and more.
+            Keep the rounding errors of sums for the next ones: for 1e6 steps and more.
         tolerance : float
-            Of ``rk45``, whose own steps lie within those of the grid: local errors as parts of the state. The file's
+            Of ``rk45`` with its own steps within those of the grid: local errors as parts of the state. The file's
             by default.
         error_estimate : bool
-            Estimate the errors of steps by runs in steps twice and four times as long, or half as long where these
-            tell nothing, of ``rk45`` by one at a tenth of the tolerance: 0.75 to 2.75 times the time of the run itself.
+            Estimate the errors of steps by runs in steps twice and four times as long, or half as long if these
+            are inconclusive, of ``rk45`` by one at a tenth of the tolerance: 0.75 to 2.75 times the time of the run.
 
         Raises
         ------
@@ -248,7 +248,7 @@ class HamiltonianModel:
                     errors = by_tolerance(rows, finer, taken * step, allowed, names)
                 else:
                     errors = estimated(rows, step, every, steps, chosen.order, names, compared)
-            except KeyboardInterrupt:  # what the run came to is kept
+            except KeyboardInterrupt:  # the rows so far are kept
                 errors = StepErrors(reason="it was interrupted")
         t, q, p = taken * step, rows[:, : self.n].copy(), rows[:, self.n :].copy()
         parts = self._call("hamiltonian", [q, p], values)[0]
@@ -302,7 +302,7 @@ class HamiltonianModel:
         *,
         compensated: bool,
     ) -> tuple[Array, list[int], int]:
-        """Return rows of q and p, what was counted, and how it ended: 0 well, -1 interrupted, else a status.
+        """Return rows of q and p, counts, and the end: 0 well, -1 interrupted, else a status.
 
         Calls of C end within rows as well, so that the keyboard is heard, with the bits of one call for all; a run that
         is interrupted has the state there as its last row.
@@ -354,7 +354,7 @@ class HamiltonianModel:
         return record[:row], counted[:4], status
 
     def _too_large(self, method: Method, step: float, state: Array, values: Array) -> str:
-        """Return what is wrong with a step that is beyond the limit of stability at the start."""
+        """Return the fault of a step that is beyond the limit of stability at the start."""
         if not method.stability_limit or self.n > _FEW:
             return ""
         here = state[: self.n], state[self.n :]
@@ -426,7 +426,7 @@ class HamiltonianModel:
 
 
 def _check_memory(rows: int, width: int, steps: int) -> None:
-    """Raise UsageError for a record, with what is evaluated on it, that is too large."""
+    """Raise UsageError for a record, with its evaluated quantities, that is too large."""
     needed = 8 * rows * width * _COPIES
     if needed > _MOST_BYTES:
         what = f"{rows:.6g} rows of {width} numbers would take about {needed / 1e9:.3g} GB"
@@ -436,7 +436,7 @@ def _check_memory(rows: int, width: int, steps: int) -> None:
 
 
 def _whole_steps(t_end: float, step: float) -> int:
-    """Return how many steps lead to an end. Raises UsageError."""
+    """Return the number of steps to an end. Raises UsageError."""
     if not (math.isfinite(t_end) and math.isfinite(step)) or step == 0:
         raise UsageError(Problem("step", f"a finite step other than 0 is needed, not {step:g}", "step=0.01"))
     count = t_end / step

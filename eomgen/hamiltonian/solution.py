@@ -19,7 +19,7 @@ from eomgen.hamiltonian.step_errors import StepErrors
 @checked_calls("model.simulate(...), which makes one", filename="path", file="path")
 @dataclass(frozen=True)
 class HamiltonianSolution:
-    """A motion, and what is said of it.
+    """A motion with its diagnostics.
 
     Attributes
     ----------
@@ -37,11 +37,11 @@ class HamiltonianSolution:
     success : bool
         Whether the motion reached its end.
     message : str
-        How it ended, and what is doubtful.
+        Its end, and doubts.
     metadata : mapping
         Names, units, method, step, parameters.
     error_estimate : StepErrors
-        What the size of the steps does to coordinates and momenta; printed in words.
+        Discretisation errors of coordinates and momenta; printed in words.
     """
 
     t: Array
@@ -68,7 +68,7 @@ class HamiltonianSolution:
 
     @property
     def energy_error(self) -> float:
-        """The largest change of H, as a share of |H| at the start; of the largest part of it where H is 0 there."""
+        """The largest change of H, as a share of |H| at the start; of the largest part of it if H is 0 there."""
         total = self.energy["total"]
         scale = abs(total[0]) or max(float(np.abs(part).max()) for part in self.energy.values()) or 1.0
         return float(np.abs(total - total[0]).max() / scale)

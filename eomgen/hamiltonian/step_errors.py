@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 
-#: How far the observed order may be from that of the method, and the part of the motion that counts as rounding.
+#: Tolerated distance of the observed order from the method's, and the part of the motion that counts as rounding.
 _OTHER_ORDER, _ROUNDING = 0.75, 1e-12
 #: Part of the motion above which a motion is no longer followed.
 LOST = 0.1
@@ -31,7 +31,7 @@ class StepErrors:
     Attributes
     ----------
     available : bool
-        Where it is False, ``reason`` says why, and numbers are NaN.
+        If it is False, ``reason`` says why, and numbers are NaN.
     relative : float
         The largest error of a coordinate or momentum as a part of its range over the run.
     name : str
@@ -39,7 +39,7 @@ class StepErrors:
     error : float
         That error itself.
     order, declared_order : float
-        Seen in the runs (NaN where two runs tell none), and of the method.
+        Observed in the runs (NaN if two runs give none), and of the method.
     lost_at : float
         The first time with an error above a tenth of a motion; infinite if there is none.
     method : str
@@ -69,7 +69,7 @@ class StepErrors:
         return f"{self.error:.2g} of {self.name}, {100 * self.relative:.2g} % of its motion; {seen}by {self.method}"
 
     def summary(self) -> dict[str, Any]:
-        """Return all but the arrays, in JSON types; what is not known is None."""
+        """Return all but the arrays, in JSON types; unknown values are None."""
         numbers = asdict(self)
         del numbers["t"], numbers["relative_at"]
         return {
@@ -83,8 +83,8 @@ def estimated(
 ) -> StepErrors:
     """Return the estimate of a run by runs in steps twice and four times as long, or else half as long.
 
-    Differences of runs of order r fall by 2^r from one to the next. Where they do not, longer steps tell nothing of
-    these, and the motion in steps of half the size is what it is held against.
+    Differences of runs of order r fall by 2^r from one to the next. If they do not, longer steps are inconclusive for
+    these, and the motion is compared with steps of half the size.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def by_tolerance(own: Array, finer: Array | None, t: Array, tolerance: float, na
 
 
 def _scale(own: Array) -> Array:
-    """Return the range of each column; of what does not move its size."""
+    """Return the range of each column; of a column at rest its size."""
     found = np.ptp(own, axis=0)
     return np.asarray(np.where(found > 0, found, np.maximum(np.abs(own).max(axis=0), np.finfo(float).tiny)))
 

@@ -5,8 +5,8 @@ With eigenvalues l and the gradient d along their eigenvectors, the cumulant gen
     K(s) = s value - sum ln(1 - s l) / 2 + sum s^2 d^2 / (2 (1 - s l)),
 
 analytic off the real axis. ``steepest_descent`` is exact to rounding, relative to the smaller of both tails, however
-far out; ``imhof`` is exact to rounding relative to 1; ``lugannani_rice`` is what is left of the first where all but
-the saddle point is dropped.
+far out; ``imhof`` is exact to rounding relative to 1; ``lugannani_rice`` is the first reduced to its
+saddle point.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class _Generating:
         return found
 
     def _halved(self, inner: Array, outer: Array, rows: NDArray[np.intp], at_zero: Array) -> Array:
-        """Return saddles between ``inner``, where K' - y has the sign that it has at zero, and ``outer``."""
+        """Return saddles between ``inner``, at which K' - y has its sign at zero, and ``outer``."""
         for _ in range(_HALVINGS):
             middle = 0.5 * (inner + outer)
             before = np.real(self.first(middle, rows)) * np.sign(at_zero) > 0.0
@@ -147,7 +147,7 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
     Raises
     ------
     NumericalError
-        Where a third of the nodes gives another number.
+        If a third of the nodes gives another number.
 
     References
     ----------
@@ -190,7 +190,7 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
 def _on_path(
     generating: _Generating, saddles: Array, rows: NDArray[np.intp], guess: Complex, t: float
 ) -> tuple[Complex, Complex]:
-    """Return u next to a guess where K has fallen by t^2 / 2 from a saddle, and the slope of K there."""
+    """Return u next to a guess at which K has fallen by t^2 / 2 from a saddle, and the slope of K there."""
     u = guess
     for _ in range(_CORRECTIONS):
         rise, slope = generating.beside(u, saddles, rows)
@@ -230,7 +230,7 @@ def imhof(forms: Forms, thresholds: ArrayLike) -> Tails:
     Raises
     ------
     NumericalError
-        Where the characteristic function falls too slowly, as it does for a few variables.
+        If the characteristic function falls too slowly, as it does for a few variables.
 
     References
     ----------
@@ -277,7 +277,7 @@ def _flat(thresholds: ArrayLike) -> tuple[Array, tuple[int, ...]]:
 
 
 def _begun(given: Forms, y: Array) -> tuple[_Generating, Array, Array, Array]:
-    """Return the generating function, saddles, and the tails where a form has no spread or never comes."""
+    """Return the generating function, saddles, and the tails if a form has no spread or never comes."""
     forms = [given] if isinstance(given, QuadraticForm) else list(given)
     generating = _Generating(forms, y)
     spread = np.broadcast_to([form.standard_deviation > 0.0 for form in forms], y.shape)

@@ -13,7 +13,7 @@ from eomgen.errors import NumericalError
 from eomgen.reliability.quadratic_form import QuadraticForm
 from eomgen.reliability.response import Expansion, Response
 
-#: The first step along the curve of most probable points, and the longest one, in standard deviations; it grows where
+#: The first step along the curve of most probable points, and the longest one, in standard deviations; it grows if
 #: Newton's method needs no more iterations than these.
 _STRIDE, _LONGEST, _EASY = 0.25, 1.0, 3
 #: Newton's iterations at a threshold; distance of z at which they end.
@@ -33,7 +33,7 @@ JUMPING = "where the gradient of the response jumps, as it does if slopes of the
 _RENEWED = 6
 #: Steps by the one before, beyond which curve and Hessian are not continued by both of their ends.
 _AHEAD = 10.0
-#: Distance from the mean, in standard deviations, beyond which nothing is looked for: P = 8e-24.
+#: Distance from the mean, in standard deviations, beyond which no point is sought: P = 8e-24.
 FARTHEST = 10.0
 
 
@@ -61,14 +61,14 @@ class MostProbablePoint:
 
     @property
     def index(self) -> float:
-        """Distance from the mean, positive where the threshold is above the response there (reliability index)."""
+        """Distance from the mean, positive if the threshold is above the response there (reliability index)."""
         distance = float(np.linalg.norm(self.point))
         return distance if self.multiplier <= 0.0 else -distance
 
     @property
     def curvatures(self) -> Array:
-        """Principal curvatures (n - 1,) of the limit state, positive where it bends away from the mean, times its
-        distance: those of y above the threshold where the index is positive."""
+        """Principal curvatures (n - 1,) of the limit state, positive if it bends away from the mean, times its
+        distance: curvatures of y above the threshold if the index is positive."""
         n = len(self.point)
         gradient = self.expansion.gradient
         length = float(np.linalg.norm(gradient))
@@ -90,7 +90,7 @@ class MostProbablePoint:
 
 
 def first_order(found: MostProbablePoint) -> float:
-    """Return P(y > threshold) where the limit state is a plane.
+    """Return P(y > threshold) if the limit state is a plane.
 
     References
     ----------
@@ -137,7 +137,7 @@ def most_probable_points(response: Response, thresholds: Sequence[float]) -> lis
     Raises
     ------
     NumericalError
-        Where the response has no slope at the mean, or the curve of most probable points does not come to a threshold.
+        If the response has no slope at the mean, or the curve of most probable points does not come to a threshold.
     """
     found, missed = points_on_curve(response, thresholds)
     if missed:
@@ -151,9 +151,9 @@ def points_on_curve(
     """Return the most probable points by indices of thresholds, and the reasons for missing points.
 
     From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
-    deviation or more; each point solves z + m g = 0, y = threshold by Newton's method, from where the two points before
-    it and the curve's slopes there lead. Its Hessian is that of these points, continued and corrected by gradients
-    (symmetric, of rank one); each point found has its exact Hessian, taken once. ``kinked`` is asked if nothing is
+    deviation or more; each point solves z + m g = 0, y = threshold by Newton's method, from the extrapolation of two
+    points before it and the curve's slopes. Its Hessian is theirs, continued and corrected by gradients
+    (symmetric, of rank one); each point found has its exact Hessian, taken once. ``kinked`` is called if no point is
     found, and returns whether the gradient may jump, so that points count that are off by little.
 
     References
@@ -164,7 +164,7 @@ def points_on_curve(
     Raises
     ------
     NumericalError
-        Where the response has no slope at the mean.
+        If the response has no slope at the mean.
     """
     start = response.expansion(np.zeros(response.size))
     slope = float(np.linalg.norm(start.gradient))
@@ -250,7 +250,7 @@ def _followed(
 
 
 def _rates(at: MostProbablePoint) -> Array:
-    """Return how the point and its multiplier change with the threshold, (n + 1,)."""
+    """Return the derivatives of the point and its multiplier by the threshold, (n + 1,)."""
     n = len(at.point)
     system = _system(at.multiplier, at.expansion.gradient, at.expansion.hessian)
     return np.linalg.solve(system, np.append(np.zeros(n), 1.0))
@@ -332,9 +332,9 @@ def _newton(
 
 
 def _solved(z: Array, multiplier: float, value: float, threshold: float, gradient: Array) -> bool:
-    """Whether both conditions hold, in standard deviations: the distance is off by the square of what is aside.
+    """Whether both conditions hold, in standard deviations: the distance is off by the square of the lateral part.
 
-    Of values their rounding counts, too, where they are large beside their spread.
+    Rounding of values counts, too, if they are large beside their spread.
     """
     slope = float(np.linalg.norm(gradient))
     aside = float(np.linalg.norm(z + multiplier * gradient))

@@ -1,4 +1,4 @@
-"""Quadratic forms that stand for a response over its whole distribution, and those of fewer directions."""
+"""Quadratic forms that approximate a response over its whole distribution, and forms of fewer directions."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def projected_hessian(products: Array, directions: Array) -> Array:
 
 @dataclass(frozen=True)
 class Projected:
-    """A response whose Hessians are those of a few directions alone (second-order projected differentiation).
+    """A response with Hessians of a few directions alone (second-order projected differentiation).
 
     Attributes
     ----------
     response : whose Hessians are multiplied by directions
-    directions : (n, r), orthonormal; at each point that of the gradient is added
+    directions : (n, r), orthonormal; at each point the gradient's is added
     """
 
     response: Multiplied

@@ -1,4 +1,4 @@
-"""Quadratic forms of standard normal variables: what a response is to second order, and its moments in closed form."""
+"""Quadratic forms of standard normal variables: a response to second order, and its moments in closed form."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class QuadraticForm:
     Raises
     ------
     ModelError
-        Where a number is not finite, or shapes do not match.
+        If a number is not finite, or shapes do not match.
 
     References
     ----------
@@ -98,7 +98,7 @@ class QuadraticForm:
         return float(self.gradient @ other.gradient + 0.5 * np.sum(self.hessian * other.hessian))
 
     def about(self, point: Array, value: float) -> QuadraticForm:
-        """Return the form of z, where this one's gradient and Hessian are those at a point (n,) with that value."""
+        """Return the form of z with this one's gradient and Hessian at a point (n,) with that value."""
         bent = self.hessian @ point
         constant = value - self.gradient @ point + 0.5 * point @ bent
         return QuadraticForm(float(constant), self.gradient - bent, self.hessian)

@@ -1,4 +1,4 @@
-"""Responses to standard normal variables, and what their evaluation costs."""
+"""Responses to standard normal variables, and the cost of their evaluation."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Expansion(NamedTuple):
 
 
 class Response(Protocol):
-    """What a scalar response y of n standard normal variables z can be asked."""
+    """Evaluations of a scalar response y of n standard normal variables z."""
 
     @property
     def size(self) -> int:
@@ -51,7 +51,7 @@ class Multiplied(Response, Protocol):
 
 @dataclass
 class Counted:
-    """A response that counts what it is asked.
+    """A response that counts its evaluations.
 
     Attributes
     ----------

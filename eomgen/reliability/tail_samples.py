@@ -20,7 +20,7 @@ FEWEST = 200
 
 class Estimate(NamedTuple):
     """A probability, its standard error, and the number of samples; not a number if the response has no value at
-    some of them, for nothing is known of these."""
+    some of them, since these are unknown."""
 
     probability: float
     standard_error: float

@@ -17,7 +17,7 @@ _CHAINS = (BLUE, VERMILION, GREEN, "#CC79A7", "#E69F00", "#56B4E9", "#000000")  
 
 
 def draw(found: FieldSamples, folder: str | Path) -> list[Path]:
-    """Draw slices.png, power.png and chains.png into a folder, those that samples allow, and return their paths.
+    """Draw slices.png, power.png and chains.png into a folder, as far as samples allow, and return their paths.
 
     Raises
     ------

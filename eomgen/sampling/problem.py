@@ -34,15 +34,15 @@ from eomgen.formula.nodes import Formula
 from eomgen.scene.hamiltonian.fields import DRAWN, OF_PLACES, OF_WAVES, VARIANCE, Data, FieldSystem, Operator, Table
 from eomgen.text import counted, listed, nearest
 
-#: What is said of files that NumPy cannot read, whose own words are of pickles.
+#: Message for files that NumPy cannot read; its own words are of pickles.
 _NO_ARRAY = ("this is no .npy file of numbers", "numpy.save of an array of real numbers")
-#: What helps where numbers run out.
+#: Remedy for overflow.
 _SMALLER = "a smaller power"
 #: Half spectra that a trajectory and Newton's method hold at most, besides the chains.
 _SPECTRA = 9
-#: Fields that a record of samples and what is made of it hold: mean, squares, change, deviation, and one beside.
+#: Fields in a record of samples and its results: mean, squares, change, deviation, and one beside.
 _RECORD = 6
-#: Columns of what is kept of each trajectory, besides cells and bins of a sample.
+#: Columns kept of each trajectory, besides cells and bins of a sample.
 TRAJECTORY = ("dH", "accepted", "gradients", "U")
 Complex = NDArray[np.complex128]
 
@@ -138,7 +138,7 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
 
 
 def memory_of(system: FieldSystem, chains: int = 0) -> int:
-    """Return the bytes that sampling takes at most, with so many chains; 0: as many as the file says. Nothing is made.
+    """Return the bytes that sampling takes at most, with so many chains; 0: the file's number. No array is made.
 
     Raises
     ------
@@ -148,13 +148,13 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
     chains = chains or system.sampling.chains
     filters = sum(2 if item.kind == "difference" else 1 for item in system.operators)  # twice half a field each
     masks = sum(2 for item in system.operators if item.kind == "mask")
-    single = system.sampling.precision == "single"  # a spectrum and fields beside those of doubles
+    single = system.sampling.precision == "single"  # a spectrum and fields beside the ones in double
     fields = (3 if single else 2) * len(system.fields) + 2 * len(system.data) + filters + masks
     fields += _RECORD + 2 * (system.truth is not None)
     chosen = system.sampling
     with _at(system, "mesh.cells"):
         mesh = Mesh(system.cells, system.lengths)
-        slopes = 0 if chosen.first == "drift" else 1 + chains  # gradients where trajectories begin with kicks
+        slopes = 0 if chosen.first == "drift" else 1 + chains  # gradients if trajectories begin with kicks
         watched = min(chosen.watched, mesh.size) + chosen.bins + len(TRAJECTORY)
         numbers = chains * (chosen.samples * watched + chosen.warm_up * len(TRAJECTORY))
         what = f"sampling with {counted(chains, 'chain')}"
@@ -187,7 +187,7 @@ def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[No
 
 @contextlib.contextmanager
 def _at(system: FieldSystem, key: str) -> Iterator[None]:
-    """Let errors say where in the file they come from."""
+    """Add the place in the file to errors."""
     try:
         yield
     except EomgenError as error:
@@ -204,7 +204,7 @@ def _at(system: FieldSystem, key: str) -> Iterator[None]:
 
 
 class _Making:
-    """What is made of a file on its mesh."""
+    """Objects made of a file on its mesh."""
 
     def __init__(self, system: FieldSystem, mesh: Mesh) -> None:
         self.system, self.mesh = system, mesh
@@ -321,7 +321,7 @@ class _Making:
         return self.checked(item, self.in_cells(item.formula, {}))
 
     def checked(self, item: Data, values: Array) -> Array:
-        """Return numbers for all cells. Raises ModelError for those that cannot be."""
+        """Return numbers for all cells. Raises ModelError for impossible ones."""
         made = np.array(np.broadcast_to(values, self.mesh.cells), dtype=float, order="C")
         least = -math.inf if item.minimum is None else item.minimum
         wrong = ~np.isfinite(made) | (made < least)

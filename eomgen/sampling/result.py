@@ -1,4 +1,4 @@
-"""What a run of sampling has found: samples, their diagnostics, and files of both."""
+"""Results of a run of sampling: samples, their diagnostics, and files of both."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Scale:
 
 @dataclass(frozen=True)
 class FieldSamples:
-    """Samples of a field with what they are held against.
+    """Samples of a field with their references.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class FieldSamples:
         How they were made.
     mass : which mass
     samples : Samples
-        Those that all chains have.
+        Samples that all chains have.
     warm_up : (chains, trajectories, 4)
         dH, whether its end was taken, gradients and U of each trajectory before the samples.
     largest_step, frequency : the step that the guard allows, and the largest angular frequency
@@ -100,7 +100,7 @@ class FieldSamples:
 
     @property
     def cut(self) -> str:
-        """What is said where the guard has made a step smaller than what was asked for; nothing where it has not."""
+        """A sentence if the guard has made a step smaller than requested; empty if it has not."""
         step, taken = self.settings.step, float(np.min(self.samples.steps))
         if step <= taken:
             return ""
@@ -108,7 +108,7 @@ class FieldSamples:
 
     @property
     def lost(self) -> str:
-        """What is said of trajectories that ended where U is not finite; nothing if there are none."""
+        """A sentence on trajectories that ended since U is not finite; empty if there are none."""
         errors = np.concatenate([self.warm_up[..., 0].ravel(), self.samples.energy_errors.ravel()])
         count = int(np.sum(~np.isfinite(errors)))
         if not count:
@@ -119,7 +119,7 @@ class FieldSamples:
 
     @property
     def doubt(self) -> str:
-        """What is said of chains that do not agree; nothing where they do, or are too short to tell."""
+        """A sentence on chains that do not agree; empty if they do, or are too short to tell."""
         if self.count < DOUBTED:
             return ""
         worst = {"a cell": _quantile(self.r_hats(), 1.0), "a bin of scales": self.r_hat_of_scales}

@@ -31,7 +31,7 @@ from eomgen.text import shown as quoted
 CHECKPOINT = "checkpoint.npz"
 #: Seconds between checkpoints.
 CHECKPOINT_EVERY = 60.0
-#: Settings that may differ where a run goes on.
+#: Settings that may differ if a run goes on.
 _OPEN = ("samples", "field")
 _GOLDEN = 0.6180339887498949
 
@@ -48,11 +48,11 @@ def sample(
 ) -> FieldSamples:
     """Sample the fields of a file by Hamiltonian Monte Carlo.
 
-    Ctrl-C ends the run with what there is; a second one stops at once.
+    Ctrl-C ends the run with its results so far; a second one stops at once.
 
     Parameters
     ----------
-    described : path of a file with ``kind = "hamiltonian"`` and a ``[mesh]``, what such a file holds, or a FieldSystem
+    described : path of a file with ``kind = "hamiltonian"`` and a ``[mesh]``, the data of such a file, or a FieldSystem
     folder : path, optional
         For the checkpoint, which is written once a minute, when the run ends, and when it is interrupted.
     resume : bool
@@ -64,7 +64,7 @@ def sample(
     checkpoint_every : float
         Seconds.
     settings
-        In place of those of ``[sampling]``: ``method``, ``step`` (0: found by the warm-up), ``duration`` of a
+        In place of the settings in ``[sampling]``: ``method``, ``step`` (0: found by the warm-up), ``duration`` of a
         trajectory, ``first`` (``random``, ``drift``, ``kick``), ``jitter``, ``guard``, ``chains``, ``start`` (``mode``,
         ``prior``, ``zero``, or the path of a ``.npy`` file with white fields), ``warm_up`` and ``samples`` of each
         chain, ``seed``, ``field``, ``watched`` (number of cells whose values are kept), ``bins`` of wave numbers,
@@ -162,7 +162,7 @@ class _Run:
             step=settings.step,
             duration=settings.duration,
             mass=self.mass,
-            first=settings.first,  # type: ignore[arg-type]  # what it may be is checked there
+            first=settings.first,  # type: ignore[arg-type]  # its value is checked there
             jitter=settings.jitter,
             guard=settings.guard,
             chains=settings.chains,
@@ -173,7 +173,7 @@ class _Run:
         )
 
     def go(self, bar: Progress | None, interrupted: list[bool], every: float) -> FieldSamples:
-        """Make what is missing, and return all."""
+        """Make missing parts, and return all."""
         began, settings = time.perf_counter(), self.settings
         spent, saved = self.seconds, began
         total = settings.chains * (settings.warm_up + settings.samples)
@@ -228,7 +228,7 @@ class _Run:
     # -- checkpoints -------------------------------------------------------------------------------------------------
 
     def fixed(self) -> dict[str, Any]:
-        """Return what has to be the same where a run goes on."""
+        """Return the settings that have to be the same if a run goes on."""
         settings = {name: value for name, value in vars(self.settings).items() if name not in _OPEN}
         return {**settings, "mass": self.mass, "field": self.problem.watched, "posterior": self.problem.digest}
 
@@ -240,7 +240,7 @@ class _Run:
         write_arrays(folder / CHECKPOINT, {**arrays, **record, **more}, told)
 
     def read(self, folder: Path) -> tuple[dict[str, Array], dict[str, Any]]:
-        """Return what a checkpoint holds. Raises FileError, UsageError."""
+        """Return the contents of a checkpoint. Raises FileError, UsageError."""
         path = folder / CHECKPOINT
         arrays, told = read_arrays(path, "checkpoint of chains", "a folder of eomgen sample --out")
         missing = [name for name in ("settings", "chains", "seconds", "gradients") if name not in told]
