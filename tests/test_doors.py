@@ -19,6 +19,22 @@ import eomgen
 
 PACKAGE = Path(eomgen.__file__).parent
 
+#: Rooms beside the core, and identifiers of theirs that the core must not use.
+PRODUCTS = {
+    *("ensembles", "fields", "hamiltonian", "random_processes", "reliability", "sampling", "sea_states", "studies"),
+    "waves",
+}
+PRODUCT_WORDS: dict[str, set[str]] = {
+    "studies": {
+        *("compared", "contender", "facts_of", "fine_by", "identification", "ladder", "ladders", "method_facts"),
+        *("policies", "policy", "studied", "tuning", "vibration", "work_precision"),
+    },
+    "ensembles": {"ensembles"},
+    "reliability": {"importance_sampling", "reliability"},
+    "random_processes": {"karhunen_loeve"},
+    "fields": {"posterior"},
+}
+
 #: For each room: the other rooms that it may import, or the one module of a room. Every room is here.
 DOORS: dict[str, set[str]] = {
     # what every room may need
@@ -241,6 +257,7 @@ DOORS: dict[str, set[str]] = {
         "compiled",
         "ensembles",
         "errors",
+        "extensions",
         "figures",
         "files",
         "formula",
@@ -577,6 +594,32 @@ def test_rooms_import_what_their_doors_allow(room: str) -> None:
         if module.split(".")[0] == room and not _may(room, name)
     ]
     assert wrong == []
+
+
+def _identifiers(path: Path) -> Iterator[str]:
+    """Yield the names that code of a file uses or defines, and each part of the names that it imports."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = (getattr(node, key, None) for key in ("id", "arg", "attr", "name", "asname", "module"))
+        yield from (part for name in names if isinstance(name, str) for part in name.split("."))
+
+
+@pytest.mark.parametrize("product", PRODUCT_WORDS)
+def test_core_rooms_do_not_use_words_of_a_product(product: str) -> None:
+    rooms = set(DOORS) - PRODUCTS - {"model", "cli"}
+    used = {
+        f"{module}: {name}"
+        for module, path in _modules()
+        if module.split(".")[0] in rooms
+        for name in _identifiers(path)
+        if name in PRODUCT_WORDS[product]
+    }
+    assert used == set()
+
+
+@pytest.mark.parametrize("product", PRODUCT_WORDS)
+def test_words_of_a_product_are_in_use_there(product: str) -> None:
+    files = [path for module, path in _modules() if module.split(".")[0] == product]
+    assert set(PRODUCT_WORDS[product]) <= {name for path in files for name in _identifiers(path)}
 
 
 def test_no_door_is_open_for_nobody() -> None:

@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 DEFAULT_TOLERANCE = 1e-6
-#: Tolerances that studies compare.
-COMPARED_TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 #: Steps are let grow where they grow by so much: nothing is kept that belongs to a size.
 LEAST_GROWTH = 1.0
 
@@ -68,11 +66,9 @@ class AdaptiveDiscontinuousGalerkin(DiscontinuousGalerkin):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        compared = {"tolerance": COMPARED_TOLERANCES}
         return tuple(
             MethodName(
-                f"{name}_adaptive", partial(_made, name), ("tolerance",), idle=("rho_inf",), compared=compared,
-                studied=row.studied, ladders=("all",) if row.studied else (),
+                f"{name}_adaptive", partial(_made, name), ("tolerance",), idle=("rho_inf",),
             )
             for name, row in METHODS.items()
             if row.estimate

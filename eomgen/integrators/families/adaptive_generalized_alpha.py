@@ -39,8 +39,6 @@ LEAST_GROWTH = 1.25
 MOST_GROWTH = 2.0
 #: Newton's tolerance on the mean velocity, by that of the local error and the change of velocity in a step.
 ITERATIONS = 1e-2
-#: Tolerances that studies compare.
-COMPARED_TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
 #: The part of the error of velocities that counts.
 VELOCITY_PART = 0.2
 
@@ -67,13 +65,12 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        compared = {"tolerance": COMPARED_TOLERANCES, "rho_inf": (0.5, 0.8, 0.9)}
         parameters: tuple[str, ...] = ("rho_inf", "tolerance")
-        rows = [MethodName("generalized_alpha_adaptive", _optimal, parameters, compared=compared, ladders=("all",))]
+        rows = [MethodName("generalized_alpha_adaptive", _optimal, parameters)]
         for case in OF_ORDER_2:
             _, parameters, _, _ = NAMED_CASES[case]
             make = partial(_named_case, case)
-            rows.append(MethodName(f"{case}_adaptive", make, (*parameters, "tolerance"), studied=False))
+            rows.append(MethodName(f"{case}_adaptive", make, (*parameters, "tolerance")))
         return tuple(rows)
 
     def title(self, constrained: bool) -> str:

@@ -71,10 +71,7 @@ class SymplecticComposition(Family):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        return tuple(
-            MethodName(name, partial(_made, name), idle=("rho_inf",), studied=False, fixed_steps=_FIXED)
-            for name in NAMES
-        )
+        return tuple(MethodName(name, partial(_made, name), idle=("rho_inf",), fixed_steps=_FIXED) for name in NAMES)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:

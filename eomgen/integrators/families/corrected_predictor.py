@@ -63,7 +63,7 @@ class CorrectedPredictor(OneFactorization):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        return (MethodName("corrected_predictor", cls, idle=("rho_inf",), studied=False, fixed_steps=FIXED_STEPS),)
+        return (MethodName("corrected_predictor", cls, idle=("rho_inf",), fixed_steps=FIXED_STEPS),)
 
     def calls(self, system: System) -> set[str]:
         return {"forward_dynamics", *matrix_functions(system)}

@@ -141,7 +141,7 @@ class DiscontinuousGalerkin(OneFactorization):
     def names(cls) -> tuple[MethodName, ...]:
         return tuple(
             MethodName(
-                name, row.make, idle=("rho_inf",), studied=row.studied, ladders=("all",) if row.studied else (),
+                name, row.make, idle=("rho_inf",),
                 by_tolerance=f"{name}_adaptive" if row.estimate else "", fixed_steps=() if row.estimate else _FIXED,
             )
             for name, row in METHODS.items()
@@ -311,20 +311,18 @@ class Row:
     Attributes
     ----------
     make : what makes it
-    studied : whether studies of speed against accuracy take it, and ladders
     estimate : whether the last pass is an estimate of errors, of one order less
     """
 
     make: Callable[[], DiscontinuousGalerkin]
-    studied: bool
     estimate: bool
 
 
 METHODS: Mapping[str, Row] = {
-    "tdg1": Row(_tdg1, True, True),
-    "tdg1_star": Row(_tdg1_star, False, True),
-    "tdg2": Row(_tdg2, True, True),
-    "tdg2s": Row(_tdg2s, False, False),
-    "tdg3": Row(_tdg3, True, True),
+    "tdg1": Row(_tdg1, True),
+    "tdg1_star": Row(_tdg1_star, True),
+    "tdg2": Row(_tdg2, True),
+    "tdg2s": Row(_tdg2s, False),
+    "tdg3": Row(_tdg3, True),
 }
 _FIXED = ("its two passes are of orders 2 and 4, too far apart for an estimate of errors", "tdg2")

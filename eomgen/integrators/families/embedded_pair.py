@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 DEFAULT_TOLERANCE = 1e-8
-#: Tolerances that studies compare.
-COMPARED_TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 #: Least growth of a step that is taken: no data is kept for one step size.
 LEAST_GROWTH = 1.0
 DORMAND_PRINCE = EmbeddedPair(
@@ -117,18 +115,7 @@ class EmbeddedRungeKutta(Family):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        compared = {"tolerance": COMPARED_TOLERANCES}
-        return tuple(
-            MethodName(
-                pair.name,
-                partial(cls, pair=pair),
-                ("tolerance",),
-                pair.aliases,
-                compared=compared,
-                ladders=("all",),
-            )
-            for pair in PAIRS
-        )
+        return tuple(MethodName(pair.name, partial(cls, pair=pair), ("tolerance",), pair.aliases) for pair in PAIRS)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:

@@ -32,11 +32,6 @@ GroupFunction = Literal["update", "tangent", "cotangent", "bracket", "transport"
 #: What a scene has, by which methods differ: rows of constraints, or coordinates that are rotations.
 SceneFact = Literal["constraints", "rotations"]
 
-#: Ladders of extreme conditions: those that compare few methods, and all others too; all methods; numerical damping.
-Ladders = Literal["few", "all", "damped"]
-#: What makes runs of a method references for others: a tight tolerance, fine steps, or fine steps with other damping.
-FineBy = Literal["", "tolerance", "steps", "damping"]
-
 SMALLER_STEP = "a step smaller than {step:.3g} s"
 
 
@@ -51,13 +46,9 @@ class MethodName:
     aliases : other names for the same
     idle : parameters that change nothing, and are no mistake
     differs : facts of a scene without each of which another method of the family does the same
-    compared : values of its parameters that are worth comparing in a study of speed against accuracy
-    studied : whether such a study takes it where no methods are named
     by_tolerance : name of the method that is meant where a tolerance is given; empty: this one
     fixed_steps : why its steps cannot follow a tolerance, and what to take; empty for methods that take one
     compiled_with : parameters that a stepper is compiled with where its scene says none that it bears; runs give theirs
-    ladders : of extreme conditions that take it where no methods are named
-    fine_by : what makes its runs references of such ladders; empty: nothing
     """
 
     name: str
@@ -66,13 +57,9 @@ class MethodName:
     aliases: tuple[str, ...] = ()
     idle: tuple[str, ...] = ()
     differs: tuple[SceneFact, ...] = ()
-    compared: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    studied: bool = True
     by_tolerance: str = ""
     fixed_steps: tuple[str, str] | tuple[()] = ()
     compiled_with: Mapping[str, float] = field(default_factory=dict)
-    ladders: tuple[Ladders, ...] = ()
-    fine_by: FineBy = ""
 
 
 @dataclass(frozen=True)
@@ -286,12 +273,6 @@ class Family(ABC):
     def real_stability(self) -> float:
         """Largest stable step times rate of decay of an explicit step, for a warning; 0 if it is not checked."""
         return 0.0
-
-    @property
-    def policies(self) -> Mapping[str, Mapping[str, float]]:
-        """Settings other than the defaults that are worth comparing in a study of speed against accuracy, by what they
-        are called there."""
-        return {}
 
     @property
     def discontinuity_order(self) -> int:

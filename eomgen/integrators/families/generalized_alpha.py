@@ -96,19 +96,6 @@ _NEWMARK_FIXED = (
 
 #: Parameters of cases whose own do not damp, which index 3 does not bear.
 _COMPILED_WITH: Mapping[str, Mapping[str, float]] = {"newmark_index3": {"alpha": 0.05}}
-#: Spectral radii at infinite frequency that studies compare, by form.
-_COMPARED_RADII: Mapping[str, tuple[float, ...]] = {
-    STABILISED: (0.0, 0.5, 0.8, 0.9, 1.0),
-    INDEX_3: (0.5, 0.8, 0.9),
-}
-#: Those that ladders of extreme conditions take.
-_IN_LADDERS: Mapping[str, Mapping[str, Any]] = {
-    "generalized_alpha": {"ladders": ("few", "damped"), "fine_by": "damping"},
-    "generalized_alpha_index3": {"ladders": ("all", "damped")},
-    "wbz": {"ladders": ("damped",)},
-}
-#: Newton's tolerances that studies compare, relative, with a hundredth of them relative to the whole motion.
-_COMPARED_TOLERANCES = (1e-8, 1e-6, 1e-4)
 
 
 @lru_cache(maxsize=64)
@@ -225,19 +212,15 @@ class GeneralizedAlpha(Family):
                 name = f"generalized_alpha{middle}" + (f"_{variant.lower()}" if variant != "F0" else "")
                 others, adaptive = (("chung_hulbert",), f"{name}_adaptive") if name == "generalized_alpha" else ((), "")
                 differs = _differs(form, variant)
-                radii = {"rho_inf": _COMPARED_RADII[form]} if variant == "F0" else {}
-                studied = variant == "F0" or (variant == SPATIAL and form == STABILISED)
                 make = partial(_optimal, form, variant)
-                row = MethodName(name, make, ("rho_inf",), others, (), differs, radii, studied, adaptive)
                 fixed = _INDEX_3_FIXED if form == INDEX_3 else _VARIANT_FIXED[variant]
-                rows.append(replace(row, fixed_steps=fixed, **_IN_LADDERS.get(name, {})))
+                rows.append(MethodName(name, make, ("rho_inf",), others, (), differs, adaptive, fixed))
         for case, (_, parameters, aliases, _) in NAMED_CASES.items():
             make, adaptive = partial(_named_case, case, STABILISED), f"{case}_adaptive" if case in OF_ORDER_2 else ""
             fixed = () if adaptive else _NEWMARK_FIXED
-            row = MethodName(case, make, parameters, aliases, by_tolerance=adaptive, fixed_steps=fixed)
-            rows.append(replace(row, **_IN_LADDERS.get(case, {})))
+            rows.append(MethodName(case, make, parameters, aliases, by_tolerance=adaptive, fixed_steps=fixed))
             index_3, differs = partial(_named_case, case, INDEX_3), _differs(INDEX_3, "F0")
-            row = MethodName(f"{case}_index3", index_3, parameters, differs=differs, studied=False)
+            row = MethodName(f"{case}_index3", index_3, parameters, differs=differs)
             rows.append(replace(row, fixed_steps=_INDEX_3_FIXED, compiled_with=_COMPILED_WITH.get(row.name, {})))
         return tuple(rows)
 
@@ -396,11 +379,6 @@ class GeneralizedAlpha(Family):
             "exponentials": self.variant in ("F1", "F2"),
             "spatial": self.variant == SPATIAL,
         }
-
-    @property
-    def policies(self) -> Mapping[str, Mapping[str, float]]:
-        looser = {f"rtol {x:g}": {"rtol": x, "atol": 1e-2 * x} for x in _COMPARED_TOLERANCES}
-        return {**looser, "factors at every step": {"reuse": 0.0}}
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         if not sizes.lam:

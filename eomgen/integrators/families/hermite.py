@@ -61,7 +61,7 @@ class Hermite(Family):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        return (MethodName("hermite", cls, ladders=("all",), fixed_steps=_FIXED),)
+        return (MethodName("hermite", cls, fixed_steps=_FIXED),)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:

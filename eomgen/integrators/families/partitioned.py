@@ -131,8 +131,6 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
                 lambda: PARTITIONED_RUNGE_KUTTA_4,
                 aliases=("partitioned",),
                 idle=("rho_inf",),
-                ladders=("few",),
-                fine_by="steps",
                 fixed_steps=("it has no estimate of its errors", "rk45_partitioned"),
             ),
         )

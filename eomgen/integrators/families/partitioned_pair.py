@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.adaptive import STEP_GROUPS, step_state, step_statistics, step_statuses
-from eomgen.integrators.families.embedded_pair import COMPARED_TOLERANCES, PAIRS, EmbeddedRungeKutta
+from eomgen.integrators.families.embedded_pair import PAIRS, EmbeddedRungeKutta
 from eomgen.integrators.families.family import Field, MethodName, Sizes, Status
 from eomgen.integrators.families.needs import Need, constrained
 from eomgen.integrators.families.partitioned import (
@@ -57,11 +57,7 @@ class PartitionedEmbeddedRungeKutta(EmbeddedRungeKutta):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        compared = {"tolerance": COMPARED_TOLERANCES}
-        return tuple(
-            MethodName(f"{pair.name}_partitioned", partial(cls, pair=pair), ("tolerance",), compared=compared)
-            for pair in PAIRS
-        )
+        return tuple(MethodName(f"{pair.name}_partitioned", partial(cls, pair=pair), ("tolerance",)) for pair in PAIRS)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:

@@ -67,7 +67,7 @@ class Rattlie(Family):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        return (MethodName("rattlie", cls, idle=("rho_inf",), ladders=("all",), fixed_steps=_FIXED),)
+        return (MethodName("rattlie", cls, idle=("rho_inf",), fixed_steps=_FIXED),)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:

@@ -77,6 +77,11 @@ def family_named(name: str) -> type[Family]:
     return found
 
 
+def is_built_in(name: str) -> bool:
+    """Return whether a public name belongs to a family of this package."""
+    return name in _own_rows()
+
+
 def stamp_of(name: str) -> str:
     """Return a digest of the module and templates of another distribution's method; empty for eomgen's own."""
     family = row_of(name)[0]

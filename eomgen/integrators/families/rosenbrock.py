@@ -104,8 +104,8 @@ class Rosenbrock(OneFactorization):
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         return (
-            MethodName("rosenbrock", lambda: ONE_STAGE, idle=("rho_inf",), ladders=("all",), fixed_steps=FIXED_STEPS),
-            MethodName("lsrt2", lambda: LSRT2, idle=("rho_inf",), ladders=("all",), fixed_steps=FIXED_STEPS),
+            MethodName("rosenbrock", lambda: ONE_STAGE, idle=("rho_inf",), fixed_steps=FIXED_STEPS),
+            MethodName("lsrt2", lambda: LSRT2, idle=("rho_inf",), fixed_steps=FIXED_STEPS),
         )
 
     @classmethod

@@ -64,8 +64,6 @@ class RungeKuttaMuntheKaas(Family):
                 lambda: RUNGE_KUTTA_MUNTHE_KAAS_4,
                 aliases=aliases,
                 idle=("rho_inf",),
-                ladders=("few",),
-                fine_by="steps",
                 fixed_steps=("it has no estimate of its errors", "rk45"),
             ),
         )

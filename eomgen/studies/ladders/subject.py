@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import EomgenError
-from eomgen.integrators.families.family import FineBy, Ladders, MethodName
+from eomgen.integrators.families.family import MethodName
 from eomgen.integrators.families.register import BUILT_IN, families_of_others
 from eomgen.integrators.methods import check_needs, method_named
 from eomgen.model import Model
@@ -35,6 +35,7 @@ from eomgen.scene.scaling import (
 )
 from eomgen.scene.scene import Scene
 from eomgen.studies.ladders.runs import ROWS, Conditions
+from eomgen.studies.method_facts import FineBy, Ladders, facts_of
 from eomgen.system.system import Facts
 
 #: Models of a subject: as it is, with tunable factors, in single precision.
@@ -158,7 +159,11 @@ class Subject:
         """Return the methods of a kind of ladders, or those whose runs can be references, that can step the scene and
         that do what no other one does."""
         has = {"constraints": self.constrained, "rotations": any(f.group != "R" for f in self.model(OWN).factors)}
-        rows = [row for row in _rows() if (row.fine_by == fine_by if fine_by else ladders in row.ladders)]
+        rows = []
+        for row in _rows():
+            facts = facts_of(row.name)
+            if facts.fine_by == fine_by if fine_by else ladders in facts.ladders:
+                rows.append(row)
         return [row.name for row in rows if all(has[fact] for fact in row.differs) and self.runs(row.name)]
 
     @cached_property

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from eomgen.errors import EomgenError
+from eomgen.studies.method_facts import facts_of
 from eomgen.studies.tuning.contender import Contender
 from eomgen.studies.tuning.race import Race
 from eomgen.studies.work_precision.axes import TOLERANCE, Candidate, candidates, one_of_each, reason
@@ -104,7 +105,7 @@ class Entries:
         found = []
         for candidate in self.own:
             row = candidate.row
-            if candidate.family is not best.candidate.family or not (row.compared or row.differs):
+            if candidate.family is not best.candidate.family or not (candidate.facts.compared or row.differs):
                 continue
             for configuration in candidate.configurations(parameters=True, own={}):
                 if configuration.key != best.configuration.key:
@@ -115,10 +116,10 @@ class Entries:
         """Return the winner with other settings of its iteration, and in single precision."""
         if best is None:
             return []
-        method = self.race.runner.method(best.configuration)
+        policies = facts_of(best.configuration.method).policies
         varied = []
         if "policy" in self.axes:
-            varied += [best.configuration.varied(policy=name, settings=s) for name, s in method.policies.items()]
+            varied += [best.configuration.varied(policy=name, settings=s) for name, s in policies.items()]
         if "arithmetic" in self.axes and self.race.demand >= SINGLE:
             varied.append(best.configuration.varied(real="float"))
         return [self._near(best, best.candidate, configuration) for configuration in varied]

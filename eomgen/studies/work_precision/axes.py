@@ -11,6 +11,7 @@ from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.register import BUILT_IN, families_of_others, row_of
 from eomgen.integrators.methods import check_needs, method_named
 from eomgen.model import Model
+from eomgen.studies.method_facts import MethodFacts, facts_of
 from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.system.system import Facts
 from eomgen.text import nearest, shown
@@ -51,9 +52,14 @@ class Candidate:
     method: Family
     tolerances: tuple[float, ...]
 
+    @property
+    def facts(self) -> MethodFacts:
+        """Facts of studies about the method."""
+        return facts_of(self.row.name)
+
     def configuration(self, own: Mapping[str, float]) -> Configuration:
         """Return the method with one value of each parameter: ``own``'s, else what is usual."""
-        kept = {name: own[name] for name in self.row.compared if name in own}
+        kept = {name: own[name] for name in self.facts.compared if name in own}
         return Configuration(self.formulation, self.row.name, kept)
 
     def configurations(self, *, parameters: bool, own: Mapping[str, float]) -> Iterator[Configuration]:
@@ -62,7 +68,7 @@ class Candidate:
         if not parameters:
             yield self.configuration(own)
             return
-        compared = {name: values for name, values in self.row.compared.items() if name != TOLERANCE}
+        compared = {name: values for name, values in self.facts.compared.items() if name != TOLERANCE}
         for values in itertools.product(*compared.values()):
             given = dict(zip(compared, values, strict=True))
             if possible(self.row.name, given):
@@ -98,7 +104,7 @@ def candidates(
         rows = [row_of(name) for name in methods]
     else:
         families = (*BUILT_IN, *families_of_others())
-        rows = [(family, row) for family in families for row in family.names() if row.studied]
+        rows = [(family, row) for family in families for row in family.names() if facts_of(row.name).studied]
     found = []
     for family, row in dict.fromkeys((family, row.name) for family, row in rows):
         name = row_of(row)[1]
@@ -133,7 +139,7 @@ def reason(error: EomgenError) -> str:
 
 def _tolerances(row: MethodName) -> tuple[float, ...]:
     """Return the tolerances to compare of a method that chooses its steps by one."""
-    values = row.compared.get(TOLERANCE, COMPARED_TOLERANCES) if TOLERANCE in row.parameters else ()
+    values = facts_of(row.name).compared.get(TOLERANCE, COMPARED_TOLERANCES) if TOLERANCE in row.parameters else ()
     return tuple(x for x in values if possible(row.name, {TOLERANCE: x}, chooses_steps=True))
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.pipeline import pipeline
+from eomgen.studies.method_facts import facts_of
 from eomgen.studies.work_precision.axes import TOLERANCE, Candidate, candidates, checked_axes, reason
 from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.studies.work_precision.formulations import JOINT, formulations
@@ -314,10 +315,10 @@ class _Study:
         largest = sorted(near.values(), key=len, reverse=True)[:REFINED_CONFIGURATIONS]
         for members in largest:
             configuration = members[0].configuration
-            method = self.runner.method(configuration)
+            policies = facts_of(configuration.method).policies
             varied = []
             if "policy" in self.axes:
-                varied += [configuration.varied(policy=name, settings=s) for name, s in method.policies.items()]
+                varied += [configuration.varied(policy=name, settings=s) for name, s in policies.items()]
             if "arithmetic" in self.axes:
                 varied.append(configuration.varied(real="float"))
             if "profile" in self.axes:
