@@ -127,8 +127,8 @@ class Sampler:
     jitter : float
         A step is varied by this part of it up and down.
     guard : float
-        Steps are kept below this part of the largest stable one, by the largest frequency at the start of chains and, in
-        a warm-up, at their places, from above 0 to 1; infinite for none.
+        Steps are kept below this part of the largest stable one, by the largest frequency at the start of chains and,
+        in a warm-up, at their places, from above 0 to 1; infinite for none.
     chains : int
     start : {"mode", "prior", "zero"}, or spectra of white fields, one for each chain
         None: nowhere, until ``restore``.
