@@ -12,7 +12,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.studies.identification.unknowns import Unknowns
 from eomgen.text import shown
 
-#: What of a standard deviation an unknown changes outputs by, at least, where it changes by its own size.
+#: Least change of outputs, in standard deviations, by a change of an unknown by its own size.
 _EFFECT = 1e-9
 
 
@@ -50,7 +50,7 @@ def bounds_of(unknowns: Unknowns, bounds: Mapping[str, tuple[float, float]] | No
 
 
 def _within(unknowns: Unknowns, name: str, place: int, first: float, last: float) -> str:
-    """Return how a search starts within bounds."""
+    """Return the start of a search within bounds."""
     inside = 0.5 * (first + last) if np.isfinite(first + last) else first + 1.0 if np.isfinite(first) else last - 1.0
     if place < len(unknowns.parameters):
         return f"values={{{name!r}: {inside:.6g}}} (--set {name}={inside:.6g})"
@@ -86,7 +86,7 @@ def deviations_of(labels: Sequence[str], given: Mapping[str, float] | float | No
 def check_effect(
     unknowns: Unknowns, predict: Callable[[Array], tuple[Array, Array] | None], x: Array, sigma: Array | None
 ) -> None:
-    """Raise UsageError for an unknown that nothing measured depends on where the search starts."""
+    """Raise UsageError for an unknown without effect on the measurements at the start of the search."""
     first = predict(x)
     if first is None:
         return  # the search says why

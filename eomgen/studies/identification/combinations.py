@@ -1,6 +1,6 @@
-"""What of unknowns a Jacobian decides: columns that are combinations of others, and these combinations in words.
+"""Identifiable parts of unknowns by a Jacobian: columns that are combinations of others, in words.
 
-Columns are taken from the left, so what cannot be told apart is counted with the unknown that is named first. A run
+Columns are taken from the left, so unidentifiable parts are counted with the unknown that is named first. A run
 does not depend linearly on its parameters: of masses and stiffnesses, it may decide ratios alone. So each combination
 is tried both as a sum and as a product, by runs away from the estimates.
 """
@@ -16,13 +16,13 @@ from eomgen.arrays import Array
 
 #: Part of a column, by its norm, that is rounding of a run and its derivatives.
 ROUNDING = 1e-8
-#: Coefficients that are rounding; how far from the estimates forms are tried, and what of a change they may leave.
+#: Coefficients that are rounding; distance from the estimates at which forms are tried, tolerated share of a change.
 _SMALL, _AWAY, _LEFT = 1e-5, 0.05, 1e-6
 
 
 @dataclass(frozen=True)
 class Combination:
-    """A combination of unknowns that the data decide, where they decide none of these alone.
+    """A combination of unknowns that the data determine, if they determine none of these alone.
 
     Attributes
     ----------
@@ -87,13 +87,13 @@ def structure(J: Array, order: Sequence[int] | None = None) -> Structure:
 
 
 def form_of(found: Structure, other: int, x: Array, J: Array, change: Callable[[Array], float]) -> str:
-    """Return as what an unknown and those that it cannot be told from are decided: sum, product or first order.
+    """Return the form in which inseparable unknowns are determined: sum, product or first order.
 
     Parameters
     ----------
     x : (n,) estimates
     J : (rows, n) there
-    change : norm of what outputs change by from x to other unknowns, in the units of the rows of J
+    change : norm of the change of outputs from x to other unknowns, in the units of the rows of J
     """
     column, kept = found.coefficients[:, found.others.index(other)], list(found.kept)
     alone = _AWAY * (abs(float(x[other])) or 1.0) * float(np.linalg.norm(J[:, other]))
@@ -113,7 +113,7 @@ def form_of(found: Structure, other: int, x: Array, J: Array, change: Callable[[
             left["product"] = min(left["product"], change(turned))
         if np.isfinite(left["sum"]):
             break
-    # where only ratios count, differences that are zero do not change either, and say less
+    # if only ratios count, zero differences do not change either, and are less informative
     return next((form for form in ("product", "sum") if left[form] <= _LEFT * alone), "first order")
 
 
@@ -141,6 +141,6 @@ def _power(name: str, exponent: float) -> str:
 
 
 def _short(number: float) -> float:
-    """Return a multiple of 1/12 that a number is up to what runs leave, else the number."""
+    """Return a multiple of 1/12 that a number is up to the errors of runs, else the number."""
     near = round(12.0 * number) / 12.0
     return near if abs(near - number) < 10.0 * _SMALL and near else number

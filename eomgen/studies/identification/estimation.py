@@ -1,7 +1,7 @@
-"""Weighted least squares with exact derivatives and bounds, with the covariance of what it finds.
+"""Weighted least squares with exact derivatives and bounds, with the covariance of the estimates.
 
-SciPy's trust region reflective method (Branch, Coleman and Li 1999) has the steps; where runs fail, it makes its
-trust region smaller. Unknowns whose derivatives are combinations of those of others stay where they start.
+SciPy's trust region reflective method (Branch, Coleman and Li 1999) has the steps; if runs fail, it makes its
+trust region smaller. Unknowns with derivatives that are combinations of other columns stay at their start.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from eomgen.studies.identification.combinations import structure
 Predict = Callable[[Array], tuple[Array, Array]]
 #: Relative change of the sum of squares, and of the unknowns, at which the search ends.
 _CONVERGED = 1e-10
-#: Searches at most, where other unknowns turn out to be independent at the end than at the start.
+#: Searches at most, if other unknowns turn out to be independent at the end than at the start.
 _STRUCTURES = 3
 #: Passes by which deviations of columns are found, their relative change at which they end, and their least part of a
 #: column's range: data without noise have none.
@@ -44,7 +44,7 @@ class Predictions:
                 values, slopes = self._predict(x)
             except EomgenError as error:
                 if self.runs == 1 and isinstance(error, UsageError):
-                    raise  # of what is asked for, and not of where the search has come to
+                    raise  # a fault of the request, not of the search
                 self.failures.append(error.problems[0].what)
                 return None
             if not (np.isfinite(values).all() and np.isfinite(slopes).all()):
@@ -64,7 +64,7 @@ class Fit:
     values, J : (rows,) predictions there, and (rows, n) their derivatives
     deviations : (columns,) of the measured columns
     converged : whether the search came to its end
-    text : SciPy's, where it did not
+    text : SciPy's, if it did not
     """
 
     x: Array
@@ -89,10 +89,10 @@ def fit(
     Parameters
     ----------
     data : (rows,)
-    columns : (rows,) which column each row is of
-    x : (n,) where the search starts
+    columns : (rows,) column of each row
+    x : (n,) start of the search
     bounds : (n,) each
-    deviations : (columns,) standard deviations of the columns; None: they are estimated from what is left
+    deviations : (columns,) standard deviations of the columns; None: they are estimated from the residuals
     limit : predictions at most in one search
 
     Raises
@@ -164,7 +164,7 @@ def _searched(
     kept: Sequence[int],
     limit: int,
 ) -> tuple[Array, bool, str]:
-    """Return the unknowns at the least sum of squares over those that are kept, and how the search ended."""
+    """Return the unknowns at the least sum of squares over the kept ones, and the end of the search."""
     nothing, chosen = np.full(len(data), np.inf), list(kept)
 
     def whole(part: Array) -> Array:

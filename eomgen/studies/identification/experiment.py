@@ -27,14 +27,14 @@ _ROUNDED = 1e-6
 
 @dataclass(frozen=True)
 class Rows:
-    """Values at times from those at the ends of steps: a cubic through the four nearest ones, of order 4 in the step.
+    """Values at times from values at the ends of steps: a cubic through the four nearest ones, of order 4 in the step.
 
     Attributes
     ----------
     steps : of the run
     places : (n, 4) rows of the run
     weights : (n, 4)
-    ends : (n,) rows of the run where all times are ends of steps
+    ends : (n,) rows of the run if all times are ends of steps
     """
 
     steps: int
@@ -69,7 +69,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Begun:
-    """What a run starts from: initial values as they were given, if any, and the whole state with these."""
+    """Start of a run: initial values as they were given, if any, and the whole state with these."""
 
     given: Mapping[str, Any] | None
     state: InitialState
@@ -81,8 +81,8 @@ class Experiment:
     Parameters
     ----------
     states : components of the initial state that are unknown; if there are none, the start follows from parameters
-        as that of any run does
-    initial : the others, and where these start
+        as in any run
+    initial : the others, and the start of these
     options : of ``sensitivities``
     """
 
@@ -123,7 +123,7 @@ class Experiment:
 
     @property
     def starts(self) -> Array:
-        """Where the unknown components start, (states,): numbers of the state, 0 of what rotates a joint."""
+        """Start of the unknown components, (states,): numbers of the state, 0 of rotations of a joint."""
         model, state = self.model, self._initial
         q = np.zeros(model.nv)
         for factor in model.factors:
@@ -190,7 +190,7 @@ class Experiment:
         return {name: getattr(run, name)[0] for name in ("q", "v", *("z" for _ in range(bool(self.model.nz))))}
 
     def _initial_at(self, states: Array) -> tuple[dict[str, Array], Array]:
-        """Return the initial state, and what its directions are by the unknown components, (directions, states)."""
+        """Return the initial state, and its directions by the unknown components, (directions, states)."""
         model, nv = self.model, self.model.nv
         whole = np.zeros(2 * nv + model.nz)
         whole[self._places] = np.asarray(states) - self.starts
@@ -205,7 +205,7 @@ class Experiment:
         return initial, turned[np.ix_(rows, self._places)]
 
     def _directions(self, known: Sequence[str]) -> list[str]:
-        """Return the components that derivatives are taken by: those of a joint that rotates together."""
+        """Return the components of derivatives: components of a joint that rotates together."""
         places = set(self._places)
         for factor in self.model.factors:
             components = range(factor.v_start, factor.v_start + factor.v_size)

@@ -1,4 +1,4 @@
-"""What an identification finds, as plain data."""
+"""Results of an identification, as plain data."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Estimate:
     name, unit : names; a component of an initial state is ``q.hinge``, of several runs ``q.hinge of run1``
     value, deviation : estimate and its standard deviation, infinite if the data do not decide it
     low, high : confidence interval, infinite likewise
-    bias : what the steps of the runs move it by, estimated by runs at half of them; nan if these fail
-    start : where the search began
-    state : ``determined``, ``undetermined``, or ``on its bound``, whose interval is that of the bound alone
+    bias : change by the steps of the runs, estimated by runs at half of them; nan if these fail
+    start : start of the search
+    state : ``determined``, ``undetermined``, or ``on its bound``, with an interval of the bound alone
     """
 
     name: str
@@ -57,7 +57,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Record:
-    """Data of one run, and what the model makes of it at the estimates.
+    """Data of one run, and the model's outputs at the estimates.
 
     Attributes
     ----------
@@ -88,14 +88,14 @@ class Findings:
     scene : its name
     estimates : parameters first, then initial states of each run
     correlation : (n, n) of the estimates, nan if one is undetermined or on its bound
-    combinations : what the data decide of the undetermined ones
-    columns : what was measured
+    combinations : determined combinations of the undetermined ones
+    columns : measured quantities
     records : data and model of each run
     confidence : of the intervals
     noise : ``given`` or ``estimated``
-    degrees_of_freedom : samples less unknowns that the data decide
-    runs, failed : runs with derivatives, and those of them that failed
-    notes : what is in doubt
+    degrees_of_freedom : samples less unknowns that the data determine
+    runs, failed : runs with derivatives, and failed ones among them
+    notes : doubts
     """
 
     scene: str

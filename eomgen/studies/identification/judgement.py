@@ -1,4 +1,4 @@
-"""What a fit tells: which unknowns are determined, their intervals, what is in doubt."""
+"""Identifiability, confidence intervals and diagnostics of a least-squares fit."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _COLOURED, _TIMES, _NOISELESS = 0.3, 4.0, 1e-5
 
 @dataclass(frozen=True)
 class Judgement:
-    """A fit with what is to be reported of it.
+    """A fit with its diagnostics.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class Judgement:
         )
 
     def _bias(self, weighted: Array, sigma: Array) -> Array:
-        """Return what errors of steps, of order two, move the unknowns that are kept by, (kept,)."""
+        """Return the change of the kept unknowns by errors of steps, of order two, (kept,)."""
         try:
             values, _ = self.finer.predict(self.fit.x)
         except EomgenError:
@@ -247,8 +247,8 @@ class Judgement:
 
 
 def interval(confidence: float, freedom: int, *, given: bool) -> float:
-    """Return how many standard deviations an interval reaches: of the normal distribution where noise is given, of
-    Student's where it is estimated."""
+    """Return the half width of an interval in standard deviations: of the normal distribution if noise is given, of
+    Student's if it is estimated."""
     level = 0.5 + 0.5 * confidence
     if given:
         return float(special.ndtri(level))

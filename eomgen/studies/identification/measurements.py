@@ -187,7 +187,7 @@ def _of_solution(model: Model, column: str) -> bool:
 
 
 def check_missing(missing: str) -> None:
-    """Raise UsageError for what is none of ``MISSING``."""
+    """Raise UsageError for a value that is none of ``MISSING``."""
     if missing not in MISSING:
         raise UsageError(Problem("missing", f"{shown(missing)} is none of the choices", " or ".join(MISSING)))
 

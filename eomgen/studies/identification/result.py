@@ -1,4 +1,4 @@
-"""What an identification found: estimates with intervals, what the data do not decide, residuals; files and plots."""
+"""Result of an identification: estimates with intervals, undetermined combinations, residuals; files and plots."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from eomgen.text import json_text
 
 
 class Identification(Findings):
-    """Parameters and initial states that fit measured data best, with what is written and drawn of them."""
+    """Parameters and initial states that fit measured data best, with their files and plots."""
 
     def __repr__(self) -> str:
         return f"<Identification of {self.scene}: {self.message}>"
@@ -38,7 +38,7 @@ class Identification(Findings):
 
     @property
     def message(self) -> str:
-        """One line: what was found, and what is in doubt."""
+        """One line: estimates and doubts."""
         decided = sum(one.state == "determined" for one in self.estimates)
         samples = sum(one.samples for one in self.columns)
         text = f"{decided} of {len(self.estimates)} unknowns determined by {samples} samples, {self.runs} runs"

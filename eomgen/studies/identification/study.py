@@ -66,7 +66,7 @@ def identify(
 ) -> Identification:
     """Return the parameters and initial states of a scene that fit measured runs best, with confidence intervals.
 
-    Least squares of what was measured minus outputs of runs, each column by its standard deviation, with the exact
+    Least squares of measurements minus outputs of runs, each column by its standard deviation, with the exact
     derivatives of the discrete runs.
 
     Parameters
@@ -81,15 +81,15 @@ def identify(
         Tunable parameters that are unknown.
     states : sequence of str
         Components of the initial state that are unknown, of each run: ``q.hinge``, ``v.hinge``, ``z.filtered``. Of a
-        joint that rotates, ``q.ball[0]`` is a rotation in rad about its axis x, from where the scene starts.
+        joint that rotates, ``q.ball[0]`` is a rotation in rad about its axis x, from the start of the scene.
     values : mapping
-        Tunable parameters that differ from the scene's: where unknown ones start, what others are held at.
+        Tunable parameters that differ from the scene's: start of unknown ones, values of others.
     initial : mapping, or a sequence of them
-        As of ``simulate``; one for all runs, or one for each. Where unknown components start.
+        As of ``simulate``; one for all runs, or one for each. Start of unknown components.
     bounds : mapping
         Name -> (low, high), of parameters and states.
     deviations : mapping or number
-        Standard deviations of the noise by column; a number is that of all columns. They are estimated, and the
+        Standard deviations of the noise by column; a number is for all columns. They are estimated, and the
         intervals with them, if they are not given.
     outputs : sequence of str
         Columns that are compared; all that are outputs by default.
@@ -100,7 +100,7 @@ def identify(
     step : float
         s; the scene's by default.
     t_start : float
-        s, of all runs; the first measured time by default. The initial state is that of this time.
+        s, of all runs; the first measured time by default. The initial state belongs to this time.
     by : str
         ``run``, or ``torque``: from q, v, a and efforts at each time, by the regressor. ``parameters`` are then those
         of ``regressor_parameters``, or all base parameters if none is named.
@@ -117,7 +117,7 @@ def identify(
         fewer samples than unknowns, bounds that exclude the start, an unknown without effect, a method without
         derivatives.
     NumericalError
-        The run fails where the search starts.
+        The run fails at the start of the search.
     FileError
         A file that is missing, or no CSV.
     """
@@ -188,7 +188,7 @@ def _identified(
 def _check_start(
     model: Model, initial: Mapping[str, Any] | None, parameters: Sequence[str], states: Sequence[str]
 ) -> None:
-    """Raise UsageError if unknown components are those of a state that follows from what else is unknown."""
+    """Raise UsageError if unknown components belong to a state that follows from other unknowns."""
     if not states:
         return
     if not initial and model.library.layout["defaults"]["start"] == "equilibrium":
@@ -209,7 +209,7 @@ def _several(data: Data | Sequence[Data]) -> list[Data]:
 
 
 def _check_unused(options: Mapping[str, object]) -> None:
-    """Raise UsageError for what belongs to runs, if no run is made."""
+    """Raise UsageError for options of runs, if no run is made."""
     given = [name for name, value in options.items() if value is not None]
     if given:
         raise UsageError(

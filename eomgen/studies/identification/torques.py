@@ -1,7 +1,7 @@
 """Identification from inverse dynamics: linear least squares of measured efforts over inertial and friction parameters.
 
-Where q, v, a and efforts are measured, tau = Y pi + tau0 is linear in pi, and no run, no start and no search is needed
-(Khalil and Dombre 2002, chapter 12). Rows of each effort weigh by the deviation of what is left of them.
+With measured q, v, a and efforts, tau = Y pi + tau0 is linear in pi, and no run, no start and no search is needed
+(Khalil and Dombre 2002, chapter 12). Rows of each effort weigh by the deviation of their residuals.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Motion:
     name : of the file without its ending, or ``run1``
     t : (n,) s
     q, v, a : (n, nq), (n, nv), (n, nv)
-    tau : (n, nv) efforts beyond those of the inputs
+    tau : (n, nv) efforts beyond the inputs'
     u : (n, nu) inputs, None if the scene has none
     dropped : rows that are left out because values are missing
     """
@@ -135,7 +135,7 @@ def efforts_of(model: Model) -> list[str]:
 def _unknowns(
     model: Model, parameters: Sequence[str], pi: Mapping[str, float], values: Mapping[str, float]
 ) -> tuple[list[str], Array, list[str], Array]:
-    """Return names, values of the scene, units, and what pi (all, n) is of the unknowns."""
+    """Return names, values of the scene, units, and the derivatives of pi (all, n) by the unknowns."""
     columns = list(pi)
     if not parameters:
         base = model.base_parameters(parameters=dict(values))
@@ -147,7 +147,7 @@ def _unknowns(
 
 def _solved(A: Array, right: Array, start: Array, given: Array | None) -> _Solution:
     """Return the solution of A x = right, (n, nv, unknowns) and (n, nv); unknowns that are combinations of others keep
-    where they start."""
+    their start."""
     rows, count, unknowns = A.shape
     ranges = np.ptp(right, axis=0)
     ranges = np.where(ranges > 0.0, ranges, 1.0)
@@ -196,7 +196,7 @@ def _estimates(
 def _fitted(
     model: Model, motions: Sequence[Motion], left: Array, deviations: Array
 ) -> tuple[tuple[Column, ...], tuple[Record, ...]]:
-    """Return what was measured, and efforts of each motion with those at the estimates; left: (n, nv) residuals."""
+    """Return measurements, and efforts of each motion beside efforts at the estimates; left: (n, nv) residuals."""
     labels = efforts_of(model)
     ends = np.cumsum([len(one.t) for one in motions])
     parts = np.split(left, ends[:-1])

@@ -21,9 +21,9 @@ class Unknowns:
 
     Attributes
     ----------
-    parameters, states : names of what is unknown
+    parameters, states : names of unknowns
     experiments : the runs
-    held : values of parameters that differ from the scene's, those where unknown ones start among them
+    held : values of parameters that differ from the scene's, with the start of unknown ones
     """
 
     model: Model

@@ -1,4 +1,4 @@
-"""Ladders of extreme conditions over a scene: what holds, what is said, and what fails."""
+"""Ladders of extreme conditions over a scene: cells that hold, that are reported, and that fail."""
 
 __all__ = []
 #: Open to the other parts of ``studies``.

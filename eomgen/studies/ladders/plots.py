@@ -9,7 +9,7 @@ from eomgen.errors import FileError, Problem
 from eomgen.studies.ladders.register import BY_NAME
 from eomgen.studies.ladders.verdicts import Cell, counts
 
-#: Colour and sign of each verdict: green to yellow is right or nearly, blue is said, red is what must not be.
+#: Colour and sign of each verdict: green to yellow is right or nearly, blue is reported, red is a silent fault.
 _COLOURS = {
     "holds": ("#3E9B5F", ""),
     "coarse": ("#E3C53A", "~"),

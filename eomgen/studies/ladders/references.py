@@ -18,11 +18,11 @@ from eomgen.studies.ladders.subject import OWN, Subject
 AGREED = 1e-3
 #: Seconds for each of two, and their steps.
 LIMIT, MOST_STEPS = 10.0, 400_000
-#: Errors of velocities are so many times those of positions, at the same step.
+#: Ratio of errors of velocities to errors of positions, at the same step.
 VELOCITY = 3.0
 #: Roundings that are within any bound.
 _ROUNDINGS = 10.0
-#: Roundings of a coordinate that a reference's step has to change it by at least, where it moves at all: each step
+#: Roundings of a coordinate that a reference's step has to change it by at least, if it moves at all: each step
 #: loses half of one.
 _STEP_ROUNDINGS = 10.0
 #: Motion below this part of the largest is measured by it.
@@ -32,7 +32,7 @@ _DOUBLE = float(np.finfo(np.float64).eps)
 
 @dataclass(frozen=True)
 class Reference:
-    """What a run should give.
+    """Expected result of a run.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ def reference(subject: Subject, conditions: Conditions, ended: Callable[[Request
 def _resolved(subject: Subject, request: Request, arrays: Mapping[str, Array]) -> bool:
     """Return whether steps change the coordinates that move by many times their rounding.
 
-    Where they do not, finer steps lose more of the motion: two of them may agree on standing still.
+    If they do not, finer steps lose more of the motion: two of them may agree on standing still.
     """
     conditions = request.conditions
     model = subject.model(OWN)
@@ -112,8 +112,8 @@ def difference(
     """Return the errors of one run held against another; of internal states, if both have them, as of coordinates.
 
     Motion of a kind is measured by a thousandth of the others' at least, in radians and parts of the machine's size.
-    Ten roundings are within any bound: of the machine's size and of a radian, and of how many of these its parts have
-    moved by at most. Forces on what has moved are rounded, and they turn, too.
+    Ten roundings are within any bound: of the machine's size and of a radian, and of the largest displacement of its
+    parts in these. Forces on displaced bodies are rounded, and they turn, too.
 
     Parameters
     ----------

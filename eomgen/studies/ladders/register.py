@@ -1,4 +1,4 @@
-"""The ladders: a row each, with what it scales, its values, what it is held against, and where it applies."""
+"""The ladders: a row each, with its scaled quantity, its values, its reference, and its conditions."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from eomgen.scene.scaling import DAMPING, GRAVITY, LENGTH, MASS, ORIGIN, RATIO, 
 from eomgen.studies.ladders.runs import ROWS, Conditions
 from eomgen.studies.ladders.subject import FACTORS, OWN, SINGLE, STEPS, Subject
 
-#: What a cell is held against: the scene's own run by the same method, another method, the numbers of the equations.
+#: References of a cell: the scene's own run by the same method, another method, the numbers of the equations.
 SAME, OTHER, EQUATIONS = "the same motion as the scene is", "another method", "the equations as the scene is"
-#: Which methods a ladder runs with: all that serve the scene; the scene's, the default and an explicit one; those with
+#: Methods of a ladder: all that serve the scene; the scene's, the default and an explicit one; methods with
 #: the parameter ``rho_inf``; the scene's alone.
 ALL, FEW, DAMPED, ONE = "all", "few", "damped", "one"
 
@@ -45,7 +45,7 @@ class Ladder:
     bound: float = 0.01
 
 
-#: Why a factor changes nothing in a scene.
+#: Reason for which a factor has no effect in a scene.
 _ABSENT: Mapping[str, str] = {
     STIFFNESS: "it has no key stiffness with a value",
     DAMPING: "it has no key damping with a value",

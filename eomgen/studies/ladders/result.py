@@ -1,4 +1,4 @@
-"""What a study of extremes found: a verdict for each cell, as table, CSV, JSON and picture."""
+"""Result of a study of extremes: a verdict for each cell, as table, CSV, JSON and picture."""
 
 from __future__ import annotations
 

@@ -39,10 +39,10 @@ class Conditions:
     model : which of the subject's models
     step : s
     steps : of the run, a multiple of ``ROWS``
-    q, v, z : the start; the scene's where they are None
+    q, v, z : the start; the scene's if they are None
     parameters : of this run, tunable ones
     start : s
-    sizes : what q and v are divided by where they are compared: units of this run, (nq,) and (nv,)
+    sizes : divisors of q and v in comparisons: units of this run, (nq,) and (nv,)
     shift : of q, taken off before that
     given : parameters of the method
     """
@@ -70,9 +70,9 @@ class Ended:
     Attributes
     ----------
     how : one of the words above
-    said : what it said besides that it reached its end
-    arrays : of its observation, where it reached its end
-    finite : whether all that it gave is finite
+    said : its message besides that it reached its end
+    arrays : of its observation, if it reached its end
+    finite : whether all its results are finite
     """
 
     how: str
@@ -91,7 +91,7 @@ class Request(NamedTuple):
 
 
 def compile_stepper(model: Model, method: str) -> None:
-    """Compile the stepper of a method; what is wrong with it the run says."""
+    """Compile the stepper of a method; the run reports its faults."""
     with contextlib.suppress(EomgenError), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         name = canonical_name(method)
@@ -100,7 +100,7 @@ def compile_stepper(model: Model, method: str) -> None:
 
 
 def simulated(model: Model, conditions: Conditions, method: str, **more: Any) -> Ended:
-    """Return how a run under these conditions ends."""
+    """Return the end of a run under these conditions."""
     initial = None
     if conditions.q is not None and conditions.v is not None:
         initial = {"q": conditions.q, "v": conditions.v}
@@ -142,20 +142,20 @@ def _arrays(run: Solution, conditions: Conditions) -> dict[str, Array]:
 
 
 class Runner:
-    """A process that runs one thing after another, and a new one where it did not come back.
+    """A process that runs one request after another, and a new one if it did not come back.
 
-    It is forked when it is first asked, so what is loaded there is known to it, and what it loads stays loaded. To
-    compile takes as long as it takes; the limit is for what comes after that.
+    It is forked at its first request, so modules loaded there are known to it, and modules that it loads stay loaded.
+    Compiling has no limit; the limit is for the time after it.
 
     Parameters
     ----------
-    prepare : what a request needs that is no part of its run
+    prepare : needs of a request that are no part of its run
     run : answers it
 
     Attributes
     ----------
     used : whether the process of the last request had answered others before
-    compiling : s that went into what is no part of runs
+    compiling : s spent in these
     """
 
     def __init__(self, prepare: Callable[[Any], None], run: Callable[[Any], Ended]) -> None:
@@ -165,11 +165,11 @@ class Runner:
         self.used, self.compiling = False, 0.0
 
     def ended(self, request: Any, limit: float) -> Ended:
-        """Return how a request ends.
+        """Return the end of a request.
 
         Parameters
         ----------
-        request : what can be pickled
+        request : picklable data
         limit : s; then the process is interrupted, and killed when it does not answer
         """
         pipe, process = self._there()

@@ -1,6 +1,6 @@
 """Perturbation of structure: numbers beside 0, 1 and coordinate axes change the equations by as little.
 
-No reference is needed: what mistakes 1e-9 for 0 in one place and not in the other changes forces by their own size.
+No reference is needed: code that takes 1e-9 for 0 in one place and not in the other changes forces by their own size.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from eomgen.system.system import System
 #: Keys whose numbers are geometry: directions, and places.
 _AXES, _PLACES = ("axis", "second_axis", "x_axis", "z_axis"), ("position", "center_of_mass")
 _TERMS = ("mass", "coupling", "force", "inverse_dynamics", "constraint", "constraint_jacobian", "poses")
-#: How many times more than the numbers the equations may change, by what they change far from structure.
+#: Tolerated ratio of the change of the equations to the change of the numbers, relative to changes far from structure.
 _SAFETY, _ROUNDING, _NEARBY, _STEP = 100.0, 1e-13, 1e-3, 1e-6
 
 
@@ -43,8 +43,8 @@ class Structure:
                 self.condition[name] = max(_largest(further[name] - far[name]) / _STEP, least)
 
     def moved(self, amount: float) -> tuple[Ended, float]:
-        """Return how the equations of a scene moved by an amount come out, and by how many times what they may change
-        they do: above 1 they are other equations."""
+        """Return the verdict of the equations of a scene moved by an amount, and the ratio of their change to its
+        limit: above 1 they are other equations."""
         try:
             values = self._computed(amount)
         except EomgenError as error:
@@ -98,7 +98,7 @@ def _reach(units: Any) -> Array:
 
 
 def _numbers(data: Any) -> Iterator[tuple[Any, Any, str]]:
-    """Yield what holds each geometric number, its key there, and the key of the vector that it is in."""
+    """Yield the container of each geometric number, its key there, and the key of the vector that it is in."""
     items = data.items() if isinstance(data, Mapping) else enumerate(data)
     for key, value in items:
         if isinstance(value, Mapping):

@@ -25,7 +25,7 @@ from eomgen.study_defaults import EXTREMES_BUDGET, EXTREMES_LIMIT
 from eomgen.text import nearest, shown
 from eomgen.version import __version__
 
-#: Called with cells done, cells in all, and what is done.
+#: Called with cells done, cells in all, and the present cell.
 Progress = Callable[[int, int, str], None]
 _CELLS = "cells.jsonl"
 
@@ -55,15 +55,15 @@ def extremes(
     cells : sequence of str
         ``LADDER:VALUE`` or ``LADDER:VALUE:METHOD``: these alone.
     budget : float
-        s of computation, compiling aside; what it leaves out is said.
+        s of computation, compiling aside; omitted cells are reported.
     limit : float
         s that a cell may take, compiling aside.
     folder : path
-        Where cells are written as they come; see also ``Extremes.save``.
+        Folder for cells as they come; see also ``Extremes.save``.
     resume : bool
         Go on with the cells of this folder.
     progress : callable
-        Called with cells done, cells in all, and what is done.
+        Called with cells done, cells in all, and the present cell.
     reading
         As of ``eomgen.load``.
 
@@ -171,12 +171,12 @@ class _Study:
         if ladder.against == EQUATIONS:
             return self._equations(ladder, value, method)
         conditions = ladder.conditions(self.subject, value)
-        self.subject.model(conditions.model)  # what cannot be built raises here
+        self.subject.model(conditions.model)  # a model that cannot be built raises here
         request = Request(conditions, method)
         ended = self.runner.ended(request, self.limit)
         used = self.runner.used
         found = self._judged(ladder, value, method, conditions, ended)
-        if found.verdict == FAILS and used:  # what its process ran before must not be the reason
+        if found.verdict == FAILS and used:  # earlier runs of its process must not be the reason
             self.runner.close()
             ended = self.runner.ended(request, self.limit)
             found = self._judged(ladder, value, method, conditions, ended)
@@ -236,7 +236,7 @@ def _identity(subject: Subject) -> str:
 
 
 class _Journal:
-    """Cells that are there already, and where new ones go."""
+    """Cells that are there already, and the file for new ones."""
 
     def __init__(self, folder: str | Path | None, described: str, *, resume: bool) -> None:
         self.cells: dict[str, Cell] = {}

@@ -52,7 +52,7 @@ STEPS, FINE = 10 * ROWS, 0.01
 
 
 class Subject:
-    """A scene and what ladders need to know of it.
+    """A scene with its facts for ladders.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class Subject:
         return True
 
     def not_similar(self, factors: Sequence[str]) -> str:
-        """Return why the scene in other units is not the same scene: it has numbers whose units nobody says.
+        """Return the reason for which the scene in other units is not the same scene: numbers without units.
 
         Twice the units show it: no arithmetic is in the way there.
         """
@@ -157,7 +157,7 @@ class Subject:
 
     def methods(self, *, ladders: Ladders | None = None, fine_by: FineBy = "") -> list[str]:
         """Return the methods of a kind of ladders, or those whose runs can be references, that can step the scene and
-        that do what no other one does."""
+        with abilities that no other one has."""
         has = {"constraints": self.constrained, "rotations": any(f.group != "R" for f in self.model(OWN).factors)}
         rows = []
         for row in _rows():
@@ -168,7 +168,7 @@ class Subject:
 
     @cached_property
     def start(self) -> tuple[Array, Array]:
-        """Where cells start: the scene's initial state, q and v, on its constraints."""
+        """Start of cells: the scene's initial state, q and v, on its constraints."""
         model = self.model(OWN)
         q, v = np.array(model.initial_q), np.array(model.initial_v)
         if model.multipliers:
@@ -188,7 +188,7 @@ class Subject:
 
     @cached_property
     def rate(self) -> float:
-        """The fastest of the scene's linear motions and of its spins, rad/s; by its own step where it has none."""
+        """The fastest of the scene's linear motions and of its spins, rad/s; by its own step if it has none."""
         model, own = self.model(OWN), self.model(OWN).description.simulation.step
         rates = [0.0]
         try:
@@ -273,7 +273,7 @@ def _rates(model: Model, q: Array, v: Array, z: Array | None, parameters: Mappin
 
 
 def _data_of(scene: Any, reading: Mapping[str, Any]) -> tuple[Mapping[str, Any] | None, Path]:
-    """Return the nested data of a scene where it has some, and the folder that its paths start from."""
+    """Return the nested data of a scene if it has some, and the folder that its paths start from."""
     if isinstance(scene, Mapping):
         return scene, Path()
     if not isinstance(scene, str | Path):

@@ -44,8 +44,8 @@ class Cell:
     verdict : one of ``VERDICTS``
     error, velocity_error : relative to the motion and to the largest velocity; None if none is known
     bound : up to which it holds
-    said : what the run said, why it ended
-    reference : what it is held against
+    said : message of the run, reason of its end
+    reference : its reference
     seconds : of the run
     """
 
@@ -67,7 +67,7 @@ class Cell:
 
 
 def verdict(ended: Ended, error: float | None, bound: float) -> str:
-    """Return what a cell comes to, by its error on the scale of positions."""
+    """Return the verdict of a cell, by its error on the scale of positions."""
     kinds = {REFUSED: REJECTED, UNFINISHED: LONG, HANG: FAILS, CRASH: FAILS, RAISED: FAILS}
     if ended.how in kinds:
         return kinds[ended.how]

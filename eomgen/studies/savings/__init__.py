@@ -1,4 +1,4 @@
-"""What a scene costs as it is asked, against the same scene with more than it asks for: operations, C, builds and
+"""Costs of a scene as it is, against the same scene with more terms or freedoms: operations, C, builds and
 steps."""
 
 __all__ = ["study"]

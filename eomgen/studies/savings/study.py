@@ -42,12 +42,12 @@ _COMMON = ("eomgen_real.h", "main.c")
 
 @dataclass(frozen=True)
 class Cost:
-    """What one variant of a scene costs.
+    """Costs of one variant of a scene.
 
     Attributes
     ----------
-    name, what : of the variant
-    operations : additions and multiplications by term; of those that a step calls, besides ``step_operations``
+    name, what : name and description of the variant
+    operations : additions and multiplications by term; terms that a step calls are in ``step_operations``, too
     step_operations : of one call each of the terms that a step calls
     c_bytes : of the model's own C, its stepper included
     build_seconds : from the scene to the loaded library, with an empty cache
@@ -69,7 +69,7 @@ class Cost:
     problem: str = ""
 
 
-#: Costs of which a Savings gives the ratio to those of the scene as it is asked.
+#: Costs of which a Savings gives the ratio to the scene as it is.
 COMPARED = ("step_operations", "c_bytes", "build_seconds", "step_seconds", "observed_seconds")
 
 
@@ -83,7 +83,7 @@ class Savings:
     costs: tuple[Cost, ...]
 
     def ratio(self, cost: Cost, key: str) -> float | None:
-        """Return a cost of a variant, one of ``COMPARED``, over that of the scene as it is asked."""
+        """Return a cost of a variant, one of ``COMPARED``, over the cost of the scene as it is."""
         asked, here = getattr(self.costs[0], key), getattr(cost, key)
         return here / asked if asked and here is not None else None
 
@@ -117,11 +117,11 @@ def savings(
     progress: Callable[[str], None] | None = None,
     **options: Any,
 ) -> Savings:
-    """Measure what a scene costs as it is asked, and what it would with more than it asks for.
+    """Measure the costs of a scene as it is, and with more than it asks for.
 
     Variants: the functions of a run alone, the terms of a step alone, all terms, all numbers tunable, a base that moves
     in all six ways, absolute coordinates, and all of that. They have the same motion. Each is derived, built in an
-    empty cache, and run at the scene's step; runs of the variants alternate, so that what else the machine does meets
+    empty cache, and run at the scene's step; runs of the variants alternate, so that other load of the machine meets
     all of them.
 
     Parameters
@@ -145,7 +145,7 @@ def savings(
     UsageError
         Unknown variants, fewer than one round, documents that are no scenes.
     EomgenError
-        What the scene as it is asked cannot be derived, built or run by.
+        The scene as it is cannot be derived, built or run.
     """
     document = load_scene(scene, **options) if isinstance(scene, str | os.PathLike) else as_document(scene)[0]
     if not isinstance(document, Scene):
@@ -160,8 +160,8 @@ def savings(
     wanted = [every[0], *(variant for variant in every[1:] if not only or variant.name in only)]
     step = document.simulation.step
     with tempfile.TemporaryDirectory(prefix="eomgen-savings-") as folder, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of variants: what the scene itself warns of, every build says
-        built_in(Path(folder) / "cache", document, ["residual"], chosen, profile)  # what all builds have in common
+        warnings.simplefilter("ignore")  # of variants: warnings of the scene itself come with every build
+        built_in(Path(folder) / "cache", document, ["residual"], chosen, profile)  # shared by all builds
         measured = []
         for number, variant in enumerate(wanted, 1):
             if progress is not None:
@@ -176,7 +176,7 @@ def savings(
 def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Scene | str | None:
     """Return the scene in absolute coordinates, or why it has none; None if they are its own.
 
-    What is read anew is checked for them; of a Scene, which is read, the build tells.
+    A scene that is read anew is checked for them; for a Scene, the build checks.
     """
     if scene.coordinates == "absolute":
         return None

@@ -14,7 +14,7 @@ from eomgen.scene.scene import Scene
 from eomgen.system.signals import Parameter
 from eomgen.system.terms import CLOSED_MATRICES, TERMS
 
-#: Size of what a base moves by that could move in all ways, m and rad: no number of the motion sees it.
+#: Amplitude of a base that could move in all ways, m and rad: no number of the motion depends on it.
 TREMBLING = 1e-100
 
 
@@ -24,10 +24,10 @@ class Variant:
 
     Attributes
     ----------
-    name, what : its name, and what it asks for
+    name, what : its name, and its description
     terms : None: by default
-    start : of runs, where it has the functions alone that these call
-    problem : why the scene cannot be made, where it is None
+    start : of runs, if it has only the functions that these call
+    problem : reason for which the scene cannot be made, if it is None
     """
 
     name: str
@@ -120,7 +120,7 @@ def _tunable(scene: Scene) -> Scene:
 
 
 def _along_beams(scene: Scene) -> set[str]:
-    """Return the parameters of scenes with beams that say where something is or how beams are: they stay fixed."""
+    """Return the parameters of scenes with beams that define places or beams: they stay fixed."""
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     if not beams:
         return set()

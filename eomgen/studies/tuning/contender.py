@@ -1,4 +1,4 @@
-"""Contenders of a race: configurations with what their runs say of cost and error at other steps or tolerances.
+"""Contenders of a race: configurations with models of cost and error at other steps or tolerances.
 
 The models are error = C h^p, with the declared order p until runs show another, and time = c0 + c1 steps.
 """
@@ -17,15 +17,15 @@ from eomgen.studies.work_precision.times import fraction_of, whole_steps
 MARGIN = 0.75
 #: Whole steps that are so many times as fine as wanted cost too much to be taken for the margin.
 APART = 1.2
-#: Errors above this tell nothing of the order.
+#: Errors above this give no order.
 COARSE = 0.2
 #: Orders that runs show are believed down to this part of the declared one.
 LEAST_ORDER = 0.5
-#: By how many times the resolution of one run may exceed that of the one before.
+#: Largest ratio of the resolutions of a run and the one before.
 LARGEST_JUMP = 16.0
 #: Runs of one contender at most.
 MOST_RUNS = 7
-#: A run is fine where another would be cheaper by less than this part.
+#: A run is final if another would be cheaper by less than this part.
 GAIN = 0.1
 
 
@@ -57,7 +57,7 @@ class Contender:
 
     Attributes
     ----------
-    candidate : what it came from
+    candidate : its origin
     kind : ``step`` or ``tolerance``
     start : the resolution of its first run
     coarsest : rows of the grid that a step may take at most
@@ -128,14 +128,14 @@ class Contender:
         return self._whole(found, found * MARGIN ** (1.0 / self.order), demand)
 
     def _whole(self, found: float, least: float, demand: float) -> float:
-        """Return whole steps for a resolution: the next ones above, or, where these cost much more, those above the
-        least that may do, unless they have missed the demand."""
+        """Return whole steps for a resolution: the next larger ones, or, if these cost much more, the least
+        larger ones that may do, unless they have missed the demand."""
         finer, coarser = self._steps(found), self._steps(least)
         missed = max((run.resolution for run in self.runs if run.error > demand), default=0.0)
         return coarser if finer > APART * found and missed < coarser < finer else finer
 
     def _between(self, found: float, demand: float) -> float:
-        """Return a resolution, or the middle between a run that misses the demand and the next one that meets it, where
+        """Return a resolution, or the middle between a run that misses the demand and the next one that meets it, if
         it does not lie between them."""
         met = min((run.resolution for run in self.runs if run.error <= demand), default=math.inf)
         missed = max((run.resolution for run in self.runs if run.error > demand and run.resolution < met), default=0.0)
@@ -157,7 +157,7 @@ class Contender:
         return self.expected(demand)
 
     def expected(self, demand: float) -> float:
-        """Return the seconds that meeting a demand takes, by the model; 0 if nothing is known yet."""
+        """Return the seconds needed to meet a demand, by the model; 0 if there is none yet."""
         if not self.runs:
             return 0.0
         wanted = self.wanted(demand)
@@ -177,13 +177,13 @@ class Contender:
         return max(last.seconds + per_step * (wanted - last.resolution), 0.1 * last.seconds)
 
     def add(self, run: Tried, demand: float) -> None:
-        """Take a run, and close where another would gain little."""
+        """Take a run, and close if another would gain little."""
         self.runs.append(run)
         self.taken += 1
         self._judge(demand)
 
     def reopen(self, demand: float) -> None:
-        """Race again, for another demand; what was refused stays so."""
+        """Race again, for another demand; refused resolutions stay refused."""
         if self.runs and self.closed and any(math.isfinite(run.error) for run in self.runs):
             self.taken, self.closed = 0, False
             self._judge(demand)

@@ -1,4 +1,4 @@
-"""What is demanded of a run."""
+"""Demands on a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who races: one method of each family first, then what is near the winner, then other formulations."""
+"""Entries of a race: one method of each family first, then neighbours of the winner, then other formulations."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Entries:
     Attributes
     ----------
     own : candidates of the scene's own formulation
-    others : names of other formulations, those of less fidelity first
+    others : names of other formulations, ones of less fidelity first
     axes : along which configurations may vary
     defaults : of the scene
     """
@@ -64,7 +64,7 @@ class Entries:
         return contenders
 
     def varied(self, contenders: list[Contender], best: Contender | None) -> Contender | None:
-        """Return the best when what is near it has raced: relatives first, then settings; those that have are left
+        """Return the best when its neighbours have raced: relatives first, then settings; entries that have are left
         out."""
         for near in (self._relatives, self._settings):
             entered = {contender.configuration.key for contender in contenders}
@@ -88,7 +88,7 @@ class Entries:
         return Contender(candidate, configuration, "step", first, grid.coarsest)
 
     def _near(self, best: Contender, candidate: Candidate, configuration: Configuration) -> Contender:
-        """Return a contender that begins where the winner has got to."""
+        """Return a contender that begins with the winner's resolution."""
         contender = self._contender(candidate, configuration)
         reached = best.best(self.race.demand)
         if reached is not None and contender.kind == best.kind:
@@ -125,7 +125,7 @@ class Entries:
         return [self._near(best, best.candidate, configuration) for configuration in varied]
 
     def _formulated(self, name: str, best: Contender | None) -> list[Contender]:
-        """Return contenders on another formulation: the winner's family where it runs there, else one of each."""
+        """Return contenders on another formulation: the winner's family if it runs there, else one of each."""
         self.say(f"building: {name}")
         try:
             there = candidates(name, self.race.runner.model(name), self.methods, self.race.left_out)

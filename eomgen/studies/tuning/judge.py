@@ -2,7 +2,7 @@
 
 Two runs of one method are compared, the second at a hundredth of the first one's tolerance or at half its step, from a
 tolerance on that is a part of the demand; both are refined until they differ by no more than the judge may be wrong.
-What served under the scene's own conditions is tried first under others.
+Candidates that served under the scene's own conditions are tried first under others.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from eomgen.studies.work_precision.reference import (
 )
 from eomgen.studies.work_precision.running import REACHED, Runner
 
-#: What runs are held against is known to this part of the demand where that can be had, and to the second at least.
+#: Wanted uncertainty of the reference, relative to the demand, and the largest one.
 KNOWN, LEAST_KNOWN = 0.05, 0.5
 #: The first tolerance is this part of the demand, each next one this part of the one before.
 FIRST, NEXT = 1e-2, 1e-2
@@ -47,7 +47,7 @@ class _Known:
     Attributes
     ----------
     apart : its difference from the run at half its accuracy, by quantity
-    error : of what is demanded
+    error : of the demanded quantity
     level : of its method's refinement
     """
 
@@ -84,7 +84,7 @@ class Judge:
 
         Raises
         ------
-        NumericalError
+        It cannot be known well enough for the demand, or there is no motion.
             It cannot be known well enough to tell the demand, or it is none: nothing moves.
         """
         if condition.what not in self._held:
@@ -100,7 +100,7 @@ class Judge:
         return self.reference(condition).bar(self.demand.quantity, self.demand.measure)
 
     def start(self, condition: Condition) -> dict[str, Any]:
-        """Return where runs under a condition begin: consistent ``q`` and ``v`` of the scene's own formulation."""
+        """Return the initial state of runs under a condition: consistent ``q``, ``v`` of the scene's formulation."""
         motion = self.reference(condition).observation
         return {"q": motion.q[0], "v": motion.v[0]}
 
@@ -133,7 +133,7 @@ class Judge:
         return Reference(best.observation, best.described, "itself at half its accuracy", best.apart)
 
     def _order(self) -> list[Candidate]:
-        """Return what may serve, that which has served first."""
+        """Return the candidates, most recently successful first."""
         if not self.found:
             raise ModelError(Problem("methods", "no method runs on this scene", "other methods"))
         order = sorted(self.found, key=lambda c: rank(self.runner, c))

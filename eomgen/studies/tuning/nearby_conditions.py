@@ -16,10 +16,10 @@ from eomgen.model import Model
 from eomgen.studies.work_precision.observation import Observation
 from eomgen.studies.work_precision.running import Runner
 
-#: Initial positions are moved by this part of what each coordinate moves in the run, velocities by this part of their
+#: Initial positions are moved by this part of each coordinate's motion in the run, velocities by this part of their
 #: largest, parameters and inputs by this part of themselves.
 POSITIONS, VELOCITIES, PARAMETERS, INPUTS = 0.05, 0.05, 0.03, 0.03
-#: What is prescribed over time is met from another moment on: later by this part of the run.
+#: Prescribed laws of time begin at another moment: later by this part of the run.
 LATER = 0.03
 _SEED = 20240607
 
@@ -38,15 +38,15 @@ class Condition:
     arguments: Mapping[str, Any] = field(default_factory=dict)
 
 
-#: Those of the scene itself.
+#: Arguments of the scene itself.
 OWN = Condition()
 
 
 def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
     """Yield conditions near the scene's own, without end and the same at every call.
 
-    Each second one has other parameters, too, and each has other inputs where the scene or the caller says what these
-    are: numbers and functions are multiplied, and what is prescribed over time is met from a later moment on. A
+    Each second one has other parameters, too, and each has other inputs if the scene or the caller gives them:
+    numbers and functions are multiplied, and prescribed laws of time begin at a later moment. A
     parameter that its scene refuses to be other than it is stays.
 
     Parameters
@@ -78,7 +78,7 @@ def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
 
 
 def _moves(model: Model, motion: Observation) -> Array:
-    """Return how far each component moves from the start, (nv,)."""
+    """Return the distance of each component from its start, (nv,)."""
     first = np.broadcast_to(motion.q[0], motion.q.shape)
     moves: Array = np.abs(difference(model.factors, first, motion.q)).max(axis=0)
     return moves
@@ -97,7 +97,7 @@ def _parameters(model: Model, given: Mapping[str, float], rng: np.random.Generat
 
 
 def _inputs(model: Model, runner: Runner, rng: np.random.Generator) -> dict[str, Any]:
-    """Return the caller's inputs, and those of the scene that are constant, each multiplied."""
+    """Return the caller's inputs, and the scene's constant ones, each multiplied."""
     given = runner.inputs or {}
     found: dict[str, Any] = {}
     sampled = _sampled(model, runner)
@@ -118,7 +118,7 @@ def _multiplied(signal: Any, factor: float) -> Any:
 
 
 def _sampled(model: Model, runner: Runner) -> Array | None:
-    """Return what the scene says of its inputs at some times of the run, (n, nu); None if it says nothing."""
+    """Return the scene's inputs at some times of the run, (n, nu); None if it gives none."""
     if not model.inputs or "inputs" not in model.functions:
         return None
     grid = runner.grid

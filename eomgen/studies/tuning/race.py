@@ -1,5 +1,5 @@
 """A race: the contender that promises to meet the demand at the least cost runs next, until none promises more than
-what has been reached."""
+the best so far."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ REPEATS, SHORT, MORE_REPEATS = 3, 2e-3, 9
 FAR = 1.5
 #: A contender may promise this part of the best so far and still run.
 PROMISE = 0.97
-#: What takes up to this many times as long as the first is timed again side by side; and how many of these at most.
+#: Runs within this factor of the time of the first are timed again side by side; and the largest number of these.
 CLOSE, FINALISTS = 1.25, 3
 
 
@@ -33,7 +33,7 @@ class Race:
 
     Attributes
     ----------
-    demand : what is to be met
+    demand : to be met
     training : conditions besides the scene's own under which it is to be met
     """
 
@@ -69,7 +69,7 @@ class Race:
         return min(able, key=lambda c: c.seconds(self.demand), default=None)
 
     def prepare(self, contender: Contender) -> None:
-        """Build what a contender runs with; one that cannot be built runs no more."""
+        """Build the model of a contender; one that cannot be built runs no more."""
         self.say(f"building: {contender.configuration.label}")
         try:
             self.runner.prepare(contender.configuration)
@@ -120,7 +120,7 @@ class Race:
         return replace(run, error=error, conditions=done)
 
     def _tried(self, contender: Contender, resolution: float, best: float) -> Tried:
-        """Return a run of a contender; of infinite error where it does not reach its end."""
+        """Return a run of a contender; of infinite error if it does not reach its end."""
         self.runs += 1
         tried = Tried(resolution, math.inf, 1e-3)
         outcome = self.runner.run(**contender.how(tried), estimated=False)

@@ -38,7 +38,7 @@ REFERENCE_SHARE, KNOWN = 0.2, 1e-9
 
 @dataclass(frozen=True)
 class RealTime:
-    """What a cycle's time buys.
+    """Configuration for the time of a cycle.
 
     Attributes
     ----------
@@ -48,11 +48,11 @@ class RealTime:
     step : s
     late : processor's time that a part ``PART`` of the cycles stays below, s
     longest, mean : of all cycles, s
-    iterations : of one step at most, bounded by the settings; 0 if nothing is iterated
-    error : that it buys, of ``quantity`` in ``measure``, at the ends of cycles, where a controller reads it
+    iterations : of one step at most, bounded by the settings; 0 without iterations
+    error : reached one, of ``quantity`` in ``measure``, at the ends of cycles, at which a controller reads it
     uncertainty : of the reference
-    tried : all that was measured: label, steps in a cycle, late, error
-    refused : what cannot run in bounded time, and why
+    tried : all measured ones: label, steps in a cycle, late, error
+    refused : configurations without bounded time, and the reasons
     """
 
     scene: str
@@ -77,7 +77,7 @@ class RealTime:
 
     @property
     def why(self) -> str:
-        """One line: what is bought, and what was measured on which processor."""
+        """One line: the configuration, and the measured times with their processor."""
         bound = f", {self.iterations} iterations a step at most" if self.iterations else ""
         return (
             f"{self.configuration.label}, step {self.step:.4g} s ({self.steps} in a cycle{bound}): "
@@ -118,14 +118,14 @@ def real_time(
     Parameters
     ----------
     cycle : s of motion that are to be computed within as many seconds
-    iterations : bound on Newton's iterations of a step; what the run needs by default
+    iterations : bound on Newton's iterations of a step; by default the run's largest number
 
     Raises
     ------
     UsageError
         A cycle that is not positive or longer than the run.
     NumericalError
-        Nothing ends in time, or nothing converges within the bound: with the iterations that are needed.
+        No configuration ends in time, or none converges within the bound: with the needed iterations.
     """
     document, front_end = pipeline.as_document(found.scenes[found.own])
     defaults = front_end.describe(document).simulation
@@ -192,7 +192,7 @@ class _Bought:
 
 @dataclass
 class _Work:
-    """Measures what configurations cost in each cycle."""
+    """Measures the costs of configurations in each cycle."""
 
     runner: Runner
     held: Reference
@@ -204,7 +204,7 @@ class _Work:
     until: float
 
     def bought(self, configurations: Sequence[Configuration], cycle: float) -> list[_Bought]:
-        """Return what configurations give with 1, 2, 4, ... steps in a cycle, each until its cycles end late; all are
+        """Return errors of configurations with 1, 2, 4, ... steps in a cycle, each until its cycles end late; all are
         measured over the run once."""
         opened = [configuration for configuration in configurations if self._prepared(configuration)]
         found: list[_Bought] = []
@@ -250,7 +250,7 @@ class _Work:
         return _Bought(configuration, steps, late, float(times.max()), float(times.mean()), needed, error)
 
     def proven(self, able: Sequence[_Bought], cycle: float) -> _Bought | None:
-        """Return the most accurate of those that end in time over ``CYCLES`` cycles, too."""
+        """Return the most accurate configuration that ends in time over ``CYCLES`` cycles, too."""
         for one in sorted(able, key=lambda one: (max(one.error, self.held.bar(self.quantity, self.measure)), one.late)):
             self.say(f"{one.configuration.label}, {one.steps} in a cycle: {CYCLES} cycles")
             run = self._run(one.configuration, one.steps, one.configuration.label)

@@ -1,4 +1,4 @@
-"""``Tuned``: the configuration that meets a demand at the least cost, what it was verified on, and its scene file."""
+"""``Tuned``: the configuration that meets a demand at the least cost, its verification, and its scene file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eomgen.studies.work_precision.configuration import Configuration
 
 @dataclass(frozen=True)
 class Rival:
-    """Another method that was in the race, at the demand: measured, or expected where it was given up."""
+    """Another method in the race, at the demand: measured, or expected if it was given up."""
 
     label: str
     seconds: float
@@ -25,13 +25,13 @@ class Rival:
 
 @dataclass(frozen=True)
 class Tuned:
-    """What ``eomgen.tune`` found.
+    """Result of ``eomgen.tune``.
 
     Attributes
     ----------
     scene : its name
-    quantity, measure, demand : what is to be met
-    configuration : what meets it at the least cost
+    quantity, measure, demand : the demand
+    configuration : the one that meets it at the least cost
     kind, value : ``step`` in s, or ``tolerance``
     error : measured on the scene's own run
     seconds : processor's time of stepping that run, median; outputs, energies and the error estimate apart
@@ -42,14 +42,14 @@ class Tuned:
     own : the scene's own settings, their error and seconds; infinite if they fail
     verified : runs that it was not tuned on
     simulation : keys of the scene's section of that name
-    written : error and seconds of what ``save`` writes: those above
+    written : error and seconds of the settings written by ``save``: the ones above
     coordinates, group : for the scene, if they are not its own; empty otherwise
-    machine : what was measured on
+    machine : its description
     spent : the processor's seconds of computation, builds not counted; and runs of the race
     built : seconds of building
-    left_out : what did not race, and why
+    left_out : configurations that did not race, and the reasons
     source : the scene's file, None if there is none
-    simplified : in words, where a scene of less fidelity than the one described suffices; empty otherwise
+    simplified : in words, if a scene of less fidelity than the described one suffices; empty otherwise
     """
 
     scene: str
@@ -90,7 +90,7 @@ class Tuned:
 
     @property
     def why(self) -> str:
-        """One line: why this, what one digit more costs, and what it was measured on."""
+        """One line: the reason, the cost of one digit more, and the machine of the measurement."""
         parts = [f"{self.label} meets {self.demand:g} in {_time(self.seconds)} for {self.span:.4g} s of motion"]
         if self.rivals:
             first = self.rivals[0]

@@ -58,7 +58,7 @@ def with_settings(path: Path | None, simulation: Mapping[str, Any], coordinates:
 
 
 def _span(lines: list[str], section: str) -> tuple[int, int] | None:
-    """Return the lines of a section, without its header; the empty name is what stands before the first header."""
+    """Return the lines of a section, without its header; the empty name is for the lines before the first header."""
     headers = [number for number, line in enumerate(lines) if re.match(r"^\s*\[", line)]
     if not section:
         return 0, headers[0] if headers else len(lines)

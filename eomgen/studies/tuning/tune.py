@@ -33,7 +33,7 @@ from eomgen.studies.work_precision.times import MOST_TIMES, tuning_grid
 from eomgen.study_defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.text import nearest, shown
 
-#: Rounds of verification: what a configuration misses in one, it is tuned on in the next.
+#: Rounds of verification: conditions missed in one are tuned on in the next.
 ROUNDS = 4
 #: The part of the budget that the motion under a condition, and that a run, may take.
 JUDGE_SHARE = 0.15
@@ -57,14 +57,14 @@ def tune(
     progress: Callable[[str], None] | None = None,
     **reading: Any,
 ) -> Tuned | RealTime:
-    """Find the cheapest configuration of a scene that meets a demand on its error, or what a cycle of real time buys.
+    """Find the cheapest configuration of a scene that meets a demand on its error, or the best for a real-time cycle.
 
-    Errors are those of all rows that the written file will record, up to 20 000; times are of stepping with these rows,
+    Errors include all rows that the written file will record, up to 20 000; times are of stepping with these rows,
     without outputs, energies and the error estimate.
 
-    Methods race: each is run coarsely once, and what its cost and order promise decides which of them runs again. The
+    Methods race: each is run coarsely once, and its cost and order decide whether it runs again. The
     winner is verified on runs with other initial states and parameters, against references of their own, and made finer
-    where it misses the demand there.
+    if it misses the demand there.
 
     Parameters
     ----------
@@ -75,13 +75,13 @@ def tune(
         s of motion that are to be computed within as many seconds: the most accurate fixed step is found whose work in
         such a cycle ends in time in 99.99 % of the cycles. No demand is taken with it.
     iterations : int
-        With ``real_time``: bound on Newton's iterations of a step; what the run needs by default.
+        With ``real_time``: bound on Newton's iterations of a step; by default the run's largest number.
     output : str
         Whose error: an output of the scene, ``q``, ``v`` or ``state`` (both).
     measure : str
         ``largest``, ``rms`` or ``final``.
     axes : sequence of str
-        What may vary, of those of ``eomgen.tradeoff``; all but ``fidelity`` by default.
+        Varied axes, among the axes of ``eomgen.tradeoff``; all but ``fidelity`` by default.
     methods : sequence of str
         All that make a difference to the scene by default.
     t_end : float
@@ -93,21 +93,21 @@ def tune(
     formulated : bool
         Whether other formulations than the scene's own may win.
     progress : callable
-        Called with a word on what is done.
+        Called with a word on the present work.
     reading
         As of ``eomgen.load``.
 
     Returns
     -------
-    Tuned, or RealTime where ``real_time`` is given
+    Tuned, or RealTime if ``real_time`` is given
 
     Raises
     ------
     UsageError
         A demand out of 1e-13..0.5; an unknown output, method or measure.
     NumericalError
-        There is no reference that is known well enough, or nothing meets the demand within the budget; nothing ends in
-        time, or nothing converges within the bound.
+        There is no sufficiently accurate reference, or no configuration meets the demand within the budget; none ends
+        in time, or none converges within the bound.
     """
     if (error is None) is (real_time is None):
         raise UsageError(Problem("tune", "either an error is demanded or a cycle of real time", "error=1e-4"))
@@ -167,7 +167,7 @@ class _Tuning:
         self.own = found.own
 
     def result(self, demand: Demand, source: Path | None) -> Tuned:
-        """Return what meets a demand at the least cost."""
+        """Return the configuration that meets a demand at the least cost."""
         began = time.process_time()
         model = self.runner.model(self.own)
         known = quantities(model)
@@ -217,8 +217,8 @@ class _Tuning:
     ) -> tuple[Contender, tuple[Verified, ...]]:
         """Return the winner and the runs that it is verified on.
 
-        Conditions under which it misses the demand join those that it is tuned on, all race again, and others verify.
-        Another winner brings what is near it into the race.
+        Conditions under which it misses the demand are tuned on as well, all race again, and others verify.
+        Another winner brings its neighbours into the race.
         """
         race = entries.race
         for left in reversed(range(ROUNDS)):

@@ -24,7 +24,7 @@ class Verified:
     Attributes
     ----------
     what : in words
-    error : of the quantity that is tuned for, infinite if the run did not reach its end
+    error : of the tuned quantity, infinite if the run did not reach its end
     uncertainty : of its reference
     by : its reference
     said : by the run
@@ -56,7 +56,7 @@ def verified(judge: Judge, run: Mapping[str, Any], condition: Condition) -> Veri
 
 
 def under(judge: Judge, run: Mapping[str, Any], condition: Condition = OWN) -> Outcome:
-    """Return the run of a configuration under a condition, from where its reference begins."""
+    """Return the run of a configuration under a condition, from the start of its reference."""
     arguments = dict(condition.arguments)
     if "initial" in arguments:
         arguments["initial"] = judge.start(condition)

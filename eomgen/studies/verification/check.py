@@ -46,7 +46,7 @@ LARGE = 128
 CLOSED = 8
 #: Functions that together hold all formulas of a scene.
 _OF_FORMULAS = ("residual", "internal_rate", "outputs", "base", "energy", "inputs", "events")
-#: Rates of other orders are made as those of the second are.
+#: Rates of other orders are made like rates of the second.
 _CHECKED = [term for name, term in TERMS.items() if not (term.source and name[-1].isdigit())]
 
 
@@ -68,7 +68,7 @@ def check(
     states : int
         How many: half of them along a short simulated motion, the others drawn around it.
     seed : int
-        Of what is drawn.
+        Of random draws.
     only : sequence of str
         Names of closed forms, or their beginnings; all by default.
     profile : str
@@ -117,7 +117,7 @@ def _explained(report: FormReport, model: Model, found: States) -> FormReport:
 
 
 def _terms(scene: Described, only: Sequence[str]) -> list[str]:
-    """Return the terms to build: of those that only a name brings in, the ones that are asked about."""
+    """Return the terms to build: among terms that only a name brings in, the named ones."""
     size = pipeline.derive(scene, ["residual"]).nv
     if size > LARGE:
         left_out = {term.name for term in _CHECKED if term.on_request or term.quadratic}
@@ -127,7 +127,7 @@ def _terms(scene: Described, only: Sequence[str]) -> list[str]:
         asked = {"rates" if name.startswith(("base_rates", "input_rates")) else name.partition(".")[0] for name in only}
         if any("second_partials".startswith(name) for name in asked):
             asked |= set(FIRST)
-        if size <= LARGE:  # of what is costly only what is named itself, not what begins with a name
+        if size <= LARGE:  # of costly terms only the ones named themselves, not ones that begin with a name
             left_out = {term for term in left_out if not any(name.startswith(term) for name in asked)}
         requested = (term.name for term in _CHECKED if term.on_request)
         left_out |= {name for name in requested if not any(name.startswith(begin) for begin in asked)}

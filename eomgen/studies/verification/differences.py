@@ -1,8 +1,8 @@
 """Derivatives by a ladder of central differences, each entry with its own error bar, and by complex steps.
 
-The bar of an entry is what the difference changes by between neighbouring steps, plus round-off divided by the step.
-Round-off is measured, as what the smallest steps scatter by, and is the last place of the function's largest number at
-least. So cancellation inside the functions widens the bars by itself, and so does truncation where steps are too large
+The bar of an entry is the change of the difference between neighbouring steps, plus round-off divided by the step.
+Round-off is measured by the scatter at the smallest steps, and is the last place of the function's largest number at
+least. So cancellation inside the functions widens the bars by itself, and so does truncation at too large steps
 (Ridders 1982 estimates in this way, too). One-sided differences that do not meet as steps shrink tell a kink.
 """
 
@@ -32,7 +32,7 @@ class Differences:
 
     Attributes
     ----------
-    ladder : (K, S, R, C), by step; NaN where a state leaves the function's domain
+    ladder : (K, S, R, C), by step; NaN if a state leaves the function's domain
     best : (S, R, C) the difference at the step of the smallest bar
     bar : (S, R, C) its error bar; infinite if no step gives a number
     step : (S, R, C) that step
@@ -70,7 +70,7 @@ def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
 
 
 def _last_place(claim: Claim, engine: Engine, state: Blocks) -> Array:
-    """Return what the last place of a state's largest number is worth, (S, 1, 1): smaller changes go unnoticed."""
+    """Return the unit in the last place of a state's largest number, (S, 1, 1): smaller changes go unnoticed."""
     assert claim.source is not None  # for mypy: only claims that are compared with differences come here
     with np.errstate(all="ignore"):
         largest = np.max(np.abs(np.nan_to_num(claim.source(engine, state))), axis=-1, initial=0.0)
@@ -82,7 +82,7 @@ def _by_step(steps: Array, like: Array) -> Array:
 
 
 def _kinks(sided: Array, scatter: Array, size: float) -> tuple[Array, Array]:
-    """Return where one-sided differences (2, K, S, R, C) do not meet, and the smallest step, which tells."""
+    """Return the mask of one-sided differences (2, K, S, R, C) that do not meet, and the smallest step, which tells."""
     gap = np.abs(sided[1] - sided[0])
     noise = 40.0 * scatter / _by_step(LADDER, gap)
     telling = np.where(noise <= 1e-4 * max(size, 1e-300), np.arange(len(LADDER)).reshape(-1, *(1,) * scatter.ndim), -1)

@@ -1,4 +1,4 @@
-"""What was found of one closed form, and the worst entry of one that fails."""
+"""Result of the check of one closed form, and its worst entry if it fails."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class Disagreement:
     entry : str
         Row and direction.
     value : float
-        What the closed form gives; matrices by the direction's scale.
+        Value of the closed form; matrices by the direction's scale.
     expected : float
-        What it should be.
+        Expected value.
     by : str
-        What says so: ``finite differences``, ``complex step`` or the second derivation.
+        Its source: ``finite differences``, ``complex step`` or the second derivation.
     bar : float
         How well that is known.
     explained : str
-        The same in words of its own, where it has a cause that is known.
+        The same in words of its own, if it has a known cause.
     """
 
     state: str
@@ -51,18 +51,18 @@ class Disagreement:
 
 @dataclass(frozen=True)
 class FormReport:
-    """What was found of one closed form. Agreements are norm-wise: largest difference over the largest entry of a
+    """Result of the check of one closed form. Agreements are norm-wise: largest difference over the largest entry of a
     state.
 
     Attributes
     ----------
     name, meaning, family : str
     agreement, step, slope : float or None
-        The best agreement with finite differences over the ladder, the step where it occurs (in the units of the
+        The best agreement with finite differences over the ladder, the step at which it occurs (in the units of the
         directions' scale: 1 rad, 1 s, the scene's size), and the slope of the error above it; None if the form is no
-        derivative, the slope also where differences are exact up to round-off.
+        derivative, the slope also if differences are exact up to round-off.
     complex_step : float or None
-    second, second_name : agreement with the second derivation, and what that is
+    second, second_name : agreement with the second derivation, and its name
     errors : by step of the ladder
     remarks : kinks, unbounded derivatives and states outside of domains, in words
     """

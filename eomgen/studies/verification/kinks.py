@@ -1,6 +1,6 @@
 """Detection of kinks and jumps that invalidate finite differences, and the formulas that cause them.
 
-A derivative on one side is what complex steps and the closed form both give there, and these must agree.
+A derivative on one side is the common value of complex steps and the closed form there, and these must agree.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Ref
 from eomgen.system.system import System
 
-#: Error bars above this part of a state's size: differences say nothing there.
+#: Error bars above this part of a state's size: differences are inconclusive there.
 NO_DIGITS = 1e-2
 #: Directions of a state that are looked along for kinks.
 _LOOKED_AT = 64
-#: How near a kink is where differences have no digits because of it.
+#: Distance of a kink at which differences have no digits because of it.
 _CLOSE = 1e-8
 #: Formulas that are named, of many at once.
 _NAMED = 4

@@ -16,7 +16,7 @@ from eomgen.studies.verification.form_report import FormReport
 from eomgen.studies.verification.plots import draw
 from eomgen.text import json_text
 
-#: How remarks and notes begin that tell of states where a function or its derivative is not defined.
+#: Beginnings of remarks and notes on states at which a function or its derivative is not defined.
 _NOT_DEFINED = ("not a number", "not smooth", "unbounded derivative", "left out")
 
 
@@ -30,7 +30,7 @@ class CheckReport:
     states : names of the states
     seed : int
     forms : tuple of FormReport
-    notes : what was left out, in words
+    notes : omissions, in words
     corners : functions in formulas with a kink or jump somewhere, whether or not a state is near
     """
 

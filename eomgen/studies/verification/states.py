@@ -17,7 +17,7 @@ from eomgen.studies.verification.engines import Array, Engine
 #: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels.
 #: Beams deform less: as little as is small against their length.
 AMPLITUDE, TRAVEL = 0.5, 0.2
-#: Beams deform by this part of their length, or rad, where other bodies travel by 1: they are made for small
+#: Beams deform by this part of their length, or rad, if other bodies travel by 1: they are made for small
 #: deflections.
 DEFLECTION = 0.05
 #: Parameters move by this part of their value, or by 1 from 0.
@@ -30,7 +30,7 @@ _STEPS = 60
 
 @dataclass(frozen=True)
 class States:
-    """Blocks (S, size) with a name for each state, and what was left out."""
+    """Blocks (S, size) with a name for each state, and the omissions."""
 
     blocks: dict[str, Array]
     names: tuple[str, ...]
@@ -84,7 +84,7 @@ def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, 
 
 
 def _length(model: Model) -> float:
-    """Return how far the bodies' frames are from each other and from the base, in m; 1 if they are all in one
+    """Return the distances of the bodies' frames from each other and from the base, in m; 1 if they are all in one
     place."""
     if "poses" not in model.functions or not model.bodies:
         return 1.0
@@ -96,7 +96,7 @@ def _length(model: Model) -> float:
 
 
 def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict[str, Array]:
-    """Return the size of what is small: 1 rad and 1 rad/s, the scene's length and length per s; what z reaches."""
+    """Return the size of small changes: 1 rad and 1 rad/s, the scene's length and length per s; the reach of z."""
     units = np.ones(model.nv)
     beams = {item.name: item.length for item in model.description.coordinates if item.length}
     for factor in model.factors:

@@ -1,9 +1,9 @@
 """Tolerances of a check: bounds of the rounding errors of the compared numbers.
 
-What is compared exactly (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or
-column, whichever is smaller, by 1e-13 of the largest entry of its state and of what it is a derivative of, which may
-cancel along a direction, and by 100 times what rounding of the
-arguments does to the closed form: that is measured, and is the condition. What is compared with differences may differ
+Exact comparisons (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or
+column, if that is smaller, by 1e-13 of the largest entry of its state and of the differentiated function, which may
+cancel along a direction, and by 100 times the effect of rounding of the
+arguments on the closed form: that is measured, and is the condition. Comparisons with differences may differ
 by 1e-7 and 1e-9 besides, and by 10 error bars.
 """
 
@@ -28,8 +28,8 @@ _BRANCH = 1e-7
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of entries by row and column (1 or S, R, C), of states (S, 1, 1), of what is differentiated (S, 1, 1),
-    and what rounding of arguments does (S, R, C)."""
+    """Sizes of entries by row and column (1 or S, R, C), of states (S, 1, 1), of the differentiated function (S, 1, 1),
+    and the effect of rounding of arguments (S, R, C)."""
 
     entry: Array
     state: Array
@@ -66,7 +66,7 @@ def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.
 
 
 def _of_source(claim: Claim, engine: Engine, state: Blocks) -> Array:
-    """Return how large what the closed form is a derivative of is in each state, (S, 1, 1)."""
+    """Return the size of the differentiated function in each state, (S, 1, 1)."""
     if claim.source is None or claim.combine is not None:
         return np.zeros(1)
     found = np.abs(claim.source(engine, state))

@@ -23,8 +23,8 @@ def judged(
 
     Parameters
     ----------
-    engine, tape : the compiled functions, and those that take complex numbers
-    rng : what the condition is measured with
+    engine, tape : the compiled functions, and functions that take complex numbers
+    rng : source of random changes for the condition
     """
     remarks, names, state = Remarks(), states.names, dict(states.blocks)
     report = FormReport(claim.name, claim.meaning, claim.family, "no state", second_name=claim.second_name)
@@ -118,7 +118,7 @@ def _named(claim: Claim, place: object) -> str:
 
 
 def _largest(difference: Array, sizes: Sizes, chosen: Array) -> float | None:
-    """Return the largest difference of the chosen states, relative to their sizes; None if nothing is finite."""
+    """Return the largest difference of the chosen states, relative to their sizes; None if none is finite."""
     relative = (np.abs(difference) / sizes.state)[chosen]
     known = relative[np.isfinite(relative)]
     return float(np.max(known)) if known.size else None

@@ -1,4 +1,4 @@
-"""Random vibration: distributions of outputs of scenes with random processes, and what each method costs."""
+"""Random vibration: distributions of outputs of scenes with random processes, and the cost of each method."""
 
 from __future__ import annotations
 

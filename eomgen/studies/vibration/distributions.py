@@ -227,7 +227,7 @@ def against_samples(wanted: Array, form: Distribution, counted: Distribution) ->
 def _apart(
     thresholds: Sequence[float], sides: Sequence[str], form: Distribution, counted: Distribution
 ) -> dict[int, str]:
-    """Return by place what a form and samples give, where these are apart."""
+    """Return by place the values of a form and of samples, if these differ."""
     found = {}
     for k, (threshold, side) in enumerate(zip(thresholds, sides, strict=True)):
         ours, theirs = float(getattr(form, side)[k]), float(getattr(counted, side)[k])

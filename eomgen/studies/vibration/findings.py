@@ -1,4 +1,4 @@
-"""What a study of random vibration finds, as plain data."""
+"""Results of a study of random vibration, as plain data."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Distribution:
     Attributes
     ----------
     below, above : (thresholds,), not a number if the method has none
-    low, high : of P(y <= threshold), (thresholds,): bounds of 95 % confidence where samples were counted, else empty
+    low, high : of P(y <= threshold), (thresholds,): bounds of 95 % confidence if samples were counted, else empty
     """
 
     below: Array
@@ -62,14 +62,14 @@ class Findings:
     times, autocovariance : (m,) in s, and the covariance with the output at ``t`` by method, (m,)
     first_passage : of each level: its probability over the run by method; ``preferred`` is the one to take
     costs : by method
-    notes : what is in doubt
+    notes : doubts
     error : SampleErrors
         Estimated discretisation errors of a few samples.
     errors : of each method: its error relative to the corrected probability at each threshold, on the side that is
         less probable, (n,); NaN if there is no corrected one
     lost_variance : float
         Share of the output's variance, to first order about the mean, that is lost with the modes left out of the
-        processes; NaN if nothing is left out, or if it is not known.
+        processes; NaN if none is left out, or if it is not known.
     """
 
     scene: str

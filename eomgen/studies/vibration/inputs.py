@@ -1,4 +1,4 @@
-"""What a study of random vibration is asked, checked: its processes, its output, its time, its thresholds."""
+"""Arguments of a study of random vibration, checked: its processes, its output, its time, its thresholds."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from eomgen.model import Model
     from eomgen.system.random_processes import RandomProcess
 
-#: Samples at least, where any are asked for.
+#: Samples at least, if any are requested.
 FEWEST = 20
 #: Standard deviations of an output, by its mean, of which the rounding of runs leaves few digits.
 _FAINT = 1e-9
@@ -30,7 +30,7 @@ _FAINT = 1e-9
 _LAST, _TRUNCATED, _ALL = 10, 0.01, 1.0 - 1e-9
 #: Part of a step, and of the run, by which an end may miss the end of a step.
 _WHOLE = 1e-9
-#: Options of ``simulate`` that runs with derivatives do not have, and what to take.
+#: Options of ``simulate`` that runs with derivatives do not have, and their substitutes.
 _OF_OTHER_RUNS = {
     **dict.fromkeys(("tolerance", "order"), "step=..., for fixed steps"),
     "start": "initial=..., or start in the scene",
@@ -43,7 +43,7 @@ OWN = (
     *("output", "at", "step", "thresholds", "points", "projected", "whole", "samples", "tail_samples", "pairs"),
     *("times", "levels", "seed"),
 )
-#: Where the distribution is asked for by itself: probabilities of a normal distribution of the same mean and spread.
+#: Probabilities of a distribution requested without thresholds: of a normal distribution of the same mean and spread.
 SHARES = (1e-4, 1e-3, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999, 0.9999)
 
 
@@ -126,7 +126,7 @@ def check_counts(**counts: int) -> None:
 
 
 def check_samples(**counts: int) -> None:
-    """Raise UsageError for so few samples that nothing is known of their errors."""
+    """Raise UsageError for too few samples for any estimate of their errors."""
     for name, count in counts.items():
         if 0 < count < FEWEST:
             what = f"of {count} samples no error is known: {FEWEST} are the least"
@@ -137,7 +137,7 @@ def checked_options(given: Mapping[str, Any], variables: Collection[str], proces
     """Return options of runs, which record every step: crossings, largest values and directions are looked for in rows.
 
     Raises UsageError for options that runs with derivatives do not have, for rows that are farther apart, and for
-    values of what the study goes over.
+    values that the study varies itself.
     """
     check_options("random_vibration", given, SensitivityOptions.__annotations__, _OF_OTHER_RUNS, OWN)
     if given.get("record_every") not in (None, 1):

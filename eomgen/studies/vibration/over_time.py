@@ -26,7 +26,7 @@ def rows_at(t: Array, times: Sequence[float]) -> list[int]:
 def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
     """Return the probability that the output passes a level from below within the run, by its mean rate of crossings.
 
-    To first order y and its rate are Gaussian at every time; crossings are taken as a Poisson process, so what begins
+    To first order y and its rate are Gaussian at every time; crossings are taken as a Poisson process, so a start
     above counts as well.
 
     References

@@ -1,4 +1,4 @@
-"""What a study of random vibration found: moments, distributions by each method, autocovariance and costs."""
+"""Result of a study of random vibration: moments, distributions by each method, autocovariance and costs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eomgen.files import make_folder, write_table, write_text
 from eomgen.studies.vibration.findings import Findings
 from eomgen.text import json_text
 
-#: What moments the message names, and how these are known.
+#: Moments of the message, and the method of each.
 _ORDER = {
     "corrected": "by a form and samples",
     "second_order": "to second order",
@@ -23,11 +23,11 @@ _ORDER = {
 
 
 class RandomVibration(Findings):
-    """The distribution of an output at one time, with what is written and drawn of it."""
+    """The distribution of an output at one time, with its files and plots."""
 
     @property
     def message(self) -> str:
-        """One line: what was found, and what is in doubt."""
+        """One line: results and doubts."""
         name = next(name for name in _ORDER if name in self.moments)
         mean, deviation, *_ = self.moments[name]
         text = f"{self.output} at t = {self.t:.6g} s has mean {mean:.6g} and standard deviation {deviation:.6g}"

@@ -64,7 +64,7 @@ class RunResponse:
         return self.runs, self.adjoints, self.tangents
 
     def spend(self, runs: int, adjoints: int = 0, tangents: int = 0) -> None:
-        """Count solutions, also those of another response."""
+        """Count solutions, also of another response."""
         self.runs, self.adjoints, self.tangents = self.runs + runs, self.adjoints + adjoints, self.tangents + tangents
 
     @property
@@ -138,17 +138,17 @@ class RunResponse:
 
     @cached_property
     def stationary(self) -> StationaryRun | None:
-        """Derivatives at all rows about the mean where the state stays as it is there, which takes no run."""
-        if self._longer is not None:  # which has its rows up to here
+        """Derivatives at all rows about the mean if the state stays constant there, which takes no run."""
+        if self._longer is not None:  # it has the rows up to here
             return self._longer.stationary
         return self._begun(np.zeros(self.size)).stationary([self.output])
 
     def _still_at(self, point: Array) -> StationaryRun | None:
-        """Return derivatives about a state that stays as it is, where a point is the mean and there is one."""
+        """Return derivatives about a constant state, if a point is the mean and there is one."""
         return None if np.any(point) else self.stationary
 
     def _of_still(self, still: StationaryRun) -> tuple[int, float, Array]:
-        """Return the row of the end, the output and its gradient (n,) there, and count what adjoints they took."""
+        """Return the row of the end, the output and its gradient (n,) there, and count the adjoints."""
         row, before = int(np.argmin(np.abs(still.t - self.span[0]))), still.solutions
         value, gradient = float(still.outputs[row, 0]), still.gradients[row, 0]
         self.spend(0, still.solutions - before)
@@ -193,7 +193,7 @@ class RunResponse:
         return found
 
     def gradient(self, point: Array) -> tuple[float, Array]:
-        """Return the output, and its derivatives (n,) by one adjoint run; those before where the point is the same."""
+        """Return the output, and its derivatives (n,) by one adjoint run; the last ones if the point is the same."""
         if (still := self._still_at(point)) is not None:
             return self._of_still(still)[1:]
         if self._slope is None or not np.array_equal(self._slope[0], point):
@@ -228,7 +228,7 @@ class RunResponse:
         return other
 
     def _sensitivities(self, point: Array) -> Sensitivities:
-        """Return derivatives of the run at a point, the one before where it is the same."""
+        """Return derivatives of the run at a point, the last one if it is the same."""
         if self._last is None or not np.array_equal(self._last[0], point):
             self._last = np.array(point), self._begun(point)
             self.spend(1)

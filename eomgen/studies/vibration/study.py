@@ -100,7 +100,7 @@ def random_vibration(
     seed: int = 0,
     **options: Any,
 ) -> RandomVibration:
-    """Return the distribution of an output at a time, and what each method has cost.
+    """Return the distribution of an output at a time, and the cost of each method.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def random_vibration(
     Raises
     ------
     UsageError
-        Forces that jump where the motion takes them, without samples; counts below 0, samples below 20, a level that is
+        Forces that jump along the motion, without samples; counts below 0, samples below 20, a level that is
         not finite, a share that is none, no random process, no such output, an output that does not depend on the
         processes, a method without derivatives of runs.
     NumericalError
@@ -195,7 +195,7 @@ def random_vibration(
 
 @dataclass
 class _Study:
-    """What is found, step by step.
+    """Results of the study, step by step.
 
     Attributes
     ----------
@@ -423,7 +423,7 @@ class _Study:
         ]
 
     def left_to_samples(self, error: CrossedJump | NumericalError, samples: int, left: str) -> None:
-        """Note what is left where derivatives are none. Raises the error if there are no samples."""
+        """Note the remaining results if there are no derivatives. Raises the error if there are no samples."""
         what = error.problems[0].what
         if samples:
             self.notes.append(f"{left}: {what}")
@@ -471,7 +471,7 @@ class _Study:
     def along(
         self, times: Sequence[float], passage: dict[float, dict[str, float]], forms: dict[str, QuadraticForm]
     ) -> dict[str, Array]:
-        """Find rates of crossings along the run; return the covariance of the output at times with that at its end."""
+        """Find rates of crossings along the run; return the covariance of the output at times with its end value."""
         with self._counted("along_the_run"):
             t, y, slopes = self._run
         for level, values in passage.items():

@@ -65,7 +65,7 @@ def lost_variance(
     slopes = np.ones(len(processes))
     mapped = [k for k, one in enumerate(processes) if one.translation is not None]
     own = sorted({place[name] for one in processes for name in one.variables})
-    if mapped:  # the slope of a translation at the mean, of which the derivatives know nothing
+    if mapped:  # the slope of a translation at the mean, which derivatives do not contain
         plain = [k for k in range(len(processes)) if k not in mapped]
         left = gradient[own] - by_process[np.ix_(own, plain)].sum(axis=1)
         slopes[mapped] = np.linalg.lstsq(by_process[np.ix_(own, mapped)], left, rcond=None)[0]

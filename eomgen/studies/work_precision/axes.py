@@ -1,4 +1,4 @@
-"""The axes of a study, and the configurations that a scene has along them, cut to what makes a difference to it."""
+"""The axes of a study, and the configurations of a scene along them, cut to differences that matter to it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.system.system import Facts
 from eomgen.text import nearest, shown
 
-#: The axes of a study, and what varies along each.
+#: The axes of a study, and the varied quantities of each.
 AXES: Mapping[str, str] = {
     "formulation": "coordinates: joint coordinates, absolute ones on SE(3) and on R^3 x SO(3)",
     "method": "the method, its form for constraints and its variant",
@@ -27,11 +27,11 @@ AXES: Mapping[str, str] = {
     "profile": "profile of the compiler",
     "fidelity": "modes of beams, their order, stiffening, rigid beams; errors are against the scene described",
 }
-#: Axes that vary only where they are named.
+#: Axes that vary only if they are named.
 NAMED = ("fidelity",)
 #: The parameter by which methods choose their steps.
 TOLERANCE = "tolerance"
-#: Its values that are compared where the method names none.
+#: Its compared values if the method names none.
 COMPARED_TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 
 
@@ -43,7 +43,7 @@ class Candidate:
     ----------
     family, row : of the register
     method : with its default parameters
-    tolerances : worth comparing, where it chooses its steps
+    tolerances : worth comparing, if it chooses its steps
     """
 
     formulation: str
@@ -58,13 +58,13 @@ class Candidate:
         return facts_of(self.row.name)
 
     def configuration(self, own: Mapping[str, float]) -> Configuration:
-        """Return the method with one value of each parameter: ``own``'s, else what is usual."""
+        """Return the method with one value of each parameter: ``own``'s, else the usual one."""
         kept = {name: own[name] for name in self.facts.compared if name in own}
         return Configuration(self.formulation, self.row.name, kept)
 
     def configurations(self, *, parameters: bool, own: Mapping[str, float]) -> Iterator[Configuration]:
         """Yield the method with the values of its parameters that are compared, or with one value of each: ``own``'s,
-        else what is usual."""
+        else the usual one."""
         if not parameters:
             yield self.configuration(own)
             return
@@ -76,7 +76,7 @@ class Candidate:
 
 
 def checked_axes(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the axes asked for; if none are named all but those of ``NAMED``. Raises UsageError."""
+    """Return the requested axes; if none are named all but ``NAMED``. Raises UsageError."""
     for name in names:
         if name not in AXES:
             raise UsageError(Problem("axes", f"there is no axis {shown(name)}", nearest(name, AXES)))
@@ -90,8 +90,8 @@ def candidates(
 
     Parameters
     ----------
-    methods : names of those that are wanted; all that make a difference to the scene if there are none
-    refused : filled with why others cannot run, by formulation and method
+    methods : wanted names; all that make a difference to the scene if there are none
+    refused : filled with the reasons for which others cannot run, by formulation and method
 
     Raises
     ------
@@ -133,7 +133,7 @@ def one_of_each(found: Sequence[Candidate]) -> list[Candidate]:
 
 
 def reason(error: EomgenError) -> str:
-    """Return what is wrong, without what to try."""
+    """Return the fault, without its remedy."""
     return "; ".join(dict.fromkeys(problem.what for problem in error.problems)) or str(error)
 
 

@@ -1,4 +1,4 @@
-"""One initial state for all formulations of a scene: that of its own one, as poses and twists of the bodies."""
+"""One initial state for all formulations of a scene: its own formulation's, as poses and twists of the bodies."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from eomgen.model import Model
 
 #: Gauss-Newton's steps at most, and the largest change at which they end, rad and m.
 MOST_STEPS, SETTLED = 50, 1e-14
-#: Poses that are met to this, rad and parts of the size of the machine, are those that were asked for.
+#: Poses within this distance, rad and parts of the size of the machine, are the requested ones.
 MET = 1e-9
 
 
 def same_start(
     own: Model, q: Array, v: Array, other: Model, t: float, parameters: Mapping[str, float] | None
 ) -> dict[str, Any]:
-    """Return the initial state of another formulation at which bodies are where those of ``own`` are, and move alike.
+    """Return the initial state of another formulation with the poses and twists of the bodies of ``own``.
 
     Parameters
     ----------

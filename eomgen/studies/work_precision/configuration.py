@@ -18,9 +18,9 @@ class Configuration:
     ----------
     formulation : name of a formulation of the study
     method : public name
-    parameters : of the method, those that are not its defaults
-    policy : what the settings are called, empty for the defaults
-    settings : of the stepper, those that are not its defaults
+    parameters : of the method, different from its defaults
+    policy : name of the settings, empty for the defaults
+    settings : of the stepper, different from its defaults
     real, profile : as of ``eomgen.build``
     """
 
@@ -34,7 +34,7 @@ class Configuration:
 
     @property
     def label(self) -> str:
-        """Words for pictures and tables: method, parameters, formulation, then what is not usual."""
+        """Words for pictures and tables: method, parameters, formulation, then unusual settings."""
         values = [f"{name} {value:g}" for name, value in self.parameters.items()]
         unusual = [
             self.policy,

@@ -1,6 +1,6 @@
 """Scenes of less fidelity than the one described: fewer modes of beams, order 1, no stiffening, beams as rigid bodies.
 
-Errors of their runs are against the scene described, so what is left out counts as an error.
+Errors of their runs are against the scene described, so omissions count as errors.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from eomgen.scene.scene import Scene
 
 #: Kinds of symbols that name a coordinate of a beam, or its rates.
 _COORDINATES = ("q", "v", "a")
-#: Where the coordinates of beams are now, by beam and index; None if they are left out.
+#: New places of the coordinates of beams, by beam and index; None if they are left out.
 _Moved = Mapping[tuple[str, int], int | None]
 
 
 def simplified(scene: Scene) -> Iterator[tuple[str, Scene]]:
-    """Yield scenes of less fidelity and what they are in words; none for a scene without beams."""
+    """Yield scenes of less fidelity and their description; none for a scene without beams."""
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     modal = [item.modes for beam in beams.values() for item in beam.deformations if not item.nodal]
     most = max(modal, default=1)
@@ -75,7 +75,7 @@ def _moved(scene: Scene, moved: _Moved) -> Scene:
 
 
 def _in(value: Any, moved: _Moved) -> Any:
-    """Return data with the formulas in them changed; the same object if nothing changes."""
+    """Return data with the formulas in them changed; the same object without changes."""
     if isinstance(value, Symbol):
         place = (value.name, value.index)
         if value.kind not in _COORDINATES or place not in moved:

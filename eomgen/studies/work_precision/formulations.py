@@ -21,13 +21,13 @@ GROUPS = ("SE3", "R3xSO3")
 
 @dataclass(frozen=True)
 class Formulations:
-    """What a scene may be formulated as.
+    """Formulations of a scene.
 
     Attributes
     ----------
     scenes : by name, the scene's own first
-    refused : why others cannot be had, by name
-    simplified : names of those of less fidelity
+    refused : reasons for which others are missing, by name
+    simplified : names of formulations of less fidelity
     """
 
     scenes: Mapping[str, Any]
@@ -41,9 +41,9 @@ class Formulations:
 
 
 def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fidelity: bool = False) -> Formulations:
-    """Return the formulations of what ``eomgen.load`` takes.
+    """Return the formulations of a source of ``eomgen.load``.
 
-    A Scene that was made already keeps its coordinates, since they are chosen where it is read.
+    A Scene that was made already keeps its coordinates, since they are chosen when it is read.
 
     Parameters
     ----------

@@ -42,12 +42,12 @@ def identity(
 
 
 class Journal:
-    """Points that are there already, and where new ones go.
+    """Points that are there already, and the file for new ones.
 
     Parameters
     ----------
     folder : path or None
-        None: nothing is kept.
+        None: no file.
     described : str
         As of ``identity``.
     resume : bool
@@ -119,7 +119,7 @@ class Journal:
         write_arrays(self._folder / _REFERENCE, observation.arrays, metadata)
 
     def reference(self) -> Reference | None:
-        """Return the reference of a study that goes on, where it has one."""
+        """Return the reference of a study that goes on, if it has one."""
         if self._folder is None or not (self._folder / _REFERENCE).exists():
             return None
         arrays, data = read_arrays(self._folder / _REFERENCE, "reference of a study", "another folder")

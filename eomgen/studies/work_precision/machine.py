@@ -1,4 +1,4 @@
-"""What a measurement was made on: processor, compiler, versions."""
+"""The machine of a measurement: processor, compiler, versions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was measured: points of a study, the front, slopes, and what wrong points said."""
+"""Results: points of a study, the front, slopes, and messages of wrong points."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.studies.work_precision.observation import ErrorSize
 from eomgen.studies.work_precision.running import REACHED
 
-#: Errors above this are wrong, whatever they cost.
+#: Errors above this are wrong, at any cost.
 WRONG = 0.1
-#: How the reason begins of what was left out for want of time.
+#: Beginning of the reason for omissions for want of time.
 NOT_BUILT = "not built"
 #: Demands of the table.
 DEMANDS = (1e-2, 1e-4, 1e-6, 1e-8)
@@ -30,14 +30,14 @@ class Point:
 
     Attributes
     ----------
-    configuration : what ran
+    configuration : of the run
     kind, value : ``step`` in s, or ``tolerance``
     ended : ``reached``, ``stopped``, ``refused`` or ``too long``
-    said : what the run said besides that it reached its end, or why it did not
+    said : message of the run besides that it reached its end, or the reason for which it did not
     error : sizes of the errors by quantity, none below the uncertainty of the reference; empty if the run did not
         reach its end
     seconds : median of the processor's time for all steps, s, outputs, energies and the error estimate apart; None
-        where it was not timed
+        if it was not timed
     least : the least of these times
     repeats : how many were taken
     stats : counts of the stepper
@@ -126,7 +126,7 @@ class Slope:
 
 @dataclass(frozen=True)
 class Measured:
-    """Speed against accuracy of one scene: what was measured, and what follows from it.
+    """Speed against accuracy of one scene: measurements and conclusions.
 
     Attributes
     ----------
@@ -134,10 +134,10 @@ class Measured:
     quantity, measure : the error that the front is of
     span : (start, end, number of times at which the reference is known)
     points : all runs
-    reference : what the errors are against, and how uncertain it is
+    reference : run behind the errors, and its uncertainty
     machine : processor, compiler, versions
-    compiled : seconds of building by model and method, short where the cache had it
-    left_out : what did not run, and why
+    compiled : seconds of building by model and method, short if the cache had it
+    left_out : omitted runs, and the reasons
     seconds : of the whole study
     """
 
@@ -182,7 +182,7 @@ class Measured:
 
     @property
     def silent(self) -> tuple[Point, ...]:
-        """Those of the wrong points that say nothing."""
+        """Wrong points without a warning."""
         return tuple(p for p in self.wrong if not p.said)
 
     @property
@@ -206,7 +206,7 @@ class Measured:
         return min(able, key=lambda p: p.seconds or math.inf, default=None)
 
     def verdict(self, point: Point) -> str:
-        """Return what a point is worth: ``front``, ``dominated``, ``wrong, said``, ``wrong, silent``, or how it
+        """Return the value of a point: ``front``, ``dominated``, ``wrong, said``, ``wrong, silent``, or how it
         failed."""
         if point.ended != REACHED:
             return point.ended

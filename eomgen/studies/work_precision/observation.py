@@ -1,4 +1,4 @@
-"""What is compared of two runs, and their errors: configuration, velocity, multipliers and the scene's outputs."""
+"""Compared quantities of two runs, and their errors: configuration, velocity, multipliers and the scene's outputs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MEASURES = ("largest", "rms", "final")
 
 @dataclass(frozen=True)
 class ErrorSize:
-    """An error relative to the size of what it is an error of: its largest, its root mean square over time, its
+    """An error relative to the size of its quantity: its largest, its root mean square over time, its
     last."""
 
     largest: float
@@ -34,7 +34,7 @@ class ErrorSize:
 
 @dataclass(frozen=True)
 class Observation:
-    """What is known of a run at the times at which runs are compared.
+    """Observed quantities of a run at the times of comparison.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ def with_arrays(
 
 
 def observed(model: Model, solution: Solution) -> Observation:
-    """Return what is compared of a run."""
+    """Return the observation of a run."""
     there = "poses" in model.terms
     poses = {name: np.asarray(array) for name, array in solution.poses.items() if name != "base"} if there else {}
     p = solution.metadata["parameters"] or None
@@ -101,7 +101,7 @@ def observed(model: Model, solution: Solution) -> Observation:
 
 
 def quantities(model: Model) -> tuple[str, ...]:
-    """Return the names of what may be asked about in runs of a model."""
+    """Return the names of quantities in runs of a model."""
     own = tuple(name for name in OWN if name != MULTIPLIERS or model.multipliers)
     return (*own, *(output.name for output in model.description.outputs))
 
@@ -109,13 +109,13 @@ def quantities(model: Model) -> tuple[str, ...]:
 def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
     """Return the errors of a run against a reference at all times of the run, by quantity.
 
-    The reference has these times and may have others between them; what errors are relative to is the largest over all
+    The reference has these times and may have others between them; errors are relative to the largest value over all
     of its times.
 
-    ``q`` and ``v`` are those of the coordinates where both runs have the same ones, else poses and twists of the
+    ``q`` and ``v`` are coordinates if both runs have the same ones, else poses and twists of the
     bodies. Each kind of component (lengths, angles) is relative to the largest motion, or velocity, of its kind in the
     reference, outputs and multipliers to their own largest value; ``state`` is the larger error of q and v.
-    Multipliers are compared where both runs have the same rows.
+    Multipliers are compared if both runs have the same rows.
     """
     found: dict[str, Array] = {}
     at = _places(of.t, reference.t)
@@ -137,13 +137,13 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
 
 
 def _places(t: Array, among: Array) -> slice:
-    """Return where the times of a run are among those of a reference, every so many from the first on."""
+    """Return the indices of the times of a run among a reference's, every so many from the first on."""
     every = round(float((t[1] - t[0]) / (among[1] - among[0]))) if len(t) > 1 else 1
     return slice(0, every * (len(t) - 1) + 1, every)
 
 
 def known_errors(of: Observation, reference: Observation, uncertainty: Mapping[str, ErrorSize]) -> dict[str, ErrorSize]:
-    """Return the errors of a run, none below what the reference is known to."""
+    """Return the errors of a run, none below the uncertainty of the reference."""
     found = errors(of, reference)
     for name, size in found.items():
         if (bar := uncertainty.get(name)) is not None:
@@ -167,7 +167,7 @@ def _one_kind(difference: Array, reference: Array) -> Array:
 
 
 def _kinds(of: Observation) -> list[list[int]]:
-    """Return the components of v by kind: those that turn, and those with another unit."""
+    """Return the components of v by kind: rotations, and components with another unit."""
     kinds: dict[str, list[int]] = {}
     for factor in of.factors:
         for k in range(factor.v_size):

@@ -31,7 +31,7 @@ _GREY = "#B4B4B4"
 _NAMED = 10
 #: A measured order that is off its declared one by more than this is told.
 _OFF = 0.15
-#: What not to meet a demand at all counts as, in decades of time.
+#: Penalty for missing a demand at all, in decades of time.
 _NOT_MET = 4.0
 #: The largest error that is drawn at its place.
 _LARGEST = 10.0
@@ -68,7 +68,7 @@ def _groups(study: Measured) -> list[list[Point]]:
 
 
 def _rank(study: Measured, members: list[Point]) -> float:
-    """Return how many times dearer a configuration is than the cheapest, in decades, summed over the demands."""
+    """Return the ratio of the cost of a configuration to the cheapest, in decades, summed over the demands."""
     total = 0.0
     for demand in DEMANDS:
         best = study.best(demand)
@@ -127,7 +127,7 @@ def _front(axis: Any, study: Measured) -> None:
 
 
 def _failures(axis: Any, study: Measured) -> None:
-    """Mark failed points, which have no error, at the top, where their configuration's times continue."""
+    """Mark failed points, which have no error, at the top, on the continuation of their configuration's times."""
     times = []
     for point in study.failures:
         if point.ended == "refused":

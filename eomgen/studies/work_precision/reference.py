@@ -21,7 +21,7 @@ TIGHT = (1e-15, 1e-13)
 SETTLED = 1e-13
 #: Steps between two times of the grid, at most.
 MOST_STEPS = 2**16
-#: Methods of a lower order come last, and are extrapolated where their steps are fixed.
+#: Methods of a lower order come last, and are extrapolated if their steps are fixed.
 LOW_ORDER = 4
 #: Two references that differ by more than this are none.
 LARGEST_UNCERTAINTY = 0.01
@@ -45,7 +45,7 @@ class Solved:
 
 @dataclass(frozen=True)
 class Reference:
-    """What runs are held against.
+    """Reference of runs.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Reference:
         return 0.0 if size is None else float(getattr(size, measure))
 
     def errors_of(self, observation: Observation) -> dict[str, ErrorSize]:
-        """Return the errors of a run by quantity, none below what is known of it."""
+        """Return the errors of a run by quantity, none below its uncertainty."""
         return known_errors(observation, self.observation, self.uncertainty)
 
     def to_dict(self) -> dict[str, Any]:
@@ -98,14 +98,14 @@ def reference(
 ) -> Reference:
     """Return the reference of a study, or of one of its runs.
 
-    Of the methods from order 4 on, those that choose their steps come first, then those of the highest order; of
+    Of the methods from order 4 on, methods that choose their steps come first, then the highest orders; of
     formulations, those without constraints. The second run is by a method of another family.
 
     Parameters
     ----------
     seconds : that both may take
     settled : steps are halved until two runs differ by no more than this
-    count : 1: a second run only where the method chooses its steps or its step has been halved, by the same method
+    count : 1: a second run only if the method chooses its steps or its step has been halved, by the same method
     first_steps : between two times of the grid, of the coarsest run
     run : other conditions, as of ``Runner.run``
 
@@ -160,7 +160,7 @@ def check_moves(runner: Runner, observation: Observation) -> None:
 
 
 def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, int]:
-    """Return by what candidates for a reference are ordered, the best first."""
+    """Return the sort key of candidates for a reference, the best first."""
     constrained = bool(runner.model(candidate.formulation).multipliers)
     names = list(runner.formulations.scenes)
     return (
@@ -244,12 +244,12 @@ def _difference(first: Observation, second: Observation) -> float:
 
 
 def _of_motion(apart: Mapping[str, ErrorSize]) -> float:
-    """Return the largest error of the state, or of the outputs where runs have no coordinates in common."""
+    """Return the largest error of the state, or of the outputs if runs have no coordinates in common."""
     return apart[STATE].largest if STATE in apart else max((size.largest for size in apart.values()), default=0.0)
 
 
 def _extrapolated(fine: Observation, coarse: Observation, order: int) -> Observation:
-    """Return what half the step and the step say of step zero, quaternions brought to unit length."""
+    """Return the extrapolation to step zero from half the step and the step, quaternions brought to unit length."""
     weight = 1.0 / (2.0**order - 1.0)
     arrays = {name: fine.arrays[name] + weight * (fine.arrays[name] - coarse.arrays[name]) for name in fine.arrays}
     for factor in fine.factors:

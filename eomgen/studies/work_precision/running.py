@@ -1,4 +1,4 @@
-"""Runs of a study: models of its configurations, built once each, and what a run gives, costs and says."""
+"""Runs of a study: models of its configurations, built once each, and results, costs and messages of runs."""
 
 from __future__ import annotations
 
@@ -59,15 +59,15 @@ class Grid:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one run came to.
+    """Result of one run.
 
     Attributes
     ----------
     ended : how, one of the words above
-    said : what the run said besides that it reached its end; why it did not
+    said : message of the run besides that it reached its end; reason for which it did not
     observation : None if it did not reach its end
     stats : counts of the stepper
-    repeated : for timing, None if there is nothing to time
+    repeated : for timing, None if there is no step to time
     seconds : of the whole call of ``simulate``
     """
 
@@ -104,7 +104,7 @@ class Runner:
         self.parameters = dict(parameters or {}) or None
         self.inputs = dict(inputs or {}) or None
         self.limit = limit
-        #: Seconds of building, by model, and by model and method; short where the cache had it.
+        #: Seconds of building, by model, and by model and method; short if the cache had it.
         self.compiled: dict[str, float] = {}
         self._models: dict[tuple[str, str, str], Model] = {}
         #: The processor's seconds of building in this process.
@@ -135,11 +135,11 @@ class Runner:
         return method_named(configuration.method, **method_parameters(configuration.method, given, defaults))
 
     def build_name(self, configuration: Configuration) -> str:
-        """Return by what name ``compiled`` knows the build of a configuration's method."""
+        """Return the key of the build of a configuration's method in ``compiled``."""
         return " ".join((configuration.formulation, configuration.real, configuration.profile, configuration.method))
 
     def prepare(self, configuration: Configuration) -> None:
-        """Build what a configuration runs with, so that runs themselves build nothing. Raises EomgenError."""
+        """Build the model of a configuration, so that runs themselves build none. Raises EomgenError."""
         key = (configuration.formulation, configuration.real, configuration.profile)
         name = self.build_name(configuration)
         model = self.model(*key)
@@ -165,8 +165,8 @@ class Runner:
         parameters: Mapping[str, float] | None,
         inputs: Mapping[str, Any] | None,
     ) -> Mapping[str, Any] | None:
-        """Return where a formulation begins: the scene's own where it is told to, None for where the scene says; the
-        others where the own one does.
+        """Return the initial state of a formulation: the scene's own if requested, None for the scene's default, for
+        others the state of the own one.
 
         Loops are closed from guesses, each formulation's in a way of its own.
         """
@@ -203,14 +203,14 @@ class Runner:
         timed: bool = True,
         estimated: bool = True,
     ) -> Outcome:
-        """Return what a configuration gives with so many steps in a row of the grid, or with a tolerance.
+        """Return the results of a configuration with so many steps in a row of the grid, or with a tolerance.
 
         Parameters
         ----------
         per_row : p/q: p steps in q rows; not used with a tolerance
-        dense : whether all rows are recorded, in place of those that a run of the scene's file would record:
-            ``Grid.recorded`` apart, or every step where these are not whole steps
-        initial : of this run, ``q`` and ``v`` of the scene's own formulation, whichever runs
+        dense : whether all rows are recorded, in place of the rows that a run of the scene's file would record:
+            ``Grid.recorded`` apart, or every step if these are not whole steps
+        initial : of this run, ``q`` and ``v`` of the scene's own formulation, for any formulation that runs
         parameters, inputs : of this run, in place of the study's
         later : rows of the grid by which this run begins later; it ends with the others
         timed : whether the run may be repeated for its time
@@ -278,7 +278,7 @@ def _shortened(own: Model, other: Model, initial: Mapping[str, Any]) -> dict[str
 
 
 def counts(stats: Mapping[str, Any]) -> dict[str, float]:
-    """Return what a stepper counted and measured, without times."""
+    """Return counts and measurements of a stepper, without times."""
     return {name: value for name, value in stats.items() if name != "wall_time" and isinstance(value, int | float)}
 
 

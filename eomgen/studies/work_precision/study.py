@@ -28,16 +28,16 @@ from eomgen.studies.work_precision.times import ladder_grid, per_coarsest
 from eomgen.study_defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
 from eomgen.text import nearest, shown
 
-#: Called with points done and points known, and with a word on what is done.
+#: Called with points done and points known, and with a word on the present work.
 Progress = Callable[[int, int, str], None]
 #: Times of points that are not near the front are medians of as many runs as fit into the first, s, and of so many at
 #: least.
 FIRST_SECONDS, LEAST_REPEATS = 0.05, 3
-#: Points that cost up to this many times what the front costs at their error are near it.
+#: Points that cost up to this many times as much as the front at their error are near it.
 NEAR = 1.5
 #: The part of the budget that the references may take.
 REFERENCE_SHARE = 0.25
-#: Seconds that builds may take besides the budget's computation, where that is smaller.
+#: Seconds that builds may take besides the budget's computation, if that is smaller.
 LEAST_BUILDING = 30.0
 #: Errors at which a configuration is fine enough.
 FINEST_ERROR = 1e-11
@@ -102,27 +102,27 @@ def tradeoff(
     measure : str
         Of the error over time: ``largest``, ``rms`` or ``final``.
     axes : sequence of str
-        What is varied, see ``axes.AXES``; all by default, but absolute coordinates of a scene whose joint
-        coordinates have no constraints, which are studied where ``formulation`` is named.
+        Varied axes, see ``axes.AXES``; all by default, but absolute coordinates of a scene with joint
+        coordinates without constraints, which are studied if ``formulation`` is named.
     methods : sequence of str
         All that make a difference to the scene by default.
     steps : sequence of float
-        s; by default from up to 64 times the scene's, halved until errors are those of the reference.
+        s; by default from up to 64 times the scene's, halved until errors are the reference's.
     t_end : float
         s; the scene's duration by default. The last whole coarsest step before it ends the runs.
     parameters, inputs : mapping
         As of ``simulate``.
     budget : float
-        Seconds of computation. Building may take as many again, or 30; what is not built then is left out, and
+        Seconds of computation. Building may take as many again, or 30; configurations not built then are left out, and
         said.
     repeats : int
         Times that the median is of, near the front.
     folder : path
-        Where points are written as they come; see also ``Tradeoff.save``.
+        Folder for points as they come; see also ``Tradeoff.save``.
     resume : bool
         Go on with the points of this folder.
     progress : callable
-        Called with points done, points known, and a word on what is done.
+        Called with points done, points known, and a word on the present work.
     announce : callable
         Called before the runs with how many methods are to be built.
     reading

@@ -9,7 +9,7 @@ from fractions import Fraction
 from eomgen.errors import Problem, UsageError
 from eomgen.studies.work_precision.running import Grid
 
-#: The coarsest step fits so many times into the run at least, where the scene's step allows it.
+#: The coarsest step fits so many times into the run at least, if the scene's step allows it.
 LEAST_ROWS = 50
 #: The reference is known at so many times at least, and at no more than this.
 LEAST_TIMES, MOST_TIMES = 4_000, 20_000
@@ -59,7 +59,7 @@ def ladder_grid(start: float, end: float, step: float, interval: float, steps: S
 
 
 def tuning_grid(end: float, step: float, interval: float) -> Grid:
-    """Return the grid of runs with any step: all rows that the scene's runs record are among its times, where these are
+    """Return the grid of runs with any step: all rows that the scene's runs record are among its times, if these are
     not too many.
 
     Raises
@@ -94,7 +94,7 @@ def fraction_of(resolution: float) -> Fraction:
 
 
 def per_coarsest(coarse: Grid, steps: Sequence[float]) -> tuple[int, ...]:
-    """Return how many steps lie in the coarsest, whose grid this is, coarsest first. Raises UsageError for steps
+    """Return the numbers of steps in the coarsest step of this grid, coarsest first. Raises UsageError for steps
     that do not divide it."""
     if not steps:
         return tuple(2**k for k in range(int(math.log2(FINEST)) + 1))

@@ -1,4 +1,4 @@
-"""Claims of beams: K, D and K_geo equal what the equations of motion lose with soft or unshortened beams."""
+"""Claims of beams: K, D and K_geo equal the difference to the equations of motion with soft or unshortened beams."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class _Change:
     name: str
 
     def along(self, state: Blocks, block: str, rates: Array) -> Array:
-        """Return what the derivatives of tau along rates (count, nv) of a block differ by, (..., nv, count)."""
+        """Return the differences of the derivatives of tau along rates (count, nv) of a block, (..., nv, count)."""
         stepped = moved(self.own, spread(state), {block: rates}, 1j * COMPLEX_STEP)
         by_rate = [engine("inverse_dynamics", stepped)["tau"].imag / COMPLEX_STEP for engine in (self.own, self.other)]
         return np.asarray(np.swapaxes(by_rate[0] - by_rate[1], -1, -2))
@@ -37,8 +37,8 @@ class _Change:
 def beam_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
     """Return the claims of the term ``elastic``.
 
-    What shortening adds to the partials of the elastic rows is K_geo where beams are straight and their coordinates at
-    rest, without what distributed loads add to it: they push along the axis, where K_geo knows of forces at its end.
+    The part of shortening in the partials of the elastic rows is K_geo for straight beams with coordinates at
+    rest, without the part of distributed loads: they push along the axis, and K_geo knows only forces at its end.
     """
     if "elastic" not in engine or "inverse_dynamics" not in engine or not isinstance(scene, Scene):
         return []

@@ -1,6 +1,6 @@
 """Claim: a closed form is the derivative of another function along some directions, or equals a second derivation.
 
-Every claim is a first derivative: a second derivative is that of a first one which is checked itself.
+Every claim is a first derivative: a second derivative is the derivative of a first one that is checked itself.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from eomgen.studies.verification.engines import Array, Blocks, Engine
 #: Components of a block up to which every direction is taken alone; beyond, that many are drawn, half of them
 #: combinations.
 COLUMNS = 64
-#: The same where each direction is paired with each.
+#: The same if each direction is paired with each.
 FEW = 12
 
 
@@ -43,12 +43,12 @@ def directions(names: Sequence[str], scales: Array, rng: np.random.Generator, li
 
 @dataclass(frozen=True)
 class Space:
-    """Where a scene's states live: names, scales and directions of the blocks, and names of rows for messages.
+    """The space of a scene's states: names, scales and directions of the blocks, and names of rows for messages.
 
     Attributes
     ----------
     along : mapping from q, v, a, z, lam, p to Directions
-    few : some directions of v, for what costs the square of their number
+    few : some directions of v, for checks with a cost in the square of their number
     rows : mapping from ``v``, ``z``, ``lam``, ... to names
     length : float
         Size of the scene in m, the scale of travels.
@@ -77,15 +77,15 @@ class Claim:
     value : callable
         The closed form, (..., rows, columns), from an engine and states.
     source : callable, optional
-        What it is a derivative of, (..., n).
+        The differentiated function, (..., n).
     directions : callable
         Of states: one mapping from blocks to rates (..., count, size).
     combine : callable, optional
-        Makes what ``value`` must be from the source's derivatives (..., n, count); these themselves by default.
+        Makes the expected ``value`` from the source's derivatives (..., n, count); these themselves by default.
     second : callable, optional
         The same numbers by another derivation, which ``second_name`` names.
     size : callable, optional
-        Natural magnitude (...) of what is compared, where sums may cancel.
+        Natural magnitude (...) of the compared values, if sums may cancel.
     functions : names of the functions that the source needs
     sided : whether two exact derivations may take different sides of a kink, as second derivatives of ``min(x, x)`` do
     """
@@ -132,7 +132,7 @@ def jacobian(
 ) -> Claim:
     """Return the claim of a matrix of partials of ``source`` (function, output) in a block, left-trivialised in q.
 
-    ``of`` is what messages call the source; its output by default.
+    ``of`` names the source in messages; its output by default.
     """
     along = space.along[block]
     matrix = along.matrix

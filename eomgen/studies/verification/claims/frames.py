@@ -22,7 +22,7 @@ FAMILY = "frames"
 _AXES = ("x", "y", "z")
 _POSE = tuple(f"quaternion {part}" for part in "wxyz") + tuple(f"position {axis}" for axis in _AXES)
 _TWIST = tuple(f"{part} {axis}" for part in ("omega", "velocity") for axis in _AXES)
-#: Derivatives of matrices that cancel, as those of cos^2 + sin^2, are of this size, in parts of the summands.
+#: Derivatives of matrices that cancel, as in cos^2 + sin^2, are of this size, relative to the summands.
 _CANCELLING = 1e-3
 _MOMENTUM = tuple(f"{part} {axis}" for part in ("angular", "linear") for axis in _AXES)
 

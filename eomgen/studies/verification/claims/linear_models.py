@@ -146,7 +146,7 @@ def _of_joints(space: Space, system: System, description: Description) -> list[C
     there = _named(system, term)
 
     def speed(_: Engine, state: Blocks) -> Array:
-        """Return what partials that cancel are rounded by, whatever is left of them."""
+        """Return the rounding of partials that cancel, for any remainder."""
         return np.asarray(np.max(np.abs(state["v"]), axis=-1))
 
     def turning(_: Engine, state: Blocks) -> Array:

@@ -255,7 +255,7 @@ def _reactions(space: Space) -> Claim:
 
 
 def _forward(space: Space) -> Claim:
-    """Products with M rather than its inverse: what is compared is as well conditioned as the blocks are."""
+    """Products with M rather than its inverse: the comparison is as well conditioned as the blocks are."""
 
     def at(engine: Engine, state: Blocks) -> dict[str, Array]:
         return {**state, "a": engine("forward_dynamics", state)["vdot"]}
@@ -293,7 +293,7 @@ def _there_and_back(space: Space) -> Claim:
 
 
 def _balance(engine: Engine) -> Claim:
-    """d(T + V)/dt = power + power of base and drivers + v r - lam w: r and w are what a motion and constraints lack."""
+    """d(T + V)/dt = power + power of base and drivers + v r - lam w, r and w residuals of motion and constraints."""
 
     def value(engine: Engine, state: Blocks) -> Array:
         powers = engine("energy", state)["energy"][..., 2:].sum(axis=-1)

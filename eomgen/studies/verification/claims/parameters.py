@@ -51,7 +51,7 @@ def _of_regressor(rows: tuple[str, ...]) -> Claim:
         return np.asarray(found["Y"] @ pi[..., np.newaxis] + column(found["tau0"]))
 
     def size(engine: Engine, state: Blocks) -> Array:
-        """Return what cancels: summands of tau are larger than their sum."""
+        """Return the scale of cancellation: summands of tau are larger than their sum."""
         found, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
         summands = np.abs(found["Y"]) @ np.abs(pi[..., np.newaxis]) + np.abs(column(found["tau0"]))
         return np.asarray(np.max(summands, axis=(-2, -1)))
@@ -78,7 +78,7 @@ def _power(description: Description) -> Claim:
     columns = [k for k, _ in found]
 
     def inertial(engine: Engine, state: Blocks, v: Array, a: Array) -> Array:
-        """Return Y of a motion, less that of rest: what gravity adds."""
+        """Return Y of a motion minus Y at rest, which is gravity's part."""
         moving, resting = ({**state, "v": v, "a": a}, {**state, "v": 0.0 * v, "a": 0.0 * a})
         return np.asarray((engine("regressor", moving)["Y"] - engine("regressor", resting)["Y"])[..., columns])
 

@@ -1,4 +1,4 @@
-"""Claims of partials: K, C, M, those of internal states and constraints, and the packed matrices of implicit steps."""
+"""Claims of partials: K, C, M, internal states and constraints, and the packed matrices of implicit steps."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def partial_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
 
 
 def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
-    """Return the claims of constraint rows; those at velocity level come after the holonomic ones."""
+    """Return the claims of constraint rows; rows at velocity level come after the holonomic ones."""
     if "constraint_jacobian" not in engine:
         return []
     first = space.holonomic
@@ -137,7 +137,7 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
 
 
 def _beside(state: Blocks) -> dict[str, Array]:
-    """Return the state with velocities that constraints do not allow, where the rates of their rows do not vanish."""
+    """Return the state with velocities that constraints do not allow, if the rates of their rows do not vanish."""
     return {**state, "v": state["v"] + 1.0}
 
 
@@ -154,7 +154,7 @@ def _before_cancelling(function: str, entry: str) -> Value:
 def _by_multipliers(engine: Engine, state: Blocks) -> Array:
     """Return d residual / d lam, (..., nv, rows): the residual is linear in the multipliers.
 
-    Large ones leave nothing of the rounding of other forces, those of stiff beams for instance.
+    Large ones hide the rounding of other forces, for instance of stiff beams.
     """
     large = _MULTIPLIERS * np.eye(state["lam"].shape[-1])
     around = {name: array[..., np.newaxis, :] for name, array in state.items()}
@@ -199,7 +199,7 @@ def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
 
 
 def _same(name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Claim:
-    """Return the claim of rows that two functions give, compared beside the motion, where they do not vanish."""
+    """Return the claim of rows that two functions give, compared beside the motion, if they do not vanish there."""
 
     def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
         away = moved(engine, state, {"q": np.full(state["v"].shape, 0.1)}, 1.0)
@@ -215,7 +215,7 @@ def _unpacked(function: str, name: str, other: str, system: System) -> Claim:
     shape = next(block.shape for block in system.functions[other].outputs if block.name == name)
 
     def value(engine: Engine, state: Blocks) -> Array:
-        if not system.patterns[name]:  # nothing of it is there, and the function in C has no output for nothing
+        if not system.patterns[name]:  # it is empty, and the function in C has no output for it
             return np.zeros((*state["q"].shape[:-1], *shape))
         return _dense(engine(function, state)[name], system.patterns[name], shape)
 

@@ -29,7 +29,7 @@ _TERMS = (
 _SECOND = {"rates": "rates_closed", "mass_rates": "mass_rates_closed"}
 #: Of these, terms whose rows are components of v, or pairs of them.
 _OF_COMPONENTS = {term for term, _, _ in _TERMS[:5]} | {"forward_rates"}
-#: Each block with what it changes by along a motion.
+#: Each block with the block of its rates along a motion.
 _CHANGES = {"q": "v", "v": "a", "a": "j", "j": "s", "u": "u_dot", "u_dot": "u_ddot"}
 #: Parts of a quantity, and of it times the rate of the motion, that its derivatives' terms may be and still cancel.
 _PART, _PART_OF_TERMS = 1e-3, 0.03
@@ -120,14 +120,14 @@ def _closed(space: Space, engine: Engine) -> list[Claim]:
 
 
 def _of_mass(engine: Engine, term: str, order: int) -> list[tuple[str, str, int]]:
-    """Return M, with which tau goes as the square of the rate, and Coriolis matrices as the rate; nothing for other
+    """Return M, with which tau goes as the square of the rate, and Coriolis matrices as the rate; none for other
     terms."""
     more = {"rates": 2, "coupling_rates": 2, "base_motion_rates": 2}.get(term, 1 if term.startswith("coriolis") else 0)
     return [("mass", "M", order + more)] if more and "mass" in engine else []
 
 
 def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, int]) -> Value:
-    """Return the size below which a derivative is what rounding leaves of terms that cancel in it.
+    """Return the size below which a derivative is rounding of terms that cancel in it.
 
     The terms are the quantity, times the rate of the motion to the power of the order; ``more`` are others, in the same
     way.
@@ -146,7 +146,7 @@ def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, i
 
 
 def _rate(state: Blocks) -> Array:
-    """Return how fast a motion goes, in 1/s: what derivatives grow by from order to order."""
+    """Return the rate of a motion, in 1/s: the ratio of derivatives from order to order."""
     powers = {"v": 1.0, "a": 0.5, "j": 1.0 / 3.0, "s": 0.25}
     sizes = [np.max(np.abs(state[name]), axis=-1) ** power for name, power in powers.items() if name in state]
     return np.asarray(np.max(sizes, axis=0))
@@ -215,7 +215,7 @@ def _column_of(function: str, entry: str) -> Value:
 
 
 def _drivers(engine: Engine) -> list[Claim]:
-    """Return the claims of derivatives of what is prescribed, functions of time alone."""
+    """Return the claims of derivatives of prescribed laws, functions of time alone."""
     claims = []
     time = {"t": np.ones((1, 1))}
     if "base_rates" in engine:

@@ -20,7 +20,7 @@ FIRST = (
 
 
 def second_claims(space: Space, engine: Engine, system: System, description: Description) -> list[Claim]:
-    """Return the claim, where the engine has first partials of all."""
+    """Return the claim, if the engine has first partials of all."""
     if "second_partials" not in engine or "partials" not in engine:
         return []
     rows = space.rows
@@ -69,7 +69,7 @@ def second_claims(space: Space, engine: Engine, system: System, description: Des
 
 
 def _by_inputs(found: Blocks, given: Sequence[bool]) -> dict[str, Array]:
-    """Return partials in all inputs, in their order, from those in driven and in given ones."""
+    """Return partials in all inputs, in their order, from partials in driven and in given ones."""
     made = {}
     for name, driven_name, given_name, sign in (
         ("Ru", "B0", "E0", -1.0),
@@ -91,7 +91,7 @@ def _by_inputs(found: Blocks, given: Sequence[bool]) -> dict[str, Array]:
 
 
 def _rows(block: str, found: Blocks, holonomic: int) -> Iterator[tuple[str, Array]]:
-    """Yield what is weighted, and its partials in a block."""
+    """Yield the weighted quantities, and their partials in a block."""
     places = {
         "q": {"r": "K", "zdot": "Fq", "w": "Z", "wdot": "Aq", "y": "Yq"},
         "v": {"r": "C", "zdot": "Fv", "w": "B", "wdot": "Av", "y": "Yv"},

@@ -1,8 +1,8 @@
-"""Claims of section loads: what beams exert on their nodes, equilibrium of elements, and stiffness times strains.
+"""Claims of section loads: forces of beams on their nodes, equilibrium of elements, and stiffness times strains.
 
-The loads of an element's two end sections are in equilibrium, since nothing acts between its nodes; the mean over the
-element, along the helix between these, is stiffness times strain of its middle, where it is at rest. What the loads
-jump by at a node is the beam's generalized force there, and follows from the equations with and without the beam.
+The loads of an element's two end sections are in equilibrium, since no load acts between its nodes; the mean over the
+element, along the helix between these, is stiffness times strain of its middle, if it is at rest. The jump of the loads
+at a node is the beam's generalized force there, and follows from the equations with and without the beam.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _NOTHING: Rows = ((ZERO,) * 6,) * 6
 
 
 def section_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
-    """Return the claims of the term ``section_loads``, as far as ``engine`` has what they need."""
+    """Return the claims of the term ``section_loads``, as far as ``engine`` has the needed terms."""
     if "section_loads" not in engine or "poses" not in engine or not isinstance(scene, Scene):
         return []
     beams = _Beams.of(space, scene)
@@ -128,7 +128,7 @@ def _mean(beams: _Beams) -> Claim:
 
 
 def _strains(beams: _Beams, system: System) -> Claim:
-    """Stiffness of the sections times their strains is the mean load at rest, where multipliers are zero."""
+    """Stiffness of the sections times their strains is the mean load at rest, if multipliers are zero."""
     numbers = {parameter.name: k for k, parameter in enumerate(system.parameters)}
 
     def matrices(state: Blocks) -> Array:
@@ -160,7 +160,7 @@ def _strains(beams: _Beams, system: System) -> Claim:
 
 
 def _jumps(space: Space, beams: _Beams, engine: Engine, system: System, scene: Scene) -> Claim:
-    """What sections exert on the nodes, by virtual work, is what the beams add to the generalized forces."""
+    """Forces of sections on the nodes, by virtual work, are the part of the beams in the generalized forces."""
     without = on_tape(pipeline.derive(_without_stiffness(scene), ["force"]))
     own = on_tape(system)
     names = tuple(f"{beam.name}: no " for beam in beams.beams)
