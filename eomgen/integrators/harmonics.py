@@ -32,7 +32,7 @@ _LONGEST_STRETCH = 64
 
 
 def harmonics_data(system: System) -> dict[str, Any] | None:
-    """Return what C needs for inputs at the times of a grid; None where others than sums of harmonics are given, or
+    """Return what C needs for inputs at the times of a grid; None if others than sums of harmonics are given, or
     where steps may leave the grid: at jumps, samples and events.
 
     Inputs with the same frequencies are in one group, whose sines and cosines they share.

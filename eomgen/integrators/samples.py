@@ -26,7 +26,7 @@ def sample_data(
     rows: Sequence[SampleRow], controllers: Sequence[SampledController] = (), states: Sequence[str] = ()
 ) -> dict[str, Any]:
     """Return the sampled states as JSON types: ``clocks``, each a period and its first time in s, ``rows``, and
-    ``controllers`` where there are some. ``set_at`` of a row is the level at which the term gives its value, -1 where a
+    ``controllers`` if there are some. ``set_at`` of a row is the level at which the term gives its value, -1 if a
     controller does.
 
     Parameters

@@ -22,7 +22,7 @@ def jump_data(
 ) -> dict[str, Any]:
     """Return the times that matter to a method of an order: ``once``; ``first`` and ``period`` of waves.
 
-    Empty where there are none.
+    Empty if there are none.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ def word_defects(alternating: Sequence[float], letters: int) -> list[Array]:
 
 
 def order_of(alternating: Sequence[float], most: int = MOST_LETTERS) -> int:
-    """Return the order of a step of any two flows by its coefficients; 0 where these do not sum up to 1.
+    """Return the order of a step of any two flows by its coefficients; 0 if these do not sum up to 1.
 
     Parameters
     ----------

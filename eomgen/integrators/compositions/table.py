@@ -120,7 +120,7 @@ _OMELYAN = "Omelyan, Mryglod and Folk 2003"
 _BLANES = "Blanes, Casas and Sanz-Serna 2014"
 _BLANES_MOAN = "Blanes and Moan 2002"
 _KAHAN_LI = "Kahan and Li 1997"
-#: Tabulated compositions by name: order, source, and fractions by what a step begins with; where there is one list, it
+#: Tabulated compositions by name: order, source, and fractions by what a step begins with; if there is one list, it
 #: serves both. The parameters of Omelyan, Mryglod and Folk's order 4 are those of the position version for steps that
 #: begin with a drift and those of the velocity version for the others; mixed up they have order 2 or less.
 _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {

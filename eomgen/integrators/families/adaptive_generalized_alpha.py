@@ -45,7 +45,7 @@ VELOCITY_PART = 0.2
 
 @dataclass(frozen=True)
 class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
-    """Generalized-alpha, stabilised where there are constraints, with steps of its own.
+    """Generalized-alpha, stabilised if there are constraints, with steps of its own.
 
     Parameters
     ----------

@@ -112,7 +112,7 @@ def _made(name: str) -> SymplecticComposition:
 
 
 def _check_velocities(system: System) -> None:
-    """Raise ModelError where the equations of motion depend on velocities, which no load has to: gyroscopic and
+    """Raise ModelError if the equations of motion depend on velocities, which no load has to: gyroscopic and
     Coriolis forces do."""
     function = system.functions.get("forward_dynamics") or system.functions["residual"]
     if any(symbol.block == "v" for symbol in system.tape.depends_on(function.refs)):

@@ -103,7 +103,7 @@ class Setting:
 
     Attributes
     ----------
-    default : its value where nothing is said
+    default : its value if nothing is said
     comment : what it is, for the C header
     whole : the least and the largest of a whole number; None: any number that is not negative
     single : its least value in single precision
@@ -281,7 +281,7 @@ class Family(ABC):
 
     @property
     def linear_step(self) -> LinearStep | LinearPasses | None:
-        """Return the coefficients of a step made linear; None where runs have no derivatives."""
+        """Return the coefficients of a step made linear; None if runs have no derivatives."""
         return None
 
     def warnings(self, constrained: bool) -> tuple[str, ...]:
@@ -323,7 +323,7 @@ class Family(ABC):
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         """Return what its own templates read, JSON types only, and for the common ones:
 
-        ``input_times``, the shares of a step with a row of inputs; where there are some, ``hooks``, functions of its
+        ``input_times``, the shares of a step with a row of inputs; if there are some, ``hooks``, functions of its
         template by when they are called: ``row`` (before a row is given), ``recorded`` (behind one), ``end`` (of a
         run), and ``row_notes``, lines on rows for the header.
 

@@ -54,7 +54,7 @@ INDEX_3, STABILISED = "index3", "stabilised"
 #: rotation.
 SPATIAL = "spatial"
 VARIANTS = ("F0", "F1", "F2", SPATIAL)
-#: Largest spectral radius at which index 3 is known to damp what its start excites, and where it is known to fail.
+#: Largest spectral radius at which index 3 is known to damp what its start excites, and if it is known to fail.
 INDEX_3_SAFE_RHO, INDEX_3_REFUSED_RHO = 0.9, 0.99
 #: Newton's stopping test on the increment of the mean velocity. Tight enough that errors left by it stay below those of
 #: the method at steps of 1e-5; the stepper itself keeps the demand above round-off.

@@ -60,7 +60,7 @@ POSITIONS_ALONE = Need(
 
 
 def constrained(otherwise: str) -> Need:
-    """Return the need of a method that eliminates constraints; ``otherwise`` does its work where there are none."""
+    """Return the need of a method that eliminates constraints; ``otherwise`` does its work if there are none."""
     reason = f"it eliminates constraint equations, and {otherwise} does the same work where there are none"
     return Need("constraints", True, reason, otherwise)
 

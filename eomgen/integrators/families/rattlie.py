@@ -8,7 +8,7 @@ the trapezoidal rule of the potential, momenta p = dT/dv meet the constraints' r
 
 Where M is constant this is RATTLie of Hante and Arnold (2021). Where it varies, as in joint coordinates, dT/dq is taken
 at both ends with w, and so are forces that depend on velocities: the map stays its own adjoint, so of order 2; it
-stays variational where there is a potential, so it keeps momentum maps, and energies do not drift.
+stays variational if there is a potential, so it keeps momentum maps, and energies do not drift.
 """
 
 from __future__ import annotations

@@ -71,7 +71,7 @@ class Taylor(Family):
         Of the local error, relative to the size of the motion: of its lengths, of its angles, and of the velocities of
         both, over a step; of internal states relative to the largest, or to 1. 0: steps are those of the time grid.
     order : int, optional
-        Of the series, 2 to 40; chosen by the tolerance where it is not given.
+        Of the series, 2 to 40; chosen by the tolerance if it is not given.
     """
 
     tolerance: float = DEFAULT_TOLERANCE

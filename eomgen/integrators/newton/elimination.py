@@ -212,7 +212,7 @@ class _Active:
         return len(rows), len(columns), tuple(sorted(nonzeros))
 
     def pivot(self, thresholds: Sequence[float]) -> tuple[int, int] | None:
-        """Return the best pivot in the stage, None where none is large enough in its column."""
+        """Return the best pivot in the stage, None if none is large enough in its column."""
         rows, columns = self.rows_of_stage, self.columns_of_stage
         best: _Candidate | None = None
         for row in sorted(rows, key=lambda k: (len(self.rows[k]), k))[:_SEARCHED]:
@@ -237,7 +237,7 @@ class _Active:
         return column in self.rows[row] and self._size(row, column, threshold) > 0.0
 
     def _size(self, row: int, column: int, threshold: float) -> float:
-        """Return the smallest ratio of an entry to the largest of its column within the stage; 0 where it is no
+        """Return the smallest ratio of an entry to the largest of its column within the stage; 0 if it is no
         pivot."""
         if self.group[row] >= 0 or self.group[column] >= 0:
             if row != column:

@@ -171,7 +171,7 @@ class _Front:
         pivots have their ``diagonal``, ``upper`` factors and the ``columns`` [front, offset] that both are in; others
         have ``targets`` [front reached, factor there];
         for right sides ``forward`` [[front, offset], [[factor, own position], ...]] of each row and ``backward`` [own
-        position, diagonal or -1 where the right side stays zero, [[factor, [front, offset]], ...]].
+        position, diagonal or -1 if the right side stays zero, [[factor, [front, offset]], ...]].
         """
         below: dict[int, list[int]] = {pivot: [] for pivot in self.pivots}
         for pivot in self.pivots:

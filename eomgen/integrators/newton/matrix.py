@@ -93,11 +93,11 @@ class Unknowns:
         return 0 if self.stabilised else self.holonomic
 
     def phi_row(self, constraint: int) -> int | None:
-        """Return the row of Phi/h that belongs to a constraint row, None where there is none."""
+        """Return the row of Phi/h that belongs to a constraint row, None if there is none."""
         return self.phi + constraint if constraint < self.holonomic else None
 
     def velocity_row(self, constraint: int) -> int | None:
-        """Return the row of w that belongs to a constraint row, None where there is none."""
+        """Return the row of w that belongs to a constraint row, None if there is none."""
         return None if constraint < self.skipped else self.v + self.holonomic + constraint - self.skipped
 
     @property

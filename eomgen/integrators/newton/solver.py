@@ -145,7 +145,7 @@ def _pivots(
     """Choose pivots that serve at all samples, or where only the scene's own state is singular, at all others.
 
     Rings of a gimbal that are aligned in the scene say nothing of a run that starts elsewhere. ``values`` are entries
-    at ``count`` samples for a step, the scene's state first, and the same for accelerations where they are asked for.
+    at ``count`` samples for a step, the scene's state first, and the same for accelerations if they are asked for.
     Constraints that repeat each other stay refused.
     """
     size = unknowns.matrix_size
@@ -216,7 +216,7 @@ def _weighed_jacobian(unknowns: Unknowns, samples: Samples) -> Array:
 
 
 def _inertia_numbers(unknowns: Unknowns, packing: Packing) -> list[int]:
-    """Return which of the numbers are M_ii, -1 where M has no such entry; nothing where M is spread over inner
+    """Return which of the numbers are M_ii, -1 if M has no such entry; nothing where M is spread over inner
     unknowns."""
     return [] if unknowns.inner else [packing.nonzeros["M"].get((k, k), -1) for k in range(unknowns.v)]
 
@@ -385,7 +385,7 @@ def _elimination_of_groups(
     """Return what an elimination with groups has beside: places of sums behind the factors, and its rows.
 
     A row with a group keeps its own sum, d over the pivot; others, what rows of groups below them ask for. Tables keep
-    sums by position, and add those of other groups where they are asked for.
+    sums by position, and add those of other groups if they are asked for.
     """
     group, upper, lower = elimination.groups, elimination.upper, elimination.lower
     asked: list[set[int]] = [set() for _ in group]

@@ -53,7 +53,7 @@ class DistributedMass:
     second_order : whether products of weight 3 and 4 are kept
     beyond : (n, n) what is added to the integrals of products of shape functions, where coordinates of one kind have
         more inertia
-        among themselves than their mass; None where none has
+        among themselves than their mass; None if none has
     """
 
     algebra: Algebra

@@ -91,7 +91,7 @@ def _add_body(
     """Add a body to the links of a tree, and return its mount: on links of its own if its joint moves, else on the link
     that carries it.
 
-    Where it is not ``merged``, a body on a fixed joint has a link of its own, too.
+    If it is not ``merged``, a body on a fixed joint has a link of its own, too.
     """
     algebra = tree.algebra
 

@@ -59,9 +59,9 @@ class Link:
     rotor_inertias : one for each column
     balanced : whether it turns about the centre of mass of all that it carries, so that what moves its origin is not
         coupled
-    elastic : how it deforms, None where it is rigid; ``inertia`` is then that of the deformed body
+    elastic : how it deforms, None if it is rigid; ``inertia`` is then that of the deformed body
     station : how elastic coordinates move it, where it is a place on a beam; else its motion subspace is constant
-    turn : the coordinate axis that it turns about, None where it does not turn about one axis
+    turn : the coordinate axis that it turns about, None if it does not turn about one axis
     motion, pitch : of a joint; the pitch in m/rad
     """
 
