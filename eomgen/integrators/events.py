@@ -1,4 +1,4 @@
-"""Events as data for the templates: what a stepper finds and treats besides its steps."""
+"""Events as data for the templates: detection and treatment in a stepper besides its steps."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ NO_VALUE = Status(
     "the formula of an event, or its rate, has no finite value within the next step",
     "a formula that is finite on both sides of its root: roots, logarithms and quotients may not be",
 )
-#: Those with the state at the event.
+#: Events with the state at the event.
 _AT_EVENTS = (STOPPED, ACCUMULATED, NOT_FINITE, NO_IMPULSE, OFF_CONSTRAINTS, NEGATIVE_RESTITUTION, LOG_FULL)
 STATUSES = (*_AT_EVENTS, NO_VALUE)
-#: Their numbers: the state is that at the event, between points of the time grid.
+#: Their numbers: the state is at the event, between points of the time grid.
 AT_EVENTS = frozenset(status.number for status in _AT_EVENTS)
 
 
-#: What the templates ask of each event: whether its rate is known, the action changes the motion, sets the state
+#: Facts of each event for the templates: whether its rate is known, the action changes the motion, sets the state
 #: itself, is an impact, stops the run, or only counts.
 _FLAGS: Mapping[str, Callable[[EventRow], bool]] = {
     "has_rate": lambda row: row.has_rate,

@@ -32,8 +32,8 @@ _LONGEST_STRETCH = 64
 
 
 def harmonics_data(system: System) -> dict[str, Any] | None:
-    """Return what C needs for inputs at the times of a grid; None if others than sums of harmonics are given, or
-    where steps may leave the grid: at jumps, samples and events.
+    """Return the C data for inputs at the times of a grid; None if others than sums of harmonics are given, or
+    if steps may leave the grid: at jumps, samples and events.
 
     Inputs with the same frequencies are in one group, whose sines and cosines they share.
     """
@@ -70,7 +70,7 @@ def harmonics_data(system: System) -> dict[str, Any] | None:
 
 
 def _stretch(count: int) -> int:
-    """Return how many harmonics are taken between which sums wait in memory: a part of all."""
+    """Return the number of harmonics between storages of sums: a part of all."""
     return max(
         size for size in range(_MULTIPLE, _LONGEST_STRETCH + 1, _MULTIPLE) if count % size == 0 or size == _MULTIPLE
     )

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 #: A method of integration: see ``families.family``.
 Method = Family
-#: What stands for a method that is chosen before each run, and the one that models are built with then.
+#: Name of the method that is chosen before each run, and the one that models are built with then.
 AUTO, STANDARD = "auto", Simulation.method
 #: Every name of eomgen's own methods, and the one it stands for.
 METHOD_NAMES: Mapping[str, str] = {
@@ -41,14 +41,14 @@ def check_needs(method: Method, facts: Facts) -> None:
 
 
 def canonical_name(name: str, tolerance: float | None = None) -> str:
-    """Return the name of a method for an alias, or of the method that is meant where a tolerance is given. Raises
+    """Return the name of a method for an alias, or of the method for a given tolerance. Raises
     UsageError with the nearest names."""
     row = row_of(name)[1]
     return row.name if tolerance is None else row.by_tolerance or row.name
 
 
 def method_named(name: str, rho_inf: float | None = Simulation.rho_inf, **parameters: float | None) -> Method:
-    """Return a method with its parameters; what is None is left to the method, what it does not take is ignored.
+    """Return a method with its parameters; None leaves a choice to the method, parameters of other methods are ignored.
 
     Raises
     ------
@@ -72,12 +72,12 @@ def _made(name: str, parameters: tuple[tuple[str, float | None], ...]) -> Method
     return row_of(name)[1].make(**dict(parameters))
 
 
-#: Parameters of which one may say what the others do.
+#: Parameters with equivalent meanings.
 _SAYING_THE_SAME = ({"rho_inf", "alpha", "beta", "gamma"}, {"order", "tolerance"})
 
 
 def method_parameters(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any]) -> dict[str, float]:
-    """Return the parameters of a method: those given, else the scene's, as far as the method takes them. Where one is
+    """Return the parameters of a method: given ones, else the scene's, as far as the method takes them. If one is
     given that says the same as others, the scene's values of these are not taken.
 
     Raises

@@ -11,10 +11,10 @@ from eomgen.system.samples import SampledController, SampleRow
 
 #: How far a sample may be moved onto a point of the time grid, as a part of the shortest period.
 CLOSEST = 1e-5
-#: Number of the status of a function that fails, and what to try then.
+#: Number of the status of a function that fails, and its remedy.
 CONTROLLER_FAILED = 30
 CONTROLLER_ADVICE = "a function that gives finite values from the signals of that time, and returns 0"
-#: What a stepper tells of the last function that failed; all zero but the first: the caller gave no function.
+#: Record of a stepper on the last function that failed; all zero but the first: the caller gave no function.
 CONTROLLER_FAILURE = (
     Field("failed_controller", "whose function failed last, counted from 1; 0: none", 0, "long"),
     Field("controller_returned", "what that function returned, 0 where all is well", 0, "long"),
@@ -76,7 +76,7 @@ def _called(
 
 
 def controller_status(controllers: Sequence[SampledController]) -> tuple[Status, ...]:
-    """Return the status of a function that fails, where any are called."""
+    """Return the status of a function that fails, if any are called."""
     if not controllers:
         return ()
     names = ", ".join(item.name for item in controllers)

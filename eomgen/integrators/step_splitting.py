@@ -1,7 +1,7 @@
 """Discontinuities at which a stepper splits its steps, as data for the templates.
 
-A derivative of order k that jumps within a step costs an error of order k + 1 there, once; what is at least the order
-of the method does no harm. Implicit methods find the accelerations of what constraints prescribe by differences, so
+A derivative of order k that jumps within a step costs an error of order k + 1 there, once; a jump of at least the order
+of the method does no harm. Implicit methods find the accelerations of prescribed motions by differences, so
 there it costs an error of order k, which numerical damping takes away over many steps. Times have a margin: a step
 ends so much before one and goes on so much after it, so that rounding never puts an evaluation on the wrong side.
 """

@@ -1,6 +1,6 @@
-"""What one step of a method does, counted: calls of the model's functions, and the operations of the stepper itself.
+"""Work of one step of a method, counted: calls of the model's functions, and the operations of the stepper itself.
 
-Comparisons (tests of pivots are some), copies and changes of sign do not count. Where a choice is a branch, as between
+Comparisons (tests of pivots are some), copies and changes of sign do not count. If a choice is a branch, as between
 the series and the sines of a rotation, both sides count.
 """
 

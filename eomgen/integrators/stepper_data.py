@@ -1,4 +1,4 @@
-"""Stepper data: what the C templates of a method need beyond the model, as ``Program.method``."""
+"""Stepper data: the data of a method's C templates beyond the model, as ``Program.method``."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
 
 
 def _state(method: Family, system: System, sizes: Sizes) -> list[Field]:
-    """Return the members of the state in their order; steps copy what comes before the conditions, which are last."""
+    """Return the members of the state in their order; steps copy all before the conditions, which are last."""
     beyond = "what angles that count up to whole turns only have beyond the digits of q; initialize clears it"
     counted = (
         Field("steps", "of the time grid", 0, "long"),

@@ -19,9 +19,9 @@ int eomgen_run_inputs(const double *parameters, const double *settings, double *
     const double *u, const double *u_end);
 const char *eomgen_status_text(int status);
 """
-#: What ``eomgen_run_inputs`` returns, without a step, where an input is not a finite number.
+#: Status of ``eomgen_run_inputs``, without a step, if an input is not a finite number.
 INPUT_NOT_FINITE = -2
-#: Meaning of the argument of ``eomgen_stepper_size``; with events, also where their log and its length are in the
+#: Meaning of the argument of ``eomgen_stepper_size``; with events, also the places of their log and its length in the
 #: workspace, and the size of an entry, all in bytes; else -1.
 STEPPER_SIZES = ("state", "settings", "row", "rows_per_step", "workspace", "found", "found_count", "event")
 

@@ -1,4 +1,4 @@
-"""``Composition``: one step of a symplectic method as drifts and kicks in turn, and what follows from them.
+"""``Composition``: one step of a symplectic method as drifts and kicks in turn, and its properties.
 
 A drift moves coordinates with momenta held, a kick changes momenta with coordinates held. Time is a coordinate, so it
 moves in drifts: a force that depends on time is evaluated at the time that drifts have come to.
@@ -35,9 +35,9 @@ class Composition:
     ----------
     name : with which ``composition_named`` makes it
     order : even; of the flows of any two operators
-    first : what a step begins and ends with
+    first : first and last part of a step
     fractions : of a step, of drifts and kicks in turn, beginning with ``first``
-    source : where it was published
+    source : its publication
     levels : of a recursion of leapfrogs: sizes of the steps of order m of which one of order m + 2 is made, for m = 2,
         4, ...; its order and its matrix for the oscillator follow level by level
 
@@ -88,7 +88,7 @@ class Composition:
 
     @property
     def gradients(self) -> int:
-        """Evaluations of the force in each of many steps, where adjacent parts of steps are merged."""
+        """Evaluations of the force in each of many steps, with adjacent parts of steps merged."""
         return len(self.fractions) // 2
 
     @functools.cached_property
@@ -98,7 +98,7 @@ class Composition:
         return moved[1:-1] if self.first == "drift" else (*moved[:-1], 1.0)
 
     def parts(self, steps: int = 1) -> Iterator[tuple[Part, float]]:
-        """Yield what is done in a number of steps, as (drift or kick, fraction of a step), adjacent parts merged."""
+        """Yield the parts of a number of steps, as (drift or kick, fraction of a step), adjacent parts merged."""
         kinds: tuple[Part, Part] = ("drift", "kick") if self.first == "drift" else ("kick", "drift")
         last = len(self.fractions) - 1
         for step in range(steps):
@@ -148,7 +148,7 @@ class Composition:
         """Largest omega h up to which all smaller steps keep oscillations bounded: the first at which half the trace
         of the oscillator's matrix leaves [-1, 1].
 
-        Where it only touches the bounds, which tabulated coefficients do up to rounding, steps remain stable.
+        If it only touches the bounds, which tabulated coefficients do up to rounding, steps remain stable.
         """
 
         def beyond(steps: Array) -> Array:
@@ -169,7 +169,7 @@ class Composition:
 
     @functools.cached_property
     def error_constant(self) -> float:
-        """The limit of sqrt(rho)/(omega h)^order for small steps, where rho sin^2 is the mean energy error that an
+        """The limit of sqrt(rho)/(omega h)^order for small steps, with the mean energy error rho sin^2 that an
         oscillator of thermal energy has after any number of steps, in units of the temperature.
 
         With b and c, the entries beside the diagonal of the oscillator's matrix, rho = -(b + c)^2/(2 b c) (Blanes,
@@ -202,7 +202,7 @@ def _rounding(values: Sequence[float]) -> float:
 
 
 def _bisected(beyond: Callable[[Array], Array], inside: float, outside: float) -> float:
-    """Return where a function passes zero between two steps."""
+    """Return the zero of a function between two steps."""
     for _ in range(60):
         middle = (inside + outside) / 2
         if beyond(np.asarray(middle)) > 0:

@@ -1,7 +1,7 @@
 """Order of a composition of two flows, from its coefficients alone.
 
 A step is a product of exponentials exp(c h A) and exp(c h B) of two operators that do not commute. It has order p if
-its series agrees with that of exp(h (A + B)) in all words of up to p letters A and B; in the latter every word of n
+its series agrees with the series of exp(h (A + B)) in all words of up to p letters A and B; in the latter a word of n
 letters has the coefficient 1/n!.
 """
 
@@ -16,12 +16,12 @@ from eomgen.arrays import Array
 
 #: Words up to this length are looked at.
 MOST_LETTERS = 12
-#: Defects of words that are rounding, in parts of what the coefficients' absolute values would make of a word.
+#: Defects of words that are rounding, relative to the word's value by absolute coefficients.
 ROUNDING = 1e-13
 
 
 def word_defects(alternating: Sequence[float], letters: int) -> list[Array]:
-    """Return for every number of letters up to ``letters`` what words of a step's series have beyond those of
+    """Return for every number of letters up to ``letters`` the defects of words of a step's series against
     exp(h (A + B)); array n has 2^n words, as binary numbers.
 
     Parameters

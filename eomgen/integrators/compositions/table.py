@@ -1,4 +1,4 @@
-"""The table of compositions: those of tabulated coefficients, and recursions of leapfrogs for any even order."""
+"""The table of compositions: tabulated coefficients, and recursions of leapfrogs for any even order."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def leapfrog_recursion(order: int, forward: int, first: Part = "drift", name: st
     ----------
     order : 2 to ``HIGHEST_ORDER``
     forward : i, at least 1; 1 is Yoshida's (Forest and Ruth's at order 4), 2 Suzuki's
-    first : what a step begins and ends with
+    first : first and last part of a step
 
     Raises
     ------
@@ -74,7 +74,7 @@ def _recursion(order: int, forward: int) -> tuple[tuple[float, ...], tuple[tuple
 
 
 def _symmetric(*half: Decimal) -> tuple[float, ...]:
-    """Return a list of odd length from its first half and what is in the middle."""
+    """Return a list of odd length from its first half and its middle."""
     return tuple(float(value) for value in (*half, *half[-2::-1]))
 
 
@@ -102,7 +102,7 @@ def _of_leapfrogs(*half: Decimal) -> tuple[float, ...]:
 
 
 def _even_kicks(drifts: tuple[Decimal, ...], kicks: tuple[Decimal, ...]) -> tuple[float, ...]:
-    """Return an even number of kicks between drifts from the first of each; what is missing follows from the sums."""
+    """Return an even number of kicks between drifts from the first of each; the others follow from the sums."""
     given = [*kicks, Decimal("0.5") - sum(kicks, Decimal(0))]
     pairs = [value for pair in zip(drifts, given, strict=True) for value in pair]
     return _symmetric(*pairs, 1 - 2 * sum(drifts, Decimal(0)))
@@ -120,9 +120,9 @@ _OMELYAN = "Omelyan, Mryglod and Folk 2003"
 _BLANES = "Blanes, Casas and Sanz-Serna 2014"
 _BLANES_MOAN = "Blanes and Moan 2002"
 _KAHAN_LI = "Kahan and Li 1997"
-#: Tabulated compositions by name: order, source, and fractions by what a step begins with; if there is one list, it
-#: serves both. The parameters of Omelyan, Mryglod and Folk's order 4 are those of the position version for steps that
-#: begin with a drift and those of the velocity version for the others; mixed up they have order 2 or less.
+#: Tabulated compositions by name: order, source, and fractions by the first part of a step; if there is one list, it
+#: serves both. The parameters of Omelyan, Mryglod and Folk's order 4 are the position version's for steps that
+#: begin with a drift and the velocity version's for the others; mixed up they have order 2 or less.
 _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
     "leapfrog": (2, "Verlet 1967", {"drift": (0.5, 1.0, 0.5)}),
     "minimum_norm2": (2, _OMELYAN, {"drift": _minimum_norm()}),
@@ -210,7 +210,7 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
 }
 #: Names that have their order in them, and the leapfrogs on either side of the backward one.
 _BY_RULE = re.compile(r"(yoshida|suzuki|creutz_gocksch)(\d+)(?:_(\d+))?")
-#: What a composition is called elsewhere.
+#: Names of compositions in other programs.
 _ALIASES: Mapping[str, str] = {
     "verlet": "leapfrog",
     "stoermer_verlet": "leapfrog",
@@ -227,7 +227,7 @@ def composition_named(name: str, first: Part = "drift") -> Composition:
 
     Parameters
     ----------
-    first : what a step begins and ends with, ``drift`` or ``kick``
+    first : first and last part of a step, ``drift`` or ``kick``
 
     Raises
     ------
@@ -238,7 +238,7 @@ def composition_named(name: str, first: Part = "drift") -> Composition:
 
 
 def names_composition(name: str) -> bool:
-    """Return whether a name is one of the table, or made as the rules make them, whatever its order."""
+    """Return whether a name is in the table, or follows its rules, for any order."""
     rule = _BY_RULE.fullmatch(_key(name))
     return _key(name) in _TABULATED or (rule is not None and (rule[1] in _FORWARD) != bool(rule[3]))
 
@@ -265,7 +265,7 @@ def _made(name: str, first: Part) -> Composition:
 
 @functools.cache
 def compositions(first: Part = "drift") -> tuple[Composition, ...]:
-    """Return the compositions of the table, and of the rules those of orders 4 to 8 that are in use."""
+    """Return the compositions of the table, and by its rules orders 4 to 8 in use."""
     rules = [f"{rule}{order}" for order in (4, 6, 8) for rule in _FORWARD]
     names = (*_TABULATED, *rules, "creutz_gocksch4_3", "creutz_gocksch4_4")
     return tuple(_made(name, first) for name in names)

@@ -1,7 +1,7 @@
 """Rows of families that choose their steps by an estimate of the local error: settings, statistics, statuses.
 
 Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533, for the control of steps; Hairer, Norsett and Wanner, Solving
-Ordinary Differential Equations I, II.4, for what a tolerance is.
+Ordinary Differential Equations I, II.4, for the meaning of a tolerance.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from eomgen.integrators.families.family import Field, Setting, Sizes, Status
 #: Tolerances between which steps are chosen by them.
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-14, 0.1
 #: The part of the step that an error estimate allows which is taken: rejections cost a whole step. All families that
-#: choose their steps share it and what follows; one of them has its own by what its ``data`` puts in their place.
+#: choose their steps share it and the following constants; a family may replace one in its ``data``.
 SAFETY = 0.9
 #: Changes of a step at most, from one to the next and after a rejection.
 MOST_GROWTH, MOST_REDUCTION = 4.0, 0.1
 #: A step that fails is taken again with this part of its size.
 AFTER_FAILURE = 0.25
-#: The longest step, in steps of the time grid: what is shorter than a step may be missed.
+#: The longest step, in steps of the time grid: laws shorter than a step may be missed.
 LONGEST = 64.0
 #: Steps within one row, and attempts at one step, before a run stops: a call of compiled code hears no Ctrl-C.
 MOST_STEPS, MOST_ATTEMPTS = 1_000_000, 60
@@ -30,11 +30,11 @@ MOST_STEPS, MOST_ATTEMPTS = 1_000_000, 60
 MEMORY = 4.0
 #: The part of the largest size so far that counts as the size of a smaller motion.
 COARSE = 1e-3
-#: A step that is shorter than this part of a usual one has the error of that one allowed: where forces have a corner,
+#: A step that is shorter than this part of a usual one is allowed the usual one's error: if forces have a corner,
 #: errors do not shrink as fast as steps do.
 SHORT = 0.05
 
-#: Growth of a step at most where rounding may be a tenth of the error that is allowed: smaller errors cannot be seen.
+#: Growth of a step at most if rounding may be a tenth of the error that is allowed: smaller errors cannot be seen.
 NOISY_GROWTH = 1.125
 #: Error of an explicit step, as a part of the motion, up to which its end tells the size of the motion.
 ACCURATE = 0.01
@@ -59,7 +59,7 @@ def longest_setting(longest: float) -> Setting:
 
 
 def step_state(sizes: Sizes) -> tuple[Field, ...]:
-    """Return what the choice of the next step follows from."""
+    """Return the state of the choice of the next step."""
     fields = [
         Field("own_step", "the next step of the method's own, s; 0: none yet", group="control", member="step"),
         Field("own_error", "estimate of the last one's error, in tolerances", group="control", member="error"),
@@ -76,7 +76,7 @@ STEP_GROUPS: tuple[tuple[str, str], ...] = (("control", "What the next step of t
 
 
 def step_statistics() -> tuple[Field, ...]:
-    """Return what is counted of the steps of the method's own."""
+    """Return the counters of the method's own steps."""
     return (
         Field("own_steps", "steps of the method's own", 0, "long"),
         Field("rejections", "steps that were taken again in smaller ones", 0, "long"),
@@ -94,7 +94,7 @@ def step_statistics() -> tuple[Field, ...]:
 
 
 def step_statuses() -> tuple[Status, ...]:
-    """Return how a choice of steps may fail."""
+    """Return the failures of a choice of steps."""
     small = "the step became too small for the time to move on: the motion has a singularity near, or forces jump"
     stiff = "the tolerance is too small for this order, or the motion is stiff"
     many = f"{MOST_STEPS} steps were not enough for one row: {stiff}"
@@ -105,7 +105,7 @@ def step_statuses() -> tuple[Status, ...]:
 
 
 def step_data(order: int) -> Mapping[str, Any]:
-    """Return what the templates of the choice of steps read; ``order``: of local errors per step, in the step."""
+    """Return the data for the templates of the choice of steps; ``order``: of local errors per step, in the step."""
     return {
         "own_steps": True,
         "own_order": order,

@@ -1,10 +1,10 @@
-"""Time-discontinuous Galerkin in passes, with steps of its own: what the last pass changes is the estimate of errors.
+"""Time-discontinuous Galerkin in passes, with steps of its own: the change by the last pass is the estimate of errors.
 
 Passes raise the order by one each, so the last but one is a solution of one order less at no cost, with stiff parts
 filtered as the solution is. Between its nodes a step is the polynomial through its start and its nodes, whose error is
-h^(p+2) where ends of steps have order 2 p + 1 (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8, for
-Radau's nodes). Its derivative misses the equations by a polynomial that vanishes at the nodes, so what it misses at the
-start of the step, where accelerations are known, gives that error. It does not add up, and is held against the size of
+h^(p+2), and ends of steps have order 2 p + 1 (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8, for
+Radau's nodes). Its derivative misses the equations by a polynomial that vanishes at the nodes, so the defect at the
+start of the step, with known accelerations, gives that error. It does not add up, and is compared with the size of
 velocities.
 """
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 DEFAULT_TOLERANCE = 1e-6
-#: Steps are let grow where they grow by so much: nothing is kept that belongs to a size.
+#: Steps may grow if they grow by so much: no stored data belong to a size.
 LEAST_GROWTH = 1.0
 
 
@@ -50,7 +50,7 @@ class AdaptiveDiscontinuousGalerkin(DiscontinuousGalerkin):
     Parameters
     ----------
     tolerance : float
-        Of the local error of the last pass but one, relative to what the motion moves within the step, by kinetic
+        Of the local error of the last pass but one, relative to the motion within the step, by kinetic
         energy; internal states each relative to its own change. Raises UsageError outside 1e-14..0.1.
     """
 
@@ -129,7 +129,7 @@ class AdaptiveDiscontinuousGalerkin(DiscontinuousGalerkin):
 
 
 def largest_between(nodes: Sequence[Fraction]) -> Fraction:
-    """Return the largest integral over (0, s) of what vanishes at the nodes and is 1 at 0: it is largest at a node."""
+    """Return the largest integral over (0, s) of the polynomial that is 0 at the nodes, 1 at 0: it is at a node."""
     coefficients = [Fraction(1)]
     for node in nodes:  # times 1 - s/node
         shifted = [Fraction(0), *(-x / node for x in coefficients)]

@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 DEFAULT_TOLERANCE = 1e-5
-#: Steps are let grow where they grow by so much: a step of another size needs factors of its own.
+#: Steps may grow if they grow by so much: a step of another size needs factors of its own.
 LEAST_GROWTH = 1.25
 #: The growth of a step at most. Alternating steps 1 : 2 leave stiff modes damped at any spectral radius, 1 : 4 do not.
 MOST_GROWTH = 2.0
-#: Newton's tolerance on the mean velocity, by that of the local error and the change of velocity in a step.
+#: Newton's tolerance on the mean velocity, by the tolerance of the local error and the change of velocity in a step.
 ITERATIONS = 1e-2
 #: The part of the error of velocities that counts.
 VELOCITY_PART = 0.2
@@ -50,7 +50,7 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
     Parameters
     ----------
     tolerance : float
-        Of the local error of the configuration, relative to what it moves within the step, by kinetic energy; internal
+        Of the local error of the configuration, relative to its motion within the step, by kinetic energy; internal
         states each relative to its own change. Raises UsageError outside 1e-14..0.1.
     """
 
@@ -130,7 +130,7 @@ def _optimal(rho_inf: float = 0.8, tolerance: float = DEFAULT_TOLERANCE) -> Adap
 
 
 def _named_case(name: str, tolerance: float = DEFAULT_TOLERANCE, **given: float) -> AdaptiveGeneralizedAlpha:
-    """Return a case; ``rho_inf`` is left out where ``alpha`` says the same."""
+    """Return a case; ``rho_inf`` is left out if ``alpha`` says the same."""
     if "alpha" in given:
         given.pop("rho_inf", None)
     return AdaptiveGeneralizedAlpha(case=NAMED_CASES[name][0](**given), tolerance=tolerance)

@@ -2,7 +2,7 @@
 
 A kick changes velocities by accelerations at held positions, a drift moves positions at held velocities: each is the
 exact motion of a part of the Hamiltonian, so a step is symplectic and energies do not drift over any number of steps.
-Steps begin and end with kicks: the acceleration at the end of one is that at the start of the next.
+Steps begin and end with kicks: the acceleration at the end of one is the first of the next.
 """
 
 from __future__ import annotations

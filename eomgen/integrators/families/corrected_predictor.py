@@ -7,14 +7,14 @@ With y' = F(y, t), any matrix J, s = h/2 and an estimate Phi_n of F(y_n, t_n) th
     y' = y* + d,   Phi' = F(y*, t_n + h) + J d = F(y*, t_n + h) + (d - right side)/s
 
 Order 2 for every J (Rosenbrock methods of one stage need J to O(h)), with one evaluation of forces at a configuration
-that is known before: a test rig is brought there, and what it answers is an input. For y = (q, v), q' = v, the right
+that is known before: a test rig is brought there, and its measured force is an input. For y = (q, v), q' = v, the right
 side of d has no part in q, and Phi keeps v itself:
 
     M* k = M phi - s K v_n,   v* = v_n + h k,   q* = q_n o exp(h (v_n + s k)),   M* = M + s C + s^2 K
     b = s (phi + a(q*, v*, t_n + h)) - h k,   M* d = M b,   v' = v* + d,   q' = q_n o exp(h (v_n + s k) + s d)
 
-M, C, K are those of a step's start, or of the run's (``matrix_every = 0``), which leaves two substitutions as the work
-of a step. Undamped linear forces of stiffness K are followed at every step size where M* has 2/3 K or more.
+M, C, K belong to a step's start, or to the run's (``matrix_every = 0``), which leaves two substitutions as the work
+of a step. Undamped linear forces of stiffness K are followed at every step size if M* has 2/3 K or more.
 
 Predicted displacements and measured forces: Nakashima, Kato and Takaoka, Earthquake Eng. Struct. Dyn. 21 (1992) 79;
 Jia, Liu, Li and Liao (2014).

@@ -7,8 +7,8 @@ and Kunthong (2006). With y' = F(y, t) for y = (theta, v, z), theta canonical co
     G_i = y_n + h sum_j Q_ij F(Y_j, t_j) - Y_i,   g = V^-1 G,   Y' = Y + V d
     (I - gamma h J) d_j = g_j - gamma h J d_{j-1},   j = 0..p
 
-where Q = V P V^-1 in the first pass, which makes it a stiffly accurate SDIRK method linearised at the start and keeps
-positions exact that stiff forces drive, and Radau's A in later ones, whose limit is the parent method. Laguerre's
+with Q = V P V^-1 in the first pass, which makes it a stiffly accurate SDIRK method linearised at the start and keeps
+positions exact that stiff forces drive, and Radau's A in later ones, with the parent method as limit. Laguerre's
 polynomials (columns of V) make P bidiagonal with the one eigenvalue gamma; see ``galerkin_operators``.
 
 In forces, with a residual r = M a - f, the accelerations a = A^-1 (v - v_n)/h of the polynomial in later passes, and
@@ -17,13 +17,13 @@ M_n of the start:
     M_n F_v = -r(a = 0) in the first pass,   M_n a - r(a) in later ones,
     (M + gamma h C + (gamma h)^2 K) d_v = b - gamma h K b_theta,   d_theta = b_theta + gamma h d_v
 
-so M may be singular where the matrix is not. Where M depends on q, M_n a - r is off by (M_n - M_i) M_i^-1 r, which is
-of the power of h that a pass leaves anyway. Where passes are so few that the order rests on more than a power each
+so M may be singular if the matrix is not. If M depends on q, M_n a - r is off by (M_n - M_i) M_i^-1 r, which is
+of the power of h of the error of a pass anyway. If passes are so few that the order rests on more than a power each
 (``refined``), one correction of a by the factors of the step makes r small to one more power of h. Numbers of q have
-theta' = v, which is linear: behind a pass it misses -gamma h r d_p of v alone, where r is what (P - A)/gamma makes of
-L_p, so nothing is summed over nodes for them.
+theta' = v, which is linear: after a pass its defect is -gamma h r d_p of v alone, with r = (P - A)/gamma applied to
+L_p, so no sum over nodes is needed for them.
 
-On rotations d theta'/d theta is -ad(v_n)/2; 1 - gamma h of it is T(gamma h v_n)^-1 up to what J leaves out anyway, so
+On rotations d theta'/d theta is -ad(v_n)/2; 1 - gamma h of it is T(gamma h v_n)^-1 up to terms left out by J, so
 K and d_theta have T(gamma h v_n) in front of theta. Without it the stages, of order 2 at p = 1, would leave the method
 at order 2.
 
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
-#: Rounding of what is held of the coefficients.
+#: Rounding of stored coefficients.
 _EXACT = Fraction(1, 10**60)
 
 
@@ -121,12 +121,12 @@ class DiscontinuousGalerkin(OneFactorization):
 
     @property
     def refined(self) -> bool:
-        """Whether passes are too few for accelerations that are off by what the pass before has left."""
+        """Whether passes are too few for accelerations that are off by the defect of the pass before."""
         return self.order > self.passes + min(self.degree, 2) - 1
 
     @property
     def _lag(self) -> list[list[float]]:
-        """By L_0 to L_p: 1, integrated by -P/gamma, and what (P - A)/gamma makes of L_p."""
+        """By L_0 to L_p: 1, integrated by -P/gamma, and (P - A)/gamma applied to L_p."""
         found = self.operators
         apart = [
             [x - y for x, y in zip(*rows, strict=True)] for rows in zip(found.first, found.integration, strict=True)
@@ -310,7 +310,7 @@ class Row:
 
     Attributes
     ----------
-    make : what makes it
+    make : its constructor
     estimate : whether the last pass is an estimate of errors, of one order less
     """
 

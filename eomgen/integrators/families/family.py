@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
-#: How a stepper takes inputs: rows within a step between which they are linear; the first row held over the step, where
-#: what is not a number follows the scene's formulas; the same, with the formulas expanded in series of time.
+#: Interpretation of inputs by a stepper: rows within a step, linear in between; the first row held over the step, with
+#: the scene's formulas in place of NaN; the same, with the formulas expanded in series of time.
 InputDemand = Literal["sampled", "held", "series"]
 #: States between recorded rows: q of order 5 with v from it, or v of order 3 through v and a; steps of the method;
 #: none.
@@ -29,7 +29,7 @@ DenseOutput = Literal["hermite_5", "hermite_3", "steps", "none"]
 #: Functions on the Lie groups of the configuration that a stepper may call.
 GroupFunction = Literal["update", "tangent", "cotangent", "bracket", "transport", "rate"]
 
-#: What a scene has, by which methods differ: rows of constraints, or coordinates that are rotations.
+#: Facts of a scene by which methods differ: rows of constraints, or coordinates that are rotations.
 SceneFact = Literal["constraints", "rotations"]
 
 SMALLER_STEP = "a step smaller than {step:.3g} s"
@@ -41,14 +41,14 @@ class MethodName:
 
     Attributes
     ----------
-    make : what makes the method of those of its parameters that are given
-    parameters : of ``simulate`` and of scenes, those that it takes
+    make : makes the method from given parameters
+    parameters : of ``simulate`` and of scenes, accepted ones
     aliases : other names for the same
-    idle : parameters that change nothing, and are no mistake
+    idle : parameters without effect, which are no mistake
     differs : facts of a scene without each of which another method of the family does the same
-    by_tolerance : name of the method that is meant where a tolerance is given; empty: this one
-    fixed_steps : why its steps cannot follow a tolerance, and what to take; empty for methods that take one
-    compiled_with : parameters that a stepper is compiled with where its scene says none that it bears; runs give theirs
+    by_tolerance : name of the method for a given tolerance; empty: this one
+    fixed_steps : reason for which its steps cannot follow a tolerance, and a remedy; empty for methods that take one
+    compiled_with : parameters that a stepper is compiled with if its scene gives none that it bears; runs give theirs
     """
 
     name: str
@@ -82,11 +82,11 @@ class Field:
     Attributes
     ----------
     name : in Python
-    comment : what it is, for the C header
+    comment : its meaning, for the C header
     size : of an array; 0: a number alone
     kind : ``real``, ``long``, or ``parameters`` for the struct of tunable parameters
     group : the struct within the state that holds it, if any
-    member : its name in C where that is another
+    member : its name in C if that is another
     """
 
     name: str
@@ -103,8 +103,8 @@ class Setting:
 
     Attributes
     ----------
-    default : its value if nothing is said
-    comment : what it is, for the C header
+    default : its value if none is given
+    comment : its meaning, for the C header
     whole : the least and the largest of a whole number; None: any number that is not negative
     single : its least value in single precision
     """
@@ -132,8 +132,8 @@ class Status:
     Attributes
     ----------
     number, name : of the enumeration in C; 0 is ``OK``
-    text : what happened
-    advice : what to try, with places for settings as ``{step:.3g}``
+    text : the event
+    advice : remedy, with places for settings as ``{step:.3g}``
     """
 
     number: int
@@ -144,7 +144,7 @@ class Status:
 
 class LinearStep(NamedTuple):
     """Coefficients of steps of generalized-alpha, of which derivatives of runs are made; ``rate_alpha_m`` and
-    ``rate_gamma`` are those of equations of first order."""
+    ``rate_gamma`` belong to equations of first order."""
 
     alpha_m: float
     alpha_f: float
@@ -155,7 +155,7 @@ class LinearStep(NamedTuple):
 
 
 class LinearPasses(NamedTuple):
-    """What is needed of steps in passes to make them linear, see ``families.discontinuous_galerkin``; matrices act on
+    """Data for linearised steps in passes, see ``families.discontinuous_galerkin``; matrices act on
     values at the nodes.
 
     Attributes
@@ -183,9 +183,9 @@ class LinearPasses(NamedTuple):
 class Family(ABC):
     """Family of integration methods; its instances are methods, checked on construction."""
 
-    #: Its name, and that of its templates.
+    #: Its name, also of its templates.
     family: ClassVar[str]
-    #: The folder of its templates, ``stepper.c.jinja`` and what it includes; None: eomgen's own folder of the family's
+    #: The folder of its templates, ``stepper.c.jinja`` and its includes; None: eomgen's own folder of the family's
     #: name.
     templates: ClassVar[Path | None] = None
     inputs: ClassVar[InputDemand] = "sampled"
@@ -194,15 +194,15 @@ class Family(ABC):
     implicit: ClassVar[bool] = False
     #: Whether rows may have multipliers.
     holds_constraints: ClassVar[bool] = False
-    #: Whether it passes positions where constraints are singular.
+    #: Whether it passes positions with singular constraints.
     passes_singularities: ClassVar[bool] = False
     #: Whether the state alone, without the workspace, determines all later bits.
     state_is_all: ClassVar[bool] = False
-    #: What a step does whose inputs or parameters are not those that the last one ended with.
+    #: Behaviour of a step with inputs or parameters other than those at the end of the last one.
     renewal: ClassVar[str] = "evaluates accelerations anew"
     #: How q and v of a start are brought onto constraints.
     projection: ClassVar[str] = ""
-    #: Structs within the state, and what is in them.
+    #: Structs within the state, and their contents.
     groups: ClassVar[tuple[tuple[str, str], ...]] = ()
 
     order: int
@@ -232,7 +232,7 @@ class Family(ABC):
         return set(self.terms(bool(system.multipliers), system.facts.internal_states, mass))
 
     def prepared(self, system: System) -> System:
-        """Return a system with functions of the method's own beside those of its terms."""
+        """Return a system with functions of the method's own beside the functions of its terms."""
         return system
 
     @abstractmethod
@@ -297,11 +297,11 @@ class Family(ABC):
         return ()
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
-        """Return what settings must meet in C, in the order of the tests; ``good_settings`` of its templates."""
+        """Return the conditions on settings in C, in the order of the tests; ``good_settings`` of its templates."""
         return ()
 
     def choices(self, sizes: Sizes) -> Mapping[str, bool]:
-        """Return what its own templates choose by, by name.
+        """Return the facts by which its own templates choose, by name.
 
         ``offset`` of implicit families: whether the increment of a step has parts besides the unknown mean velocity."""
         return {}
@@ -312,7 +312,7 @@ class Family(ABC):
 
     @abstractmethod
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        """Return how a call may end besides well.
+        """Return the possible failures of a call.
 
         Parameters
         ----------
@@ -321,7 +321,7 @@ class Family(ABC):
 
     @abstractmethod
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        """Return what its own templates read, JSON types only, and for the common ones:
+        """Return the data of its own templates, JSON types only, and for the common ones:
 
         ``input_times``, the shares of a step with a row of inputs; if there are some, ``hooks``, functions of its
         template by when they are called: ``row`` (before a row is given), ``recorded`` (behind one), ``end`` (of a
@@ -334,7 +334,7 @@ class Family(ABC):
         """
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
-        """Return all that every step does; nothing where steps differ, by iterations or by errors.
+        """Return the work of every step; empty if steps differ, by iterations or by errors.
 
         Parameters
         ----------
@@ -355,7 +355,7 @@ def velocities(factors: Sequence[Any]) -> int:
 
 #: Terms of constraints that steppers call, or that bring a state onto the constraints.
 KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
-#: What ``newton/step_matrix.c.jinja`` counts, of families that include it.
+#: Counters of ``newton/step_matrix.c.jinja``, of families that include it.
 EXCHANGES = Field("exchanges", "factorizations whose pivots had to be chosen anew", kind="long")
 #: Statuses of most steppers.
 NOT_FINITE = Status(

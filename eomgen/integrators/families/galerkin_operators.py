@@ -1,12 +1,12 @@
 """Nodes and matrices of time-discontinuous Galerkin steps, in exact arithmetic with rounded roots.
 
 On a step of length 1 a motion is a polynomial of degree p through the p + 1 nodes of Radau's quadrature on the right;
-``integration`` is the parent's operator, that of Radau IIA. In Laguerre's polynomials L_j(s/gamma) the operator
+``integration`` is the parent's operator, Radau IIA's. In Laguerre's polynomials L_j(s/gamma) the operator
 
     P = gamma (1 - N),   N e_j = e_{j+1},   N e_p = 0,
 
-integrates those of degree below p exactly and has one eigenvalue, gamma. It differs from the parent's in what it does
-to L_p alone: Burrage, BIT 18 (1978) 22; Butcher, BIT 19 (1979) 425.
+integrates polynomials of degree below p exactly and has one eigenvalue, gamma. It differs from the parent's in its
+action on L_p alone: Burrage, BIT 18 (1978) 22; Butcher, BIT 19 (1979) 425.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Operators:
     ----------
     nodes : the last one is 1
     integration : A, of Radau IIA
-    first : V P V^-1, that of the first pass
+    first : V P V^-1, of the first pass
     values, modes : V_ij = L_j(c_i/gamma), and its inverse
     derivative : A^-1, of polynomials of degree p + 1 that vanish at 0
     """
@@ -79,7 +79,7 @@ def laguerre(degree: int, x: Fraction) -> list[Fraction]:
 
 
 def root(function: Callable[[Fraction], Fraction], low: Fraction, high: Fraction) -> Fraction:
-    """Return the zero between two places where the function has two signs, to 256 binary places."""
+    """Return the zero between two places with function values of two signs, to 256 binary places."""
     rising = function(high) > 0
     below, above = math.floor(low * 2**_PLACES), math.ceil(high * 2**_PLACES)
     while above - below > 1:
@@ -92,7 +92,7 @@ def root(function: Callable[[Fraction], Fraction], low: Fraction, high: Fraction
 
 
 def stability_series(found: Operators, gamma: Fraction, passes: int, order: int) -> list[Fraction]:
-    """Return the coefficients of z^0 to z^order of what the passes make of 1 with y' = z y in a step of length 1."""
+    """Return the coefficients of z^0 to z^order of the passes applied to 1 with y' = z y in a step of length 1."""
     size = len(found.nodes)
     values = [[Fraction(1)] + [Fraction(0)] * order for _ in range(size)]
     for number in range(passes):

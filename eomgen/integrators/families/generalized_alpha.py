@@ -50,33 +50,33 @@ _SOURCE = "Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; Arnold and Ha
 #: How constraints enter a step: positions only, or positions and velocities with one more multiplier per holonomic row.
 INDEX_3, STABILISED = "index3", "stabilised"
 #: How the increment of a step is cut into exponentials: one; velocity and acceleration; velocity and both
-#: accelerations. ``spatial``: one exponential, and what a step takes over from the last one is carried along with its
+#: accelerations. ``spatial``: one exponential, and algorithmic variables of the last step are carried along with its
 #: rotation.
 SPATIAL = "spatial"
 VARIANTS = ("F0", "F1", "F2", SPATIAL)
-#: Largest spectral radius at which index 3 is known to damp what its start excites, and if it is known to fail.
+#: Largest spectral radius at which index 3 is known to damp transients of its start, and if it is known to fail.
 INDEX_3_SAFE_RHO, INDEX_3_REFUSED_RHO = 0.9, 0.99
-#: Newton's stopping test on the increment of the mean velocity. Tight enough that errors left by it stay below those of
+#: Newton's stopping test on the increment of the mean velocity. Tight enough that its errors stay below the errors of
 #: the method at steps of 1e-5; the stepper itself keeps the demand above round-off.
 RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 #: The same in single precision.
 SINGLE_RELATIVE_TOLERANCE, SINGLE_ABSOLUTE_TOLERANCE = 1e-5, 1e-6
 MAX_ITERATIONS, MAX_HALVINGS = 16, 6
-#: Where forces damp, so that errors do not add up, a step may end with its first iteration: the part of the tolerance
+#: If forces damp, so that errors do not add up, a step may end with its first iteration: the part of the tolerance
 #: that may be left by a contraction that is known from steps before, and for how many steps it is known.
 KNOWN_PART, UNOBSERVED_STEPS = 0.1, 15
-#: Named cases: the parameters that each takes, and what its C file is called by.
+#: Named cases: the parameters of each, and the name of its C file.
 NAMED_CASES: Mapping[str, tuple[Callable[..., Coefficients], tuple[str, ...], tuple[str, ...], str]] = {
     "hht": (hht, ("alpha", "rho_inf"), (), "HHT-alpha"),
     "wbz": (wbz, ("alpha", "rho_inf"), (), "WBZ-alpha"),
     "newmark": (newmark, ("alpha", "beta", "gamma"), (), "Newmark's method"),
     "trapezoidal": (trapezoidal, (), ("average_acceleration",), "the trapezoidal rule"),
 }
-#: Those that are always of order 2: a tolerance makes them choose their steps.
+#: Cases that are always of order 2: a tolerance makes them choose their steps.
 OF_ORDER_2 = ("hht", "wbz", "trapezoidal")
 
 
-#: Why steps of other forms and variants have one size, and what to take where they are to follow a tolerance.
+#: Reason for which steps of other forms and variants have one size, and methods that follow a tolerance.
 _INDEX_3_FIXED = (
     "in index 3 velocities lie off the constraints by the square of the step, and where it changes, that leaves"
     " multipliers with errors of first order",
@@ -105,7 +105,7 @@ def _written(number: float) -> Fraction:
 
 
 def _differs(form: str, variant: str) -> tuple[SceneFact, ...]:
-    """Return what a scene has where this form and variant are not the plain method."""
+    """Return the facts of a scene for which this form and variant differ from the plain method."""
     of_form: tuple[SceneFact, ...] = ("constraints",) if form == INDEX_3 else ()
     return of_form if variant == "F0" else (*of_form, "rotations")
 
@@ -126,7 +126,7 @@ class GeneralizedAlpha(Family):
         exponentials of their own. ``spatial``: velocities and accelerations are interpolated as a frame sees them that
         does not turn with the body.
     case : Coefficients, optional
-        Of HHT, WBZ, Newmark or the trapezoidal rule; ``rho_inf`` is then theirs, whatever was said.
+        Of HHT, WBZ, Newmark or the trapezoidal rule; ``rho_inf`` is then theirs, for any argument.
     """
 
     rho_inf: float = 0.9
@@ -372,7 +372,7 @@ class GeneralizedAlpha(Family):
         )
 
     def choices(self, sizes: Sizes) -> Mapping[str, bool]:
-        """Return whether one number gives all coefficients, and what the variant adds to a step."""
+        """Return whether one number gives all coefficients, and the additions of the variant to a step."""
         return {
             "by_radius": self.case is None,
             "offset": self.variant != "F0",
@@ -526,14 +526,14 @@ def _optimal(form: str, variant: str, rho_inf: float | None = 0.8) -> Generalize
 
 
 def _named_case(name: str, form: str, **given: float | None) -> GeneralizedAlpha:
-    """Return a case; ``rho_inf`` is left out where ``alpha`` says the same."""
+    """Return a case; ``rho_inf`` is left out if ``alpha`` says the same."""
     if given.get("alpha") is not None:
         given = {key: value for key, value in given.items() if key != "rho_inf"}
     return GeneralizedAlpha(form=form, case=NAMED_CASES[name][0](**given))
 
 
 def _factorization_cost(system: System, solver: Solver) -> float:
-    """Return what forming and factoring the iteration matrix costs, in iterations with old factors, by operation
+    """Return the cost of forming and factoring the iteration matrix, in iterations with old factors, by operation
     counts.
 
     Substitution waits for its own results, and group operations take roots and quotients: both weigh more than they

@@ -64,7 +64,7 @@ class Coefficients:
 
 
 def hht(alpha: float | None = None, rho_inf: float | None = None) -> Coefficients:
-    """Return the method of Hilber, Hughes and Taylor: alpha of the forces are those of the start of the step.
+    """Return the method of Hilber, Hughes and Taylor: alpha of the forces are taken at the start of the step.
 
     Parameters
     ----------

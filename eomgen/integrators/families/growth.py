@@ -1,7 +1,7 @@
 """The guard of steps of one factorization against growth that they cannot follow: rows of families that have it.
 
 ``newton/growth.c.jinja`` looks at the pivots (``newton.signs``); a step calls ``_note_growth`` behind a factorization,
-with ``stop_at_growth`` in its workspace. Where a method chooses its steps, such a step is tried again as a smaller one.
+with ``stop_at_growth`` in its workspace. If a method chooses its steps, such a step is tried again as a smaller one.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ GROWTH_STATUS = Status(
     "something grows by itself so fast that a step would damp it, as behind a force that pushes away",
     f"{SMALLER_STEP}, or stop_at_growth = 0 where the growth does not matter",
 )
-#: The same where constraints border the matrix, whose rows may change a sign too.
+#: The same if constraints border the matrix, since their rows may change a sign too.
 GROWTH_OR_SINGULAR_STATUS = replace(
     GROWTH_STATUS,
     text="something grows by itself so fast that a step would damp it, or the constraints are singular within the step",

@@ -3,8 +3,8 @@
     y_1 = y_0 + h/2 (y'_0 + y'_1) + h^2/12 (y''_0 - y''_1)
 
 for y = (q, v, z), quaternions as they are and brought to unit length; y'' comes from the recurrence that Taylor steps
-use. Solved by corrections, from what the last step foretells (Makino and Aarseth, Publ. Astron. Soc. Japan 44 (1992)
-141). Symmetric, so energies of oscillations do not drift. Where a step is too large for the highest frequency
+use. Solved by corrections, from the prediction of the last step (Makino and Aarseth, Publ. Astron. Soc. Japan 44 (1992)
+141). Symmetric, so energies of oscillations do not drift. If a step is too large for the highest frequency
 corrections diverge, and the run stops.
 """
 
@@ -28,7 +28,7 @@ from eomgen.integrators.families.needs import UNCONSTRAINED
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
-#: Corrections end where they change no component by more than this part of the sizes of its kind, in units of rounding.
+#: Corrections end if they change no component by more than this part of the sizes of its kind, in units of rounding.
 CORRECTION_TOLERANCE = 45.0
 #: Corrections of a step at most.
 MOST_CORRECTIONS = 30
@@ -42,7 +42,7 @@ COARSE = 0.01
 STRETCH = 0.1
 
 
-#: Why its steps do not follow a tolerance, and what to take.
+#: Reason for which its steps do not follow a tolerance, and methods that do.
 _FIXED = ("its steps are all of one size, so that energies do not drift", "rk45, or taylor")
 
 

@@ -1,4 +1,4 @@
-"""What methods need a system to have or not to have: why they are refused where it is otherwise, and what to take."""
+"""Requirements of methods on systems: reasons for which they are refused otherwise, and substitutes."""
 
 from __future__ import annotations
 

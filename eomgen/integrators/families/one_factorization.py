@@ -1,7 +1,7 @@
-"""What families have in common whose steps take one factorization: equations linearised about the start of the step.
+"""Common part of families with steps of one factorization: equations linearised about the start of the step.
 
-Their matrix is that of (I - gain J) d = right side in forces, (M + gain C + gain^2 K) d_v, with internal states behind;
-increments are about none, so pivots are chosen ``at_start`` and M may be singular where the matrix is not. Constraints
+Their matrix represents (I - gain J) d = right side in forces, (M + gain C + gain^2 K) d_v, with internal states behind;
+increments are about none, so pivots are chosen ``at_start`` and M may be singular if the matrix is not. Constraints
 border it by B^T of the start and B of the end of a step.
 """
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from eomgen.integrators.newton.matrix import Packing, Unknowns
     from eomgen.system.system import System
 
-#: Why steps of one factorization follow no tolerance, and what to take.
+#: Reason for which steps of one factorization follow no tolerance, and methods that do.
 FIXED_STEPS = (
     "its steps are the same operations every time, without an estimate of errors",
     "generalized_alpha, or rk45",
@@ -37,7 +37,7 @@ FIXED_STEPS = (
 
 @dataclass(frozen=True)
 class OneFactorization(Family):
-    """A family whose steps take one factorization, of equations without constraints where it does not say otherwise."""
+    """A family with steps of one factorization, of equations without constraints unless it says otherwise."""
 
     implicit = True
 
@@ -111,7 +111,7 @@ def linear_system(
 
 
 def _remainders(sizes: Sizes) -> tuple[Field, ...]:
-    """Return what a state keeps for ``common/compensated.c.jinja``."""
+    """Return the members of a state for ``common/compensated.c.jinja``."""
     members = (
         Field(f"{name}_remainder", f"what sums of {name} have lost", size)
         for name, size in (("q", sizes.q), ("v", sizes.v), ("z", sizes.z))
@@ -122,10 +122,10 @@ def _remainders(sizes: Sizes) -> tuple[Field, ...]:
 def _products(
     unknowns: Unknowns, packing: Packing, groups: Sequence[Sequence[int]], links: Sequence[tuple[int, int]]
 ) -> list[dict[str, Any]]:
-    """Return for each row of the right side what it has of M times one vector and of K times another.
+    """Return for each row of the right side its terms of M times one vector and of K times another.
 
     Terms are (number, column, None), and within a group (number, column, row): of the difference of two components,
-    with the row sum of K in place of its diagonal. Those of links stand once, in the link's own row.
+    with the row sum of K in place of its diagonal. Terms of links occur once, in the link's own row.
     """
     by_row: dict[int, dict[str, list[list[int | None]]]] = {}
     group_of = {k: number for number, group in enumerate(groups) for k in group}

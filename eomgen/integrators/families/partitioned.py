@@ -1,6 +1,6 @@
 """Runge-Kutta-Munthe-Kaas with coordinate partitioning: dependent coordinates are eliminated at each stage.
 
-Partitioning: Wehage and Haug, J. Mech. Des. 104 (1982) 247. What one stage gives is the Runge-Kutta method's own field
+Partitioning: Wehage and Haug, J. Mech. Des. 104 (1982) 247. The field of one stage is the Runge-Kutta method's own
 made continuous off the constraints by a smooth correction, so the order stays the method's: Hairer, Lubich, Wanner,
 Geometric Numerical Integration (2006), section IV.4.
 """
@@ -35,20 +35,20 @@ if TYPE_CHECKING:
 #: Corrections of positions by Newton's method at most.
 MOST_CORRECTIONS = 16
 #: Largest component of B_D^-1 B_I, velocities weighed by the roots of their inertias, with which a partition is kept,
-#: and below which there is nothing to improve when one is chosen. 1 can always be had. Errors of the independent
+#: and below which no better one is sought when one is chosen. 1 can always be had. Errors of the independent
 #: components come back multiplied: on the spatial slider-crank in absolute coordinates (90 rad/s, steps of 2e-4 s) the
 #: error after 0.2 s is 1.1e-5 with a bound of 1.02, 5.5e-4 with 1.5, 2e-2 with 3, and of order one with 10.
 LARGEST_GAIN, GOOD_GAIN = 1.02, 1.01
 #: Pivots of B_D that are this much smaller than the largest, rows and columns weighed, count as zero.
 SMALLEST_PIVOT = 1e-9
-#: Parts of what the smallest pivot of B_D has been at most: a singular position is near below the first, so that
+#: Ratios to the largest smallest pivot of B_D so far: a singular position is near below the first, so that
 #: corrections take factors of their own; below the second accelerations are continued from those before, for digits
 #: that they lose grow with its third power.
 NEAR_PART, SINGULAR_PART = 0.03, 3e-4
 
 
 def partition_state(sizes: Sizes) -> tuple[Field, ...]:
-    """Return what a state says of its partition."""
+    """Return the members of a state on its partition."""
     largest = "largest so far of the smallest pivot of B_D, rows and columns weighed by inertias"
     return (
         Field("dependent", "velocity components that follow from the others, in increasing order", sizes.lam, "long"),
@@ -70,7 +70,7 @@ PARTITION_STATISTICS = (
 
 
 def partition_statuses(angles: bool) -> tuple[Status, ...]:
-    """Return how steps with a partition may fail."""
+    """Return the failures of steps with a partition."""
     slipped = "the correction of the dependent coordinates did not converge, whichever they are"
     singular = (
         "the constraints are singular here or within the step, whichever coordinates depend on the others, "
@@ -87,7 +87,7 @@ def partition_statuses(angles: bool) -> tuple[Status, ...]:
 
 
 def partition_data(system: System) -> Mapping[str, Any]:
-    """Return what the templates of coordinate partitioning read. Raises ModelError for more rows than components."""
+    """Return the data for the templates of coordinate partitioning. Raises ModelError for more rows than components."""
     nv, nl = velocities(system.factors), len(system.multipliers)
     if nl > nv:
         what = f"there are {nl} constraint rows for {nv} velocity components: some repeat others"

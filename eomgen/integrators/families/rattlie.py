@@ -6,7 +6,7 @@ the trapezoidal rule of the potential, momenta p = dT/dv meet the constraints' r
     T^-T(-h w) (p(q, w) + p(q', w))/2 = p(q, v) + h/2 (dT/dq + Q)(q, w) - h/2 B(q)^T lam^+,   Phi(q') = 0
     p(q', v') = T^-T(h w) (p(q, w) + p(q', w))/2 + h/2 (dT/dq + Q)(q', w) - h/2 B(q')^T lam^-,   B(q') v' + Phi_t = 0
 
-Where M is constant this is RATTLie of Hante and Arnold (2021). Where it varies, as in joint coordinates, dT/dq is taken
+If M is constant this is RATTLie of Hante and Arnold (2021). If it varies, as in joint coordinates, dT/dq is taken
 at both ends with w, and so are forces that depend on velocities: the map stays its own adjoint, so of order 2; it
 stays variational if there is a potential, so it keeps momentum maps, and energies do not drift.
 """
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from eomgen.integrators.newton.sample_matrices import Samples
     from eomgen.system.system import System
 
-#: Newton's stopping test on the increment of the mean velocity, by kinetic energy; what it leaves is smaller by its
+#: Newton's stopping test on the increment of the mean velocity, by kinetic energy; its error is smaller by its
 #: contraction, h^2 omega^2/12 or so, because momentum maps are kept as well as steps are solved.
 RELATIVE_TOLERANCE, SINGLE_RELATIVE_TOLERANCE = 1e-12, 1e-5
 MAX_ITERATIONS = 50
@@ -167,13 +167,13 @@ class Rattlie(Family):
         }
 
 
-#: What the matrix of a step leaves out: forces and internal states are those of an end, what momenta change with
+#: Terms outside the matrix of a step: forces and internal states belong to an end, the change of momenta with
 #: positions is O(step^2), and rates of constraints are no equations of it.
 _LEFT_OUT = ("K", "Z", "Rz", "Fq", "Fv", "Fz", "Fx")
 
 
 def _of_momenta(samples: Samples) -> Samples:
-    """Return samples with B at both ends of a step, and without what its matrix leaves out."""
+    """Return samples with B at both ends of a step, and without terms outside its matrix."""
     from eomgen.integrators.newton.sample_matrices import at_both_ends  # noqa: PLC0415
 
     both = at_both_ends(samples)

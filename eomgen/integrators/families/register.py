@@ -93,7 +93,7 @@ def stamp_of(name: str) -> str:
 
 _STIFF = "generalized_alpha, for stiff motions"
 _ADAPTIVE = "rk45, or taylor for small errors"
-#: Methods of other tools, and what is used in their place.
+#: Methods of other tools, and their substitutes.
 _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("bdf", "lsoda", "radau", "ode15s", "ode23t", "ida", "cvode"), _STIFF),
     **dict.fromkeys(("ode45", "rk23", "dop853", "dopri5", "rkf45", "ode113", "dp45"), _ADAPTIVE),

@@ -11,24 +11,24 @@ L-stable and of order 2 with any J (Bursi, Gonzalez-Buelga, Vulcan, Neild, Wagg 
     (I - gamma h J) k_1 = F(y_n, t_n),   y' = y_n + h k_2,   gamma = 1 - sqrt(1/2)
     (I - gamma h J) k_2 = F(y_n + h k_1/2, t_n + h/2) - gamma h J k_1
 
-In forces, with a residual r = M a - f and any accelerations a that are O(h) off, those of the step before:
+In forces, with a residual r = M a - f and any accelerations a that are O(h) off, taken from the step before:
 
     (M + gamma h C + (gamma h)^2 K) k_v = M a - r(a) - gamma h K v_n,   k_q = v_n + gamma h k_v
 
-so M may be singular where the matrix is not. With constraints, multipliers lam and accelerations of the step before:
+so M may be singular if the matrix is not. With constraints, multipliers lam and accelerations of the step before:
 
     (M + gamma h C + (gamma h)^2 K) k_v + B_n^T d = M a - r(a, lam) - gamma h K v_n,   lam' = lam + d
     B^ (v_n + h k_v) + Phi_t^ = 0,   B^, Phi_t^ at q^ = q_n o exp(h (v_n + h a/2)) and t_n + h
 
-where K has what B^T lam changes by with q, and q^ is O(h^3) off the end of the step, as its state is off the
-constraints. The same factors take it there, each of a fixed number of corrections leaving O(h^3) of what there was:
+with the change of B^T lam with q in K, and q^ is O(h^3) off the end of the step, as its state is off the
+constraints. The same factors take it there, each of a fixed number of corrections leaving O(h^3) of the error:
 
     S d_q + B_n^T mu = 0,  B^ d_q = -Phi(q', t_n + h),       S d_v + B_n^T mu = 0,  B^ d_v = -w(q', v', t_n + h)
 
-Multipliers and accelerations of rows are those of the state, of order 2; those kept are means of a step.
+Multipliers and accelerations of rows belong to the state, of order 2; stored ones are means of a step.
 
 On rotations d k_q/d q, half a bracket with v_n, is left out of J: it acts on k_q = v_n + O(h), whose bracket with v_n
-is of the order of what is left out anyway.
+is of the order of other terms left out.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ if TYPE_CHECKING:
 
 #: Corrections of positions, and of velocities, in each step.
 CORRECTIONS = 2
-#: What they may leave, in shares of what rows add up: far below the error of such a step.
+#: Their tolerated violation, as a share of the sum of the rows' summands: far below the error of such a step.
 DRIFT, SINGLE_DRIFT = 1e-6, 1e-3
 
 
@@ -224,7 +224,7 @@ class Rosenbrock(OneFactorization):
 
 
 def _work_of_rows(method: Mapping[str, Any], of_positions: int, of_velocities: int, stages: int) -> Iterator[Work]:
-    """Yield what constraints ask for beside the linear systems and groups, with so many corrections of a step."""
+    """Yield the work of constraints beside the linear systems and groups, with so many corrections of a step."""
     from eomgen.integrators.step_work import Work  # noqa: PLC0415
 
     v, lam, held = method["unknowns"]["v"], method["unknowns"]["lam"], method["positions_held"]
@@ -232,7 +232,7 @@ def _work_of_rows(method: Mapping[str, Any], of_positions: int, of_velocities: i
     yield Work("constraint_velocity", of_velocities + 2, of_model=True)
     if held:
         yield Work("constraint", of_positions + 1, of_model=True)
-    judged = held + lam  # divided by what rows add up to
+    judged = held + lam  # divided by the sum of the rows' summands
     added = v * (1 + of_velocities) + stages * lam + judged
     yield Work("constraints", 1, False, added, 2 * v + lam, lam + judged)
 

@@ -57,7 +57,7 @@ class RungeKuttaMuntheKaas(Family):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        aliases = ("rkmk4", "runge_kutta")  # no numerical damping is what explicit methods have anyway
+        aliases = ("rkmk4", "runge_kutta")  # explicit methods have no numerical damping anyway
         return (
             MethodName(
                 "rk4",

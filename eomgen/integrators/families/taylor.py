@@ -46,14 +46,14 @@ GROWTH = 8.0
 MOST_EXPANSIONS = 100_000
 #: The smallest tolerance that is taken; below 1e-16 steps only become shorter.
 SMALLEST_TOLERANCE = 1e-20
-#: How many tolerances, times the order, step * (acceleration of the equations - that of the series) may be at the end
+#: Tolerated multiple of tolerance times order of step * (acceleration of the equations - of the series) at the end
 #: of a step.
 DEFECT = 10.0
-#: The tolerance below which round-off of accelerations hides what they are tested for, in units of rounding.
+#: The tolerance below which round-off of accelerations hides their test, in units of rounding.
 ROUND_OFF = 450.0
-#: Rounding of accelerations from that of places, as what they do within a series, in the same units.
+#: Rounding of accelerations from rounding of places, through their effect within a series, in the same units.
 ROUNDING = 8.0
-#: The part of 1 rad, or of the size of the machine, that tolerances are relative to where the motion is smaller.
+#: The part of 1 rad, or of the size of the machine, that tolerances are relative to if the motion is smaller.
 COARSE = 0.01
 #: By how much the square of a quaternion's length may be off at the end of a step, before it is brought to 1.
 STRETCH = 0.1
@@ -69,7 +69,7 @@ class Taylor(Family):
     ----------
     tolerance : float
         Of the local error, relative to the size of the motion: of its lengths, of its angles, and of the velocities of
-        both, over a step; of internal states relative to the largest, or to 1. 0: steps are those of the time grid.
+        both, over a step; of internal states relative to the largest, or to 1. 0: steps equal the time grid's.
     order : int, optional
         Of the series, 2 to 40; chosen by the tolerance if it is not given.
     """

@@ -3,12 +3,12 @@
 Threshold Markowitz: of the entries that are large enough in their column in every sample, the one that fills in least.
 Markowitz, Management Science 3 (1957) 255; Duff, Erisman and Reid, Direct Methods for Sparse Matrices (2017).
 
-Rows of ``groups`` hold their sum over the columns of their group in place of the diagonal, which is what the sum leaves
-when the other entries are taken off. With d for the sum, w for entries off the diagonal with a minus, and pivot k,
+Rows of ``groups`` hold their sum over the columns of their group in place of the diagonal, which is the sum minus
+the other entries. With d for the sum, w for entries off the diagonal with a minus, and pivot k,
 
     p = d_k + sum_j w_kj,   w_ij + w_ik w_kj / p,   d_i + w_ik d_k / p,
 
-so nothing is subtracted where all of these are positive: Grassmann, Taksar and Heyman, Operations Research 33 (1985)
+so there is no subtraction if all of these are positive: Grassmann, Taksar and Heyman, Operations Research 33 (1985)
 1107. Pivots of such rows are on the diagonal. Sums over columns of other groups go with other pivots' rows.
 """
 
@@ -24,18 +24,18 @@ from eomgen.errors import ModelError, Problem
 
 #: A pivot is at least this part of the largest entry of its column among the rows of its stage, in every sample.
 THRESHOLD = 0.02
-#: The same where an earlier stage of the same structure chose that pivot: one order for all of them makes one piece of
+#: The same if an earlier stage of the same structure chose that pivot: one order for all of them makes one piece of
 #: code.
 _REPEATED = 0.002
 #: Of more stages than this it is less by the cube of their number, so that fewer have code of their own the more
 #: there are.
 _MANY = 16
-#: Of so many stages, pivots of at least this part are alike, so that what is chosen depends little on their number.
+#: Of so many stages, pivots of at least this part are alike, so that the choice depends little on their number.
 _ALIKE = 0.1
-#: A pivot is at least this part of the largest entry of its column at all. What is lost to growth is made up by the
-#: iteration, whose residual knows nothing of it.
+#: A pivot is at least this part of the largest entry of its column. Digits lost to growth are made up by the
+#: iteration, with a residual that does not depend on it.
 _OF_ALL = 1e-6
-#: What is taken in the end rather than nothing.
+#: Threshold of a last resort.
 _LAST_THRESHOLDS = (1e-3, 1e-8)
 #: Rows and columns of lowest count among which a pivot is looked for before all are.
 _SEARCHED = 4
@@ -43,14 +43,14 @@ _SEARCHED = 4
 
 @dataclass(frozen=True)
 class Elimination:
-    """Symbolic LU factorization; position k is that of the k-th pivot.
+    """Symbolic LU factorization; position k belongs to the k-th pivot.
 
     Attributes
     ----------
     rows, columns : (N,)
         Row and column of the matrix at each position.
     lower, upper : (N,) tuples of positions, increasing
-        Row by row, where L (left of the pivot) and U (right of it) are not zero.
+        Row by row, the nonzeros of L (left of the pivot) and U (right of it).
     operations : int
         Multiply-subtracts of the factorization.
     stages : positions at which the stages begin, without empty ones.
@@ -109,10 +109,10 @@ def eliminate(
     samples : mapping from (row, column) to (n,) values
         Every entry that is not zero by structure, at n states of the system.
     stages : sequence of (rows, columns), optional
-        Where to look for pivots, one after the other; what finds none waits for the next stage.
+        Candidates of pivots, one stage after the other; rows without a pivot wait for the next stage.
     groups : unknowns whose rows have sums over their group on the diagonal.
     constrained : whether rows of constraints are among them, for messages.
-    diagonal_first : whether of pivots that fill in alike those on the diagonal are taken, whose signs are the inertia.
+    diagonal_first : whether of pivots of equal fill diagonal ones are taken, with signs that are the inertia.
 
     Raises
     ------

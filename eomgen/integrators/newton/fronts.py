@@ -1,7 +1,7 @@
 """Frontal elimination: stages with equal structure share one function, parametrised by index offsets.
 
-A front holds the rows of U and the columns of L of its pivots in one run of the factors. What its elimination takes
-from later entries is subtracted there, in the runs of the fronts above it: Duff and Reid, ACM TOMS 9 (1983) 302. For a
+A front holds the rows of U and the columns of L of its pivots in one run of the factors. Updates of later entries
+are subtracted there, in the runs of the fronts above it: Duff and Reid, ACM TOMS 9 (1983) 302. For a
 tree this is the elimination of one body after the other from the tips to the root.
 """
 
@@ -25,12 +25,12 @@ class Fronts:
 
     Attributes
     ----------
-    kinds : what the distinct structures compute; see ``_Front.work``.
+    kinds : computations of the distinct structures; see ``_Front.work``.
     kind_of : the number of each front's kind, in the order of elimination.
-    table : for each front, where it begins: factors, entries, positions; then factors and positions of the fronts it
+    table : for each front, the starts of its factors, entries, positions; then factors and positions of the fronts it
         reaches.
     read_order : the matrix' entries in the order in which fronts read them.
-    slots : where each factor of the elimination is, by (row position, column position).
+    slots : place of each factor of the elimination, by (row position, column position).
     """
 
     kinds: tuple[Mapping[str, Any], ...]
@@ -71,7 +71,7 @@ def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided:
     Parameters
     ----------
     entries : (row, column) of the matrix, in any order
-    sided : number of the first rows that can have right sides, all by default; those of the others are zero
+    sided : number of the first rows that can have right sides, all by default; other rows have zero ones
     """
     starts = [start for start in elimination.stages if start < elimination.size]
     ends = [*starts[1:], elimination.size]
@@ -163,9 +163,9 @@ class _Front:
         self.received.add(index)
 
     def work(self, fronts: Sequence[_Front], front_of: Sequence[int]) -> dict[str, Any]:
-        """Return what a front does, in numbers of its own.
+        """Return the work of a front, in numbers of its own.
 
-        ``size`` factors, ``pivots`` of them; ``rows``, those of the pivots first, with what is ``taken`` from each: the
+        ``size`` factors, ``pivots`` of them; ``rows``, rows of pivots first, with the updates ``taken`` from each: the
         factor in ``slot``, by the ``pivot``, which ``updates`` (factor, by which of an upper row) and goes ``outside``
         (number in ``targets``); ``loads`` [factor, entry or -1, whether others subtracted something before]; rows of
         pivots have their ``diagonal``, ``upper`` factors and the ``columns`` [front, offset] that both are in; others
@@ -203,7 +203,7 @@ class _Front:
         fronts: Sequence[_Front],
         front_of: Sequence[int],
     ) -> dict[str, Any]:
-        """Return what is done with a row, from which the rows of ``earlier`` pivots are taken."""
+        """Return the work on a row, from which the rows of ``earlier`` pivots are taken."""
         own = row in self.pivots
         upper = [(row, k) for k in (row, *self.upper[row])] if own else []
         outside = {index: k for k, index in enumerate(index for index in self.targets if index[0] == row)}

@@ -12,14 +12,14 @@ Internal states z add the unknowns y = (z - z_n)/h and the equations h (f - zdot
     and k Rz in the columns of y and the rows of the residual                 (its counterpart beside B_n^T is left out,
     as below)
 
-Rows of coordinates that relative springs join hold sums over their group where the diagonal was: see ``row_sums``.
+Rows of coordinates that relative springs join hold sums over their group in place of the diagonal: see ``row_sums``.
 
 With m = b*, c = h g*, k = h^2, b = g*, z = h, d = h dzdot/dy this is the derivative of a step. The entry -h^2 K T B_n^T
 beside B^T is left out:
 eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint. With m = b = 1, c = k = z
 = 0 and T = 1 the same entries hold [M B^T; B 0], which gives consistent accelerations and multipliers. Index 3 has no
-eta, and of w the velocity-level rows only. Where forces of constraints act at the start of a step and Phi holds at its
-end, B of the rows of Phi is another one than that of the columns of lam (``with_end_jacobian``). Scaling by powers of
+eta, and of w the velocity-level rows only. If forces of constraints act at the start of a step and Phi holds at its
+end, B of the rows of Phi differs from B of the columns of lam (``with_end_jacobian``). Scaling by powers of
 the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
 """
 
@@ -48,7 +48,7 @@ SUMS = {"K": "K_sum", "C": "C_sum"}
 
 @dataclass(frozen=True)
 class Unknowns:
-    """How many unknowns of each kind a step has, and where the equations are.
+    """Numbers of unknowns of each kind in a step, and places of the equations.
 
     ``z`` internal states come last. ``inner`` unknowns belong to the matrix only (the extended system of a long tree):
     their equations have no right side, and their solution is not needed.
@@ -102,7 +102,7 @@ class Unknowns:
 
     @property
     def data(self) -> dict[str, int]:
-        """Numbers of unknowns, and where their kinds and rows begin, for the templates."""
+        """Numbers of unknowns, and starts of their kinds and rows, for the templates."""
         return {
             "v": self.v,
             "lam": self.lam,
@@ -125,7 +125,7 @@ class Packing:
     function : str
         ``iteration`` (nonzeros only) or ``partials`` (whole matrices).
     nonzeros : by matrix, from (row, column) to the position in one array of all numbers.
-    blocks : by matrix, where its numbers start and how many there are.
+    blocks : by matrix, the first of its numbers and their count.
     """
 
     function: str
@@ -191,7 +191,7 @@ class Terms:
         The blocks of T that are needed: nine numbers of a rotation, then nine below them on SE(3).
     linear, products : from (row, column) to terms
         (weight, number), and (weight, number, nonzero of B_n), which are subtracted.
-    rate_diagonal : where d is subtracted, one place for each internal state
+    rate_diagonal : places from which d is subtracted, one for each internal state
     """
 
     moved: list[list[tuple[int, int]]] = field(default_factory=list)
@@ -291,7 +291,7 @@ def iteration_terms(
 def _tangent_rows(
     factors: Sequence[Factor], terms: Terms, packing: Packing, every: bool
 ) -> dict[int, list[tuple[int, int]]]:
-    """Return for each velocity component the nonzeros of its row of T: (column, number); nothing where T is 1."""
+    """Return for each velocity component the nonzeros of its row of T: (column, number); empty if T is 1."""
     needed = {column for name in ("K", "B", "Z", "Fq") for _, column in packing.nonzeros[name]}
     rows: dict[int, list[tuple[int, int]]] = {}
     for number, factor in enumerate(factors):

@@ -1,19 +1,19 @@
 """Coordinates that relative springs and dampers join, and row sums of K and C that no subtraction has touched.
 
-A spring k (x_1 - x_2) has k [1 -1; -1 1] in K: its rows add up to zero. Where k is so large that k + m is k in doubles,
+A spring k (x_1 - x_2) has k [1 -1; -1 1] in K: its rows add up to zero. If k is so large that k + m is k in doubles,
 assembled diagonals have lost masses and all weaker springs, and no elimination finds them again. Off-diagonal entries
 and row sums hold all of it (Grassmann, Taksar and Heyman, Operations Research 33 (1985) 1107; Alfa, Xue and Ye, Math.
-Comp. 71 (2002) 217: entrywise small errors whatever the condition). Row sums of K over a group of coordinates are
+Comp. 71 (2002) 217: entrywise small errors for any condition number). Row sums of K over a group of coordinates are
 derivatives of the forces along a common motion of the group, and on the tape the derivative of x_1 - x_2 along that is
 zero, not a difference of numbers.
 
-A group is eligible where M couples its coordinates with none of each other; where each force that depends on several of
-them, or on their rates, is the same when all are moved alike; and where their entries of K and C off the diagonal are
+A group is eligible if M does not couple its coordinates with each other; if each force that depends on several of
+them, or on their rates, is the same when all are moved alike; and if their entries of K and C off the diagonal are
 the same on both sides of it and nowhere positive: springs of negative stiffness are not.
 
 Right sides lose as much: a link's force on one row, and its opposite on the other, each take the digits of weaker
-forces there. So what two rows have of each other is given apart from what is left of the residual, link by link, and
-eliminated as a source on its link (see ``solver``), not as two large numbers that nearly cancel; where the elimination
+forces there. So mutual forces of two rows are given apart from the rest of the residual, link by link, and
+eliminated as a source on its link (see ``solver``), not as two large numbers that nearly cancel; if the elimination
 is written out, that is.
 """
 
@@ -35,14 +35,14 @@ from eomgen.system.system import INPUT_BLOCKS, Block, Function, System
 
 #: The functions that give row sums, and the residual with the forces of links apart.
 ROW_SUMS, APART = "row_sums", "relative_forces"
-#: Part of the largest entry that is rounding: what is left of forces along a line that turns by nothing.
+#: Part of the largest entry that is rounding: the remainder of forces along a line that does not turn.
 _ROUNDING = 1e-13
 #: Its blocks, and the block of which of them is a derivative along.
 _ALONG = {"K_sum": "q", "C_sum": "v"}
 
 
 def with_row_sums(system: System) -> System:
-    """Return a system with the groups that relative springs join, and the function ``row_sums`` where sums are not
+    """Return a system with the groups that relative springs join, and the function ``row_sums`` if sums are not
     zero."""
     matrix = "iteration" if "iteration" in system.functions else "partials"
     forces = "equations" if system.facts.internal_states else "residual"
@@ -94,7 +94,7 @@ def _coordinates(system: System) -> dict[int, int]:
 
 
 def _joined(entries: Mapping[str, Mapping[MatrixIndex, Ref]], coordinates: Mapping[int, int]) -> list[list[int]]:
-    """Return the groups that symmetric entries of K and C join, without those that M couples."""
+    """Return the groups that symmetric entries of K and C join, unless M couples them."""
     first = {k: k for k in coordinates}
 
     def find(k: int) -> int:
@@ -156,7 +156,7 @@ def _translated(
 
 
 def _summands(tape: Tape, ref: Ref) -> list[Ref]:
-    """Return what a reference is the sum of, in their order."""
+    """Return the summands of a reference, in their order."""
     found: list[Ref] = []
     left = [ref]
     while left:
@@ -236,7 +236,7 @@ def _links(
     group: Sequence[int],
     mutual: set[Ref],
 ) -> dict[tuple[int, int], list[Ref]] | None:
-    """Return for each pair of rows that K or C couple what the first has and the second has the opposite of; None where
+    """Return for each pair of rows that K or C couple the mutual force, opposite in the second; None if
     some mutual force is another, or K or C is not symmetric."""
     members = set(group)
     inside = {

@@ -34,7 +34,7 @@ class Samples:
 
     Attributes
     ----------
-    packing : where the nonzeros are
+    packing : places of the nonzeros
     numbers : (n, size)
     v : (n, nv)
         Velocities at these states.
@@ -49,7 +49,7 @@ class Samples:
 
 
 def packing_of(system: Any) -> Packing:
-    """Return the packing of the system's partials: of ``iteration`` where it exists, else of ``partials``; with row
+    """Return the packing of the system's partials: of ``iteration`` if it exists, else of ``partials``; with row
     sums."""
     packing = _packing_of_partials(system)
     return with_sums(packing, system.patterns) if "row_sums" in system.functions else packing

@@ -1,12 +1,12 @@
 """Signs that the pivots of a step's matrix have in small steps: others tell of growth that the step cannot follow.
 
-The matrix I - gamma h J has a real eigenvalue 1 - gamma h lambda for each real lambda of J. Where something grows with
-lambda > 1/(gamma h), it is negative, and the step turns and shrinks what grows: a wrong answer without a sign of it in
+The matrix I - gamma h J has a real eigenvalue 1 - gamma h lambda for each real lambda of J. If a motion grows with
+lambda > 1/(gamma h), it is negative, and the step turns and shrinks the growth: a wrong answer without a trace in
 q and v. By the inertia of M + gain C + gain^2 K (Sylvester; Parlett, The Symmetric Eigenvalue Problem, 1998, section
-3.3) each such mode turns the sign of one pivot, where pivots are on the diagonal; of others their product counts. M is
+3.3) each such mode turns the sign of one pivot, if pivots are on the diagonal; of others their product counts. M is
 positive definite, and equations of internal states are taken with a minus, so signs without growth are known
-beforehand; with inner unknowns they are those of the initial state in a much smaller step. Rows of constraints, with
-[S B^T; B 0], make as many negative ones beside those that S has where B v = 0 (Haynsworth 1968), somewhere, so that
+beforehand; with inner unknowns they are taken at the initial state in a much smaller step. Rows of constraints, with
+[S B^T; B 0], make as many negative ones beside the negative ones of S on B v = 0 (Haynsworth 1968), somewhere, so that
 only the product tells.
 """
 
@@ -21,12 +21,12 @@ from eomgen.integrators.newton.matrix import MatrixIndex, evaluate_terms
 from eomgen.integrators.newton.sample_matrices import Samples
 from eomgen.integrators.newton.solver import Solver
 
-#: The matrix is looked at with gains this much smaller than that of the step.
+#: The matrix is examined with gains this much smaller than the step's.
 _SMALL = 1e-6
 
 
 def pivot_signs(solver: Solver, samples: Samples, gain: float) -> dict[str, Any]:
-    """Return what ``newton/growth.c.jinja`` reads of a solver that was made ``at_start``.
+    """Return the data of ``newton/growth.c.jinja`` for a solver that was made ``at_start``.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def _small_pivots(solver: Solver, samples: Samples, gain: float) -> Array:
 
 
 def _pivots(entries: dict[MatrixIndex, float], rows: tuple[int, ...], columns: tuple[int, ...]) -> Array:
-    """Return the pivots of a sparse matrix that is eliminated in a given order; zero from where it breaks down."""
+    """Return the pivots of a sparse matrix that is eliminated in a given order; zero from a breakdown on."""
     row_at = {row: position for position, row in enumerate(rows)}
     column_at = {column: position for position, column in enumerate(columns)}
     by_row: list[dict[int, float]] = [{} for _ in rows]

@@ -30,7 +30,7 @@ UNROLLED = 4000
 #: Unknowns up to which one with groups is, whose repeated stages do not share code.
 GROUPS_UNROLLED = 64
 #: The same of the pieces of code that fronts share; of a shorter elimination they are used from so many fronts for each
-#: piece on, or from two on where it is at least half as long.
+#: piece on, or from two on if it is at least half as long.
 FRONTS_UNROLLED = 12000
 REPETITIONS = 4
 #: Unknowns up to which a breakdown of the chosen pivots is met by a dense factorization that chooses its own.
@@ -43,7 +43,7 @@ _DENSE_ADVANTAGE = 4.0
 
 @dataclass(frozen=True)
 class Solver:
-    """Terms of the matrix, and the elimination, None for a dense one; ``fronts`` where its stages repeat."""
+    """Terms of the matrix, and the elimination, None for a dense one; ``fronts`` if its stages repeat."""
 
     unknowns: Unknowns
     packing: Packing
@@ -90,8 +90,8 @@ def make_solver(
     """Choose the pivots by samples of the matrix with the given weights (see ``newton.matrix.WEIGHTS``).
 
     They must serve for consistent accelerations too. ``at_start``: increments are linearised about none, so T is 1, or
-    where they are ``turned``, T(step v) of all rotations; accelerations are not asked for, so M may be singular; inner
-    unknowns have right sides; pivots are on the diagonal where that costs nothing. ``groups``: see
+    if they are ``turned``, T(step v) of all rotations; accelerations are not asked for, so M may be singular; inner
+    unknowns have right sides; pivots are on the diagonal if that is free. ``groups``: see
     ``newton.elimination``.
     """
     moving = factors if turned or not at_start else ()
@@ -142,9 +142,9 @@ def _pivots(
     constrained: bool,
     diagonal_first: bool,
 ) -> Elimination:
-    """Choose pivots that serve at all samples, or where only the scene's own state is singular, at all others.
+    """Choose pivots that serve at all samples, or if only the scene's own state is singular, at all others.
 
-    Rings of a gimbal that are aligned in the scene say nothing of a run that starts elsewhere. ``values`` are entries
+    Rings of a gimbal that are aligned in the scene do not matter for runs that start elsewhere. ``values`` are entries
     at ``count`` samples for a step, the scene's state first, and the same for accelerations if they are asked for.
     Constraints that repeat each other stay refused.
     """
@@ -216,19 +216,19 @@ def _weighed_jacobian(unknowns: Unknowns, samples: Samples) -> Array:
 
 
 def _inertia_numbers(unknowns: Unknowns, packing: Packing) -> list[int]:
-    """Return which of the numbers are M_ii, -1 if M has no such entry; nothing where M is spread over inner
+    """Return the indices of M_ii among the numbers, -1 if M has no such entry; empty if M is spread over inner
     unknowns."""
     return [] if unknowns.inner else [packing.nonzeros["M"].get((k, k), -1) for k in range(unknowns.v)]
 
 
 def sources_on_links(solver: Solver, links: Sequence[tuple[int, int]]) -> bool:
-    """Return whether right sides can have sources on these pairs of unknowns, apart from those on the unknowns.
+    """Return whether right sides can have sources on these pairs of unknowns, apart from sources on the unknowns.
 
-    Eliminating k spreads its own source n_k and those on its links, f_kj on k and -f_kj on j, over its neighbours:
+    Eliminating k spreads its own source n_k and the sources on its links, f_kj on k and -f_kj on j, to its neighbours:
 
         n_j + (w_kj n_k - d_k f_kj)/p,   f_jm + (w_kj f_km - w_km f_kj)/p,   p = d_k + sum_j w_kj,
 
-    star and mesh with sources. However large f is, it comes to n times d/p alone. It is so where w is symmetric, and
+    star and mesh with sources. However large f is, it comes to n times d/p alone. That holds if w is symmetric, and
     other unknowns, whose couplings may not be, change no w.
     """
     elimination = solver.elimination
@@ -251,7 +251,7 @@ def solver_data(
 ) -> dict[str, Any]:
     """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination.
 
-    ``plain``: right sides are taken as they are, those of inner unknowns too; else rows have scales, and inner
+    ``plain``: right sides are taken as they are, of inner unknowns too; else rows have scales, and inner
     unknowns no right side. ``links``: pairs of unknowns on which right sides have sources, behind the others.
     """
     packing, terms = solver.packing, solver.terms
@@ -382,10 +382,10 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex]) 
 def _elimination_of_groups(
     elimination: Elimination, data: Mapping[str, Any], slots: Sequence[Mapping[int, int]], *, written_out: bool
 ) -> dict[str, Any]:
-    """Return what an elimination with groups has beside: places of sums behind the factors, and its rows.
+    """Return the further data of an elimination with groups: places of sums behind the factors, and its rows.
 
-    A row with a group keeps its own sum, d over the pivot; others, what rows of groups below them ask for. Tables keep
-    sums by position, and add those of other groups if they are asked for.
+    A row with a group keeps its own sum, d over the pivot; others the sums needed by rows of groups below. Tables keep
+    sums by position, and add sums of other groups if they are asked for.
     """
     group, upper, lower = elimination.groups, elimination.upper, elimination.lower
     asked: list[set[int]] = [set() for _ in group]

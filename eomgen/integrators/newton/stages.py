@@ -1,7 +1,7 @@
 """Stages of elimination: body by body, each with the multipliers of the constraints that act on it.
 
-A body here is a factor of the configuration (a rotation and the position behind it are one), with what shares its
-inertia; where that is many whose inertia matrix is sparse, such as that of finite elements, each is a body of its own.
+A body here is a factor of the configuration (a rotation and the position behind it are one), with factors that share
+its inertia; if these are many with a sparse inertia matrix, such as finite elements, each is a body of its own.
 Of the bodies whose constraint equations they can all take up, the one with the fewest neighbours comes first,
 so that chains and trees are eliminated from their tips to their roots and the work grows with the number of bodies
 only: minimum degree (Tinney and Walker 1967) on bodies instead of unknowns.
@@ -27,7 +27,7 @@ _MANY, _SPARSE = 20, 0.25
 def stages_of_tree(
     unknowns: Unknowns, factors: Sequence[Factor], owners: Sequence[int], packing: Packing
 ) -> list[Stage]:
-    """Return the stages of a long tree: link after link, tips first, each with what the recursion keeps of it.
+    """Return the stages of a long tree: link after link, tips first, each with the quantities of its recursion.
 
     Parameters
     ----------
@@ -112,10 +112,10 @@ def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) ->
 def _internal_states(
     unknowns: Unknowns, packing: Packing, body_of: Sequence[int], few: int
 ) -> tuple[list[int], list[int], list[set[int]]]:
-    """Return the internal states that are eliminated before all bodies, those that are after them, and what the first
+    """Return the internal states eliminated before all bodies, the states after them, and the unknowns that the first
     touch.
 
-    Those that depend on each other go together. The bodies that a state touches become neighbours of each other when it
+    States that depend on each other go together. The bodies touched by a state become neighbours of each other when it
     is eliminated, which is cheap only for a ``few``.
 
     Parameters
