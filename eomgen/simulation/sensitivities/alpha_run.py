@@ -38,9 +38,9 @@ class AlphaRun(LinearRun[AlphaPart]):
 
     Attributes
     ----------
-    along : what the directions change at the start, on the constraints
-    stages : the states whose accelerations the start takes, with their changes
-    inverse_inertia : W = 1/M_ii of the start, by which multipliers move positions; empty where there is none
+    along : changes of the start along the directions, on the constraints
+    stages : the states with accelerations evaluated at the start, with their changes
+    inverse_inertia : W = 1/M_ii of the start, by which multipliers move positions; empty if there is none
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class AlphaRun(LinearRun[AlphaPart]):
         )
 
     def of_equations(self, along: Directions) -> Directions:
-        """Return directions without what moves multipliers of velocities, which the equations do not know."""
+        """Return directions without motions of multipliers of velocities, which are not in the equations."""
         return Directions(along.dq, along.dv, along.dz, along.dp[: self.equations.parameters])
 
     def of_part(self, part: Part) -> AlphaPart:

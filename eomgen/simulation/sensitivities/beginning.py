@@ -1,4 +1,4 @@
-"""What a run begins with beside q, v and z, made linear: accelerations, multipliers, rates.
+"""The start of a run beside q, v and z, made linear: accelerations, multipliers, rates.
 
 Generalized-alpha starts with a = vdot + (alpha_m - alpha_f) h vddot, and h vddot = -3 f(0) + 4 f(1/2) - f(1), f(s)
 being the accelerations at q o exp(s h (v + s h/2 vdot)), v + s h vdot, t + s h. Internal states
@@ -81,7 +81,7 @@ class StartDerivatives:
 
     @classmethod
     def of(cls, state: Array, record: Array, nv: int, nz: int) -> StartDerivatives:
-        """Return those of what steps begin with, ``state``, and of the row that is recorded."""
+        """Return the changes of the start of steps, ``state``, and of the row that is recorded."""
         q, v, vdot, a, z, zdot, r = np.split(state, np.cumsum([nv, nv, nv, nv, nz, nz]))
         of_q, of_v, of_vdot, of_z, of_lam = np.split(record, np.cumsum([nv, nv, nv, nz]))
         return cls(q + of_q, v + of_v, vdot + a + of_vdot, a, z + of_z, zdot + r, of_lam)
@@ -97,8 +97,8 @@ class Beginning:
     t, step : s
     q, v, z : the initial state
     prescribed_at : inputs and base at a share of the first step
-    moved_inputs : what directions of inputs change them by at times
-    share : alpha_m - alpha_f; 0 where vddot is left out
+    moved_inputs : changes of inputs at times along directions of inputs
+    share : alpha_m - alpha_f; 0 if vddot is left out
     asked : the initial state before it was moved onto the constraints
     """
 
@@ -131,7 +131,7 @@ class Beginning:
         return np.ascontiguousarray(state), np.concatenate([along.dq, along.dv, dvdot, along.dz, dlam])
 
     def taken_back(self, stage: Stage, number: int, back: StartDerivatives) -> tuple[Array, Array, Array]:
-        """Take the accelerations of a stage back to what they follow from.
+        """Take the accelerations of a stage back to their arguments.
 
         Returns
         -------
@@ -234,7 +234,7 @@ def on_constraints(start: Beginning, along: Directions, inverse_inertia: Array) 
 
     Parameters
     ----------
-    inverse_inertia : (nv,) W; empty where there is none
+    inverse_inertia : (nv,) W; empty if there is none
     """
     equations = start.equations
     nv, nz, nh = equations.nv, equations.nz, equations.holonomic

@@ -1,9 +1,9 @@
-"""Runs that pass a jump of the forces at a moment of their own: what moves that moment is in no derivative of steps.
+"""Runs that pass a jump of the forces at a moment of their own: derivatives of steps lack the moment's motion.
 
 A formula may jump where a coordinate passes a value, or with the sign of a velocity. Between two rows on different
-sides of such a branch the place of the jump is found by bisection; where the equations are not the same just before
-and just behind it, and a direction of derivatives moves the argument there, derivatives of the run lack what the jump
-adds.
+sides of such a branch the place of the jump is found by bisection; if the equations differ just before
+and just behind it, and a direction of derivatives moves the argument there, derivatives of the run lack the part of the
+jump.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from eomgen.simulation.sensitivities.linear_run import LinearRun
 if TYPE_CHECKING:
     from eomgen.system.branches import Branches
 
-#: Halvings of a step, and the part of it on both sides of where these end that two states lie apart: curves take
+#: Halvings of a step, and the distance from its middle, relative to the step, of the two compared states: curves take
 #: arguments within rounding of a jump for the jump. A state that rests on a branch is moved by as much.
 _HALVINGS, _ASIDE = 60, 1e-9
 #: Parts of forces, and of the largest one, above which two sides of a branch are not the same.
@@ -34,7 +34,7 @@ _JUMP, _ROUNDING = 1e-6, 1e-12
 _MOST = 64
 #: Increment of differences of arguments, and parts of a step by which a moment has to move to count.
 _APART, _MOVED = 1e-6, 1e-5
-#: What a formula may compare without moving with the motion.
+#: Symbols of formulas that do not move with the motion.
 _GIVEN = frozenset({"time", "parameter", "number", "place"})
 
 
@@ -62,7 +62,7 @@ class Crossing:
 
 
 def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
-    """Raise CrossedJump where a run passes a jump of the forces at a moment that directions move.
+    """Raise CrossedJump if a run passes a jump of the forces at a moment that directions move.
 
     Parameters
     ----------
@@ -88,14 +88,14 @@ def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
 
 
 def _decided_by_motion(formula: Formula) -> bool:
-    """Return whether a formula takes another value at once where something that moves passes a number."""
+    """Return whether a formula takes another value at once when a moving argument passes a number."""
     jumping = [one.argument for one in applications(formula) if any(order <= 0 for _, order in one.curve.kinks())]
     decided = [*comparisons(formula), *jumping]
     return any(symbol.kind not in _GIVEN for one in decided for symbol in symbols(one))
 
 
 def _crossings(run: LinearRun[Any], branches: Branches) -> list[Crossing]:
-    """Return where sides of branches change from one row to the next, or rows rest on one; the earliest ones."""
+    """Return the rows at which sides of branches change to the next, or rest on one; the earliest ones."""
     found: list[Crossing] = []
     moving = [{one.block for one in branch.symbols} - {"t", "p"} for branch in branches.branches]
     for part in run.motion.forwards():

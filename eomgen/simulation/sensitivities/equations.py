@@ -30,7 +30,7 @@ _TERMS = (
     *("parameter_partials", "output_parameter_partials"),
 )
 
-#: What steps without constraints need in complex numbers.
+#: Terms of steps without constraints in complex numbers.
 _IN_COMPLEX = (
     *("residual", "partials", "internal_rate", "internal_partials", "output_partials"),
     *("parameter_partials", "output_parameter_partials", "second_partials"),
@@ -58,8 +58,8 @@ class Equations:
     p : (np,) of the run
     chosen : columns of the parameters that derivatives are taken by
     outputs : rows of the outputs that derivatives are taken of
-    holonomic : rows of constraints that positions are held on
-    driven : directions of inputs, which are further parameters behind the chosen ones: what they change inputs by
+    holonomic : rows of constraints on positions
+    driven : directions of inputs, which are further parameters behind the chosen ones: their change of inputs
         differs from row to row, the block ``du`` of values, (n, nu, driven)
     """
 
@@ -91,23 +91,23 @@ class Equations:
         self._weighted, self._along = places.places("weights"), places.places("direction")
 
     def _functions(self, term: str) -> Functions:
-        """Return what evaluates a term."""
+        """Return the evaluation of a term."""
         if term == "second_partials":
             return self._second.functions
         return (self._by_inputs if term == "linearization" else self.model).functions
 
     @cached_property
     def _by_inputs(self) -> CompiledModel:
-        """Partials in inputs, compiled where they are asked for."""
+        """Partials in inputs, compiled if they are asked for."""
         return self.model.having(("linearization",))
 
     @cached_property
     def _second(self) -> CompiledModel:
-        """Second derivatives, compiled where they are asked for."""
+        """Second derivatives, compiled if they are asked for."""
         return self.model.having(("second_partials",))
 
     def values(self, states: States, given: Prescribed, du: Array | None = None) -> dict[str, Array]:
-        """Return input blocks at rows; ``du``: what directions of inputs change these by, None: by nothing."""
+        """Return input blocks at rows; ``du``: changes of inputs along directions, None: none."""
         values = {"p": self.p, "t": states.t, "q": states.q, "v": states.v, "a": states.a, "z": states.z}
         values["lam"] = states.multipliers
         if given.u is not None:
@@ -120,7 +120,7 @@ class Equations:
         return values
 
     def of(self, term: str, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the blocks of a term by name, (n, ...) each; none where the scene has no such term."""
+        """Return the blocks of a term by name, (n, ...) each; none if the scene has no such term."""
         functions = self._functions(term)
         if term not in functions:
             return {}
@@ -136,7 +136,7 @@ class Equations:
 
     @property
     def driven_by(self) -> set[str]:
-        """What e depends on besides the state and parameters: some of ``t``, ``u`` and ``base``."""
+        """Arguments of e besides the state and parameters: some of ``t``, ``u`` and ``base``."""
         functions = self.model.functions
         terms = [name for name in ("residual", "internal_rate") if name in functions]
         return {"t", "u", "base"} & {block for name in terms for block in functions.inputs(name)}
@@ -152,7 +152,7 @@ class Equations:
         return np.concatenate([r, -self.of("internal_rate", values)["zdot"]], axis=1) if self.nz else r
 
     def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> Partials:
-        """Return the partials of e; those in the parameters are 0 where they are not asked for."""
+        """Return the partials of e; partials in the parameters are 0 if they are not asked for."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
         of_residual = self.of("partials", values)
         by_parameters = self.of("parameter_partials", values) if self.chosen and parameters else {}
@@ -197,7 +197,7 @@ class Equations:
         return Y, self._with_inputs(Yp, values, of_outputs=True)
 
     def input_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
-        """Return partials of e in the inputs, (n, rows, nu), and those of the outputs, (n, outputs, nu)."""
+        """Return partials of e in the inputs, (n, rows, nu), and of the outputs, (n, outputs, nu)."""
         inputs, count = self.model.description.inputs, len(values["t"])
         driven = [number for number, item in enumerate(inputs) if not item.given]
         given = [number for number, item in enumerate(inputs) if item.given]
@@ -261,12 +261,12 @@ class Equations:
 
     @property
     def second_functions(self) -> Functions:
-        """What evaluates ``second_partials``."""
+        """Evaluates ``second_partials``."""
         return self._functions("second_partials")
 
     def along_directions(self, dp: Array, values: Mapping[str, Array]) -> Array:
-        """Return what directions (parameters, n) change behind z of what ``second_partials`` moves along, (1, size, n),
-        or (rows, size, n) where inputs move."""
+        """Return changes after z along directions (parameters, n) in the direction of ``second_partials``, (1, size, n),
+        or (rows, size, n) if inputs move."""
         first = self._along["lam"].start
         found = np.zeros((len(values["t"]) if self.driven else 1, self._along["u"].stop - first, dp.shape[1]))
         of_parameters, driven = np.split(dp, [len(self.chosen)])
@@ -276,7 +276,7 @@ class Equations:
         return found
 
     def of_directions(self, rest: Array, values: Mapping[str, Array]) -> Array:
-        """Return derivatives in the parameters by those that ``second_partials`` has behind z, (n, size, ...)."""
+        """Return derivatives in the parameters from the part of ``second_partials`` after z, (n, size, ...)."""
         first = self._along["lam"].start
         chosen = self._along["p"].start - first + np.array(self.chosen, dtype=int)
         if not self.driven:
@@ -285,7 +285,7 @@ class Equations:
         return np.concatenate([rest[:, chosen], driven], axis=1)
 
     def of_inputs(self, rest: Array) -> Array:
-        """Return derivatives in the inputs by those that ``second_partials`` has behind z, (n, size, ...)."""
+        """Return derivatives in the inputs from the part of ``second_partials`` after z, (n, size, ...)."""
         first, of_inputs = self._along["lam"].start, self._along["u"]
         return rest[:, of_inputs.start - first : of_inputs.stop - first]
 
@@ -379,7 +379,7 @@ class MovedEquations(Equations):
 
 
 def _dimensions(functions: Functions, term: str) -> list[int]:
-    """Return how many axes each output of a term has."""
+    """Return the number of axes of each output of a term."""
     layouts = functions.library.layout["functions"]
     outputs = next(item["outputs"] for item in layouts if item["name"] == term)
     return [len(item["shape"]) for item in outputs]

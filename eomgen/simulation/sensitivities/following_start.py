@@ -7,7 +7,7 @@ Rest solves r(q, v = 0, a = 0, z, lam, p) = 0, F(q, z, p) = 0 and Phi(q, p) = 0,
     [ B   0    0   ] [ dlam ]     [ Phi_p ]
 
 A state that does not meet the constraints is moved onto them by Newton's steps q o exp(-c), M c = B^T sigma, B c = Phi,
-and velocities by one, M c = B^T sigma, B c = w: M and B change with where a step begins, so where c is finite,
+and velocities by one, M c = B^T sigma, B c = w: M and B change with the start of a step, so if c is finite,
 
     M dc - B^T dsigma = dB^T sigma - dM c,   B dc = dPhi - dB c.
 """
@@ -27,9 +27,9 @@ from eomgen.lie import product
 from eomgen.simulation.sensitivities.equations import Equations, Partials
 from eomgen.simulation.stepping.states import Prescribed, States
 
-#: Steps onto constraints, and parts of the largest one below which those that follow change no derivative.
+#: Steps onto constraints, and parts of the largest one below which later ones change no derivative.
 _STEPS, _LAST = 50, 1e-13
-#: Singular values of what rest is found by, below this part of the largest: nothing says where rest is along them.
+#: Singular values of the equations of rest, below this part of the largest: rest is undetermined along them.
 _UNDETERMINED = 1e-10
 #: Corrections of a state above this part of its numbers are finite: second derivatives would have to follow them.
 FINITE = 1e-10
@@ -61,7 +61,7 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
     Raises
     ------
     UsageError
-        Nothing determines where rest is along some component.
+        Rest is undetermined along some component.
     """
     nv, nz, nh, nl = equations.nv, equations.nz, equations.holonomic, equations.nl
     still = InitialState(state.q, np.zeros(nv), state.z)
@@ -90,7 +90,7 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
 
 
 def rest_slopes(equations: Equations, found: Partials) -> Array:
-    """Return the partials of a rest in the parameters, (nv + nz + holonomic, parameters), by those of e there."""
+    """Return the partials of a rest in the parameters, (nv + nz + holonomic, parameters), from the partials of e."""
     size = equations.nv + equations.nz + equations.holonomic
     slopes: Array = -np.linalg.solve(_rest_matrix(equations, found), found.P[0, :size])
     return slopes
@@ -107,7 +107,7 @@ def _rest_matrix(equations: Equations, found: Partials) -> NDArray[Any]:
 def moved_positions(
     equations: Equations, asked: InitialState, t: Array, given: Prescribed, dq: Array, dp: Array
 ) -> Array:
-    """Return what changes dq (nv, n) of positions that are asked for become behind steps onto the constraints.
+    """Return the changes of positions after steps onto the constraints, given changes dq (nv, n) of requested ones.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def moved_positions(
 def moved_velocities(
     equations: Equations, state: InitialState, t: Array, given: Prescribed, dq: Array, dv: Array, dp: Array
 ) -> Array:
-    """Return what changes dv (nv, n) of velocities that are asked for become behind the step onto the constraints.
+    """Return the changes of velocities after the step onto the constraints, given changes dv (nv, n) of requested ones.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def _correction(
 
 
 def _difference(one: Partials, other: Partials, along: tuple[Array, Array]) -> Array:
-    """Return changes of e at one state, less those at another, along dq and dp."""
+    """Return changes of e at one state minus changes at another, along dq and dp."""
     found: Array = (one.Jq[0] - other.Jq[0]) @ along[0] + (one.P[0] - other.P[0]) @ along[1]
     return found
 

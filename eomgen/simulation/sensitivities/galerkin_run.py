@@ -33,8 +33,8 @@ class GalerkinPart(LinearPart):
     Attributes
     ----------
     steps : between its rows
-    accelerations : (rows, nv, size + parameters), of those of the rows, which a of the steps does not enter; None where
-        no output takes them
+    accelerations : (rows, nv, size + parameters), of the rows, which a of the steps does not enter; None if
+        no output depends on them
     """
 
     steps: GalerkinSteps
@@ -65,14 +65,14 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         return States(t, begun["q"], begun["v"], begun["vdot"], none, begun.get("z", none))
 
     def begun(self, states: States, along: Directions) -> Array:
-        """Return what directions change of q, v, the accelerations and z of the start, (size, directions)."""
+        """Return changes of q, v, the accelerations and z of the start along directions, (size, directions)."""
         blocks = self.blocks(states, self.prescribed(states.t))
         moved = np.concatenate([along.dq, along.dv, np.zeros_like(along.dv), along.dz, along.dp])
         da = self.accelerations(blocks)[0] @ moved
         return np.concatenate([along.dq, along.dv, da, along.dz])
 
     def of_part(self, part: Part, *, apart: bool = False) -> GalerkinPart:
-        """Make a part of the run linear; ``apart``: with multipliers for each node, also where nodes are the same."""
+        """Make a part of the run linear; ``apart``: with multipliers for each node, also if nodes are the same."""
         states, given = self.states(part)
         blocks = self.blocks(states, given)
         before = States(*(array[:-1] for array in states))._replace(a=part.memory)
@@ -96,8 +96,8 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         return self.rows_of(part, dp, part.steps.tangents(dp, state))
 
     def rows_of(self, part: GalerkinPart, dp: Array, ends: Array) -> Array:
-        """Return tangents of rows by those of (q, v, a, z) at the ends of steps, (steps, size, directions), a: what the
-        next step begins with; accelerations of rows are those of their states."""
+        """Return tangents of rows, given tangents of (q, v, a, z) at the ends of steps, (steps, size, directions), with a
+        of the next step; accelerations of rows belong to their states."""
         found, nv = ends.copy(), self.equations.nv
         if part.accelerations is not None:
             moved = np.concatenate([found, np.broadcast_to(dp, (len(found), *dp.shape))], axis=1)
@@ -109,8 +109,8 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         gradient += part.steps.of_parameters(*adjoints)
 
     def of_ends(self, part: GalerkinPart, direct: Array, gradient: Array) -> Array:
-        """Return what functionals take of (q, v, a, z) at the ends of steps, a: what the next step begins with, and add
-        to the derivatives in the parameters what accelerations of rows take of these."""
+        """Return the derivatives of functionals by (q, v, a, z) at the ends of steps, with a of the next step, and add
+        to the derivatives in the parameters the part through accelerations of rows."""
         if part.accelerations is None:
             return direct
         nv, size = self.equations.nv, direct.shape[1]

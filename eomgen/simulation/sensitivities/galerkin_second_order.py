@@ -1,10 +1,10 @@
 """Second derivatives of functionals of runs in passes: adjoints along imaginary increments.
 
 The gradient g of a functional is an analytic function of parameters, start and inputs: the steps made linear, their
-transposes, and nothing besides. So the imaginary part of g at directions moved by i h d is h H d, exact but for
+transposes, and no other operation. So the imaginary part of g at directions moved by i h d is h H d, exact but for
 rounding, since no difference is taken (Squire and Trapp 1998; Martins, Sturdza and Alonso 2003). The run itself needs
 no complex numbers: its states move by i h times their tangents along d, which the steps made linear have. The adjoint
-there is that of the run by the same text in complex numbers.
+there is the run's, by the same text in complex numbers.
 
 Derivatives in rotations are left-trivialised, and those along x and y do not commute: D_x D_y g - D_y D_x g is
 D_[x, y] g. Hessians are the mean of both orders, the second derivatives along q o exp(theta).
@@ -28,7 +28,7 @@ from eomgen.simulation.sensitivities.galerkin_run import GalerkinRun
 from eomgen.simulation.sensitivities.motion import Part
 from eomgen.simulation.stepping.states import Prescribed, States
 
-#: An imaginary increment whose square is nothing beside anything, and far from the least numbers.
+#: An imaginary increment with a square far below rounding, and far from the least numbers.
 _TINY = 1e-100
 
 
@@ -174,7 +174,7 @@ def _brackets(run: GalerkinRun, adjoint: tuple[Array, Array], directions: Array)
 
     Parameters
     ----------
-    adjoint : of what steps begin with and of the first row, (size, functionals)
+    adjoint : of the start of steps and of the first row, (size, functionals)
     """
     factors, nv, along = run.equations.model.factors, run.equations.nv, run.asked
     none = np.zeros((run.equations.nz, nv)), np.zeros((len(along.dp), nv))

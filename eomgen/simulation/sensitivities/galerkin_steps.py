@@ -1,13 +1,13 @@
-"""Time-discontinuous Galerkin steps made linear: what a step makes of changes of its start, and adjoints of its end.
+"""Time-discontinuous Galerkin steps made linear: the change of a step with its start, and adjoints of its end.
 
 A step is not the limit of an iteration but a fixed number of passes (``integrators.families.discontinuous_galerkin``),
-so its derivatives are those of the passes themselves. Each correction solves, with the partials at the start,
+so its derivatives are the derivatives of the passes themselves. Each correction solves, with the partials at the start,
 
     M d_v + gain (K T s + C d_v + R_z d_z) = b,   d_z - gain dF/d(q, v, z) . d = b_z,   s = b_theta + gain d_v,
 
 whose left side is e' x for x = (gain T s, gain d_v, d_v, gain d_z) in (q, v, a, z). It changes by e''[x, .] with the
 start, which ``second_partials`` gives: for tangents row by row, for adjoints contracted with multipliers.
-The equations are evaluated at the nodes of all steps side by side, one pass behind the other; what is between them and
+The equations are evaluated at the nodes of all steps side by side, one pass behind the other; operations in between and
 the sweeps are C (``galerkin_sweeps``). Increments may be imaginary: all of it is analytic.
 """
 
@@ -30,7 +30,7 @@ from eomgen.simulation.stepping.states import Prescribed, States
 
 
 class Driven(NamedTuple):
-    """Times (n,), inputs and base there, and what directions of inputs change these by."""
+    """Times (n,), inputs and base there, and changes of inputs along directions."""
 
     t: Array
     given: Prescribed
@@ -42,11 +42,11 @@ class GalerkinSteps:
 
     Parameters
     ----------
-    states : at the starts; their accelerations are those that the steps begin with
+    states : at the starts; with the accelerations at the start of the steps
     at_start : (n,)
     at_nodes : (nodes n,), node by node
     step : s
-    apart : whether all nodes of the first pass are evaluated, also where nothing tells them apart
+    apart : whether all nodes of the first pass are evaluated, also if they are equal
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class GalerkinSteps:
         self._hand_over_rotations()
 
     def _nodes_differ(self) -> bool:
-        """Return whether the equations of the nodes of a step differ at one state: by time, by what drives them."""
+        """Return whether the equations of the nodes of a step differ at one state: by time, or by inputs and base."""
         driven_by, nodes = self.equations.driven_by, self.nodes
         if driven_by & {"t", "base"}:
             return True
@@ -146,11 +146,11 @@ class GalerkinSteps:
             found[..., factor.v] = np.einsum("...ij,...j->...i", matrix, v[..., factor.v])
         return found
 
-    # -- what is linear of them ----------------------------------------------------------------------------------------
+    # -- linear part -------------------------------------------------------------------------------------------------
 
     @property
     def shares(self) -> list[float]:
-        """Of a step, where the points are."""
+        """Places of the nodes in a step."""
         return [share for count, _ in self._at for share in self.method.nodes[:count]]
 
     @cached_property
@@ -173,8 +173,8 @@ class GalerkinSteps:
         return found.P.reshape(self.sweeps.points, self.steps, self.nv + self.nz, -1)
 
     def tangents(self, dp: Array, state: Array) -> Array:
-        """Take tangents through the steps: ``state`` (size, directions) of (q, v, a, z) becomes that of their end, a
-        what the next step begins with.
+        """Take tangents through the steps: ``state`` (size, directions) of (q, v, a, z) becomes the tangent of their end,
+        with a of the next step.
 
         Parameters
         ----------
@@ -188,24 +188,24 @@ class GalerkinSteps:
         return self.sweeps.tangents(dp, self.equations.along_directions(dp, self.values), state, self._curvature)
 
     def adjoints(self, direct: Array, state: Array) -> tuple[Array, Array]:
-        """Take adjoints back through the steps: ``state`` (size, functionals) becomes that of their start.
+        """Take adjoints back through the steps: ``state`` (size, functionals) becomes the adjoint of their start.
 
         Parameters
         ----------
-        direct : (steps, size, functionals), what functionals take of the ends of steps
+        direct : (steps, size, functionals), derivatives of functionals by the ends of steps
 
         Returns
         -------
         multipliers : (points, steps, rows, functionals)
             Of the equations at the points.
         rest : (steps, size, functionals)
-            What second derivatives at the starts take of parameters and inputs, as ``second_partials`` has them.
+            Parts of parameters and inputs in second derivatives at the starts, in the order of ``second_partials``.
         """
         assert len(self.P)
         return self.sweeps.adjoints(direct, state, self._curvature)
 
     def of_parameters(self, multipliers: Array, rest: Array) -> Array:
-        """Return the derivatives in the parameters of what ``adjoints`` gave, (parameters, functionals)."""
+        """Return the derivatives in the parameters from the result of ``adjoints``, (parameters, functionals)."""
         count = multipliers.shape[-1]
         P = self.P.reshape(-1, self.P.shape[-1])
         found: Array = self.equations.of_directions(rest, self.values).sum(axis=0) + P.T @ multipliers.reshape(
@@ -220,7 +220,7 @@ class GalerkinSteps:
     # -- rotations -----------------------------------------------------------------------------------------------------
 
     def _hand_over_rotations(self) -> None:
-        """Hand over A, T, T^-1 and its partials at the nodes of later passes and at the end, and those of T_0."""
+        """Hand over A, T, T^-1 and its partials at the nodes of later passes and at the end, and of T_0."""
         theta = np.concatenate([theta for theta, _ in self._places])
         v = np.concatenate([np.zeros((0, self.steps, self.nv)), *(v for _, v in self._places if v is not None)])
         nodes = theta[: len(v)]

@@ -71,7 +71,7 @@ long eomgen_passes_adjoints(const eg_passes *g, const eg_curvature *by, const do
 
 
 class Curvature(NamedTuple):
-    """What evaluates second derivatives of the equations at the starts of steps.
+    """Evaluates second derivatives of the equations at the starts of steps.
 
     Attributes
     ----------
@@ -160,7 +160,7 @@ class GalerkinSweeps:
 
     def refine(self, number: int, missing: Array, accelerations: Array, before: Array) -> None:
         """Correct accelerations of nodes (nodes, steps, nv) by the factors of the steps; ``missing``, residuals there,
-        become the forces of inertia of what they are corrected by.
+        become the forces of inertia of their corrections.
 
         Parameters
         ----------
@@ -182,12 +182,12 @@ class GalerkinSweeps:
             self._point(name, array)
 
     def tangents(self, dp: Array, rest: Array, state: Array, curvature: Curvature) -> Array:
-        """Take tangents through the steps: ``state`` (size, directions) becomes that of their end.
+        """Take tangents through the steps: ``state`` (size, directions) becomes the tangent of their end.
 
         Parameters
         ----------
         rest : (1 or steps, size, directions)
-            What second derivatives at the starts move with behind z: multipliers of constraints, parameters, inputs.
+            Motions after z of second derivatives at the starts: multipliers of constraints, parameters, inputs.
 
         Returns
         -------
@@ -205,17 +205,17 @@ class GalerkinSweeps:
         return ends
 
     def adjoints(self, direct: Array, state: Array, curvature: Curvature) -> tuple[Array, Array]:
-        """Take adjoints back through the steps: ``state`` (size, functionals) becomes that of their start.
+        """Take adjoints back through the steps: ``state`` (size, functionals) becomes the adjoint of their start.
 
         Parameters
         ----------
-        direct : (steps, size, functionals), what functionals take of the ends of steps
+        direct : (steps, size, functionals), derivatives of functionals by the ends of steps
 
         Returns
         -------
         multipliers : (points, steps, rows, functionals)
         rest : (steps, size, functionals)
-            What second derivatives at the starts take of multipliers of constraints, parameters and inputs.
+            Parts of multipliers of constraints, parameters and inputs in second derivatives at the starts.
         """
         count = state.shape[1]
         self._given.directions = count
@@ -234,7 +234,7 @@ class GalerkinSweeps:
             raise MemoryError("the compiled model could not allocate memory for its arguments")
 
     def _curvature(self, curvature: Curvature, of_step: int) -> tuple[Any, Any, int]:
-        """Return the structure of C, what it points to, and the stack that its function needs.
+        """Return the structure of C, the arrays it points to, and the stack that its function needs.
 
         Parameters
         ----------
@@ -279,7 +279,7 @@ class GalerkinSweeps:
 
 
 def steps_with_memory(stepper: Stepper, steps: int, table: Array | None, kept: str, record: Array) -> tuple[int, Array]:
-    """Take steps one by one, fill their rows, and return the last status and what each began with of the state,
+    """Take steps one by one, fill their rows, and return the last status and the state at the start of each,
     (steps, size)."""
     ffi, lib = routine(_FILES, _CDEF)
     begun = stepper.state[stepper.places[kept]]

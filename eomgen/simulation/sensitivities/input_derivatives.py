@@ -18,7 +18,7 @@ def input_derivatives(run: AlphaRun | GalerkinRun, weights: Weights) -> Array:
     Raises
     ------
     UsageError
-        Nothing determines where rest is, from which the run starts.
+        The rest from which the run starts is undetermined.
     """
     return _of_alpha(run, weights) if isinstance(run, AlphaRun) else _of_passes(run, weights)
 
@@ -86,7 +86,7 @@ def _of_passes(run: GalerkinRun, weights: Weights) -> Array:
 
 
 def _of_accelerations(part: GalerkinPart, direct: Array, by_u: Array) -> Array:
-    """Return what accelerations of rows, whose derivatives are ``direct`` (n, nv), take of inputs, (n, nu)."""
+    """Return the derivatives by inputs through accelerations of rows with derivatives ``direct`` (n, nv), (n, nu)."""
     if not np.any(direct):
         return np.zeros((len(direct), by_u.shape[2]))
     nv = direct.shape[1]
@@ -97,7 +97,7 @@ def _of_accelerations(part: GalerkinPart, direct: Array, by_u: Array) -> Array:
 
 
 def _resting(run: AlphaRun | GalerkinRun) -> Directions:
-    """Return what the inputs at the first row change of the rest that a run starts from, one direction for each."""
+    """Return the changes, by the inputs at the first row, of the rest from which a run starts, one direction each."""
     equations, rest = run.equations, _rest(run)
     nv, nz, nu = equations.nv, equations.nz, run.run.model.nu
     by_u, _ = equations.input_partials(rest.values)

@@ -1,6 +1,6 @@
-"""A run made linear part by part: states and inputs at its rows, and what functionals take of rows.
+"""A run made linear part by part: states and inputs at its rows, and derivatives of functionals by rows.
 
-What is linear of a step is that of its method: ``alpha_run``, ``galerkin_run``.
+The linear form of a step belongs to its method: ``alpha_run``, ``galerkin_run``.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ class LinearPart:
 
 @dataclass(frozen=True)
 class Start:
-    """What the state that a run starts from follows from.
+    """Dependences of the initial state of a run.
 
     Attributes
     ----------
     asked : the state before it was moved onto the constraints
     at_rest : whether it is static equilibrium
-    slopes : changes of q (left-trivialised) and v by the parameters, (nv, parameters) each, of what is asked for; at
-        rest of v alone; None where parameters do not move it
+    slopes : changes of q (left-trivialised) and v by the parameters, (nv, parameters) each, of the requested state; at
+        rest of v alone; None if parameters do not move it
     """
 
     asked: InitialState
@@ -63,7 +63,7 @@ class Start:
 
 @dataclass(frozen=True)
 class By:
-    """What derivatives are taken by: columns of p, q, v and z, and samples of inputs, (column, row) each; row -1: the
+    """Variables of derivatives: columns of p, q, v and z, and samples of inputs, (column, row) each; row -1: the
     values at all rows together."""
 
     columns: Mapping[str, Sequence[int]]
@@ -80,13 +80,13 @@ class LinearRun(ABC, Generic[Made]):
 
     Attributes
     ----------
-    columns : of p, q, v and z that derivatives are taken by, in this order
-    samples : what they are taken by behind these: inputs (column, row), row -1: their values at all rows together
-    asked : the directions, with what parameters move of the state that is asked for
-    follows : whether they move any of it
-    rest : static equilibrium, where that moves it
-    along : what they change at the start
-    state, record : what the steps begin with along them, and the first row: dq, dv, dvdot, dz, dlam
+    columns : variables among p, q, v and z, in this order
+    samples : variables behind these: inputs (column, row), row -1: their values at all rows together
+    asked : the directions, with the change of the requested state by parameters
+    follows : whether there is such a change
+    rest : static equilibrium, if directions move it
+    along : their change of the start
+    state, record : changes of the start of steps along them, and of the first row: dq, dv, dvdot, dz, dlam
     """
 
     along: Directions
@@ -114,7 +114,7 @@ class LinearRun(ABC, Generic[Made]):
 
     @abstractmethod
     def tangents(self, part: Made, dp: Array, state: Array) -> Array:
-        """Take tangents through the steps of a part: ``state`` (size, directions) becomes that of their end.
+        """Take tangents through the steps of a part: ``state`` (size, directions) becomes the tangent of their end.
 
         Parameters
         ----------
@@ -127,12 +127,12 @@ class LinearRun(ABC, Generic[Made]):
 
     @abstractmethod
     def take_back(self, part: Made, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array] | None:
-        """Take adjoints back through the steps of a part: ``state`` becomes that of their start, and ``gradient``
+        """Take adjoints back through the steps of a part: ``state`` becomes the adjoint of their start, ``gradient``
         (parameters, functionals) is added to.
 
         Parameters
         ----------
-        direct : (steps, record, functionals), what functionals take of the ends of the steps
+        direct : (steps, record, functionals), derivatives of functionals by the ends of the steps
 
         Returns
         -------
@@ -150,12 +150,12 @@ class LinearRun(ABC, Generic[Made]):
         return states.t, self.blocks(states, given)
 
     def blocks(self, states: States, given: Prescribed) -> dict[str, Array]:
-        """Return input blocks at states, with what directions of inputs change there."""
+        """Return input blocks at states, with the changes there along directions of inputs."""
         return self.equations.values(states, given, self.moved_inputs(states.t))
 
     def moved_inputs(self, times: Array) -> Array | None:
-        """Return what directions of inputs change these by at times (n,), (n, nu, samples), linear between rows; None
-        where there are none."""
+        """Return the changes of inputs along directions at times (n,), (n, nu, samples), linear between rows; None
+        if there are none."""
         if not self.samples:
             return None
         position = (times - self.run.grid.start) / self.run.grid.step
@@ -172,7 +172,7 @@ class LinearRun(ABC, Generic[Made]):
         return np.stack([one.of_rows(part.first, count, steps, step) for one in weights], axis=2)
 
     def of_rows(self, part: LinearPart, of_outputs: Array, by: Array) -> Array:
-        """Return what functionals take of each row, (rows, record, functionals), and add to the derivatives in
+        """Return the derivatives of functionals by each row, (rows, record, functionals), and add to the derivatives in
         parameters; rows that parts share count in the first part alone."""
         Y, Yp = self.equations.output_partials(part.blocks)
         own = of_outputs[0 if part.first == 0 else 1 :]
@@ -213,11 +213,11 @@ class LinearRun(ABC, Generic[Made]):
         return Prescribed(u, self.base(times))
 
     def states(self, part: Part) -> tuple[States, Prescribed]:
-        """Return the states at the rows of a part, and what is prescribed there."""
+        """Return the states at the rows of a part, and the prescribed values there."""
         states = states_of(part.rows, self.run.model)
         return states, self.prescribed(states.t)
 
     def base(self, t: Array) -> Array | None:
-        """Return the state of the base at times (n,); None where it stands still."""
+        """Return the state of the base at times (n,); None if it stands still."""
         model = self.run.model
         return model.base(t, parameters=self.equations.p) if model.evaluator.moving_base else None

@@ -97,11 +97,11 @@ class LinearSteps:
 
     @property
     def record_size(self) -> int:
-        """Rows of what is recorded of a step: dq, dv, dvdot, dz, dlam."""
+        """Rows of the record of a step: dq, dv, dvdot, dz, dlam."""
         return 3 * self._nv + self._nz + self._nl
 
     def tangents(self, matrices: StepMatrices, dp: Array, state: Array, times: Array) -> tuple[Array, Array]:
-        """Take tangents through steps: ``state`` (state_size, directions) becomes that of their end.
+        """Take tangents through steps: ``state`` (state_size, directions) becomes the tangent of their end.
 
         Parameters
         ----------
@@ -130,12 +130,12 @@ class LinearSteps:
         times: Array,
         sources: Array | None = None,
     ) -> tuple[Array, Array]:
-        """Take adjoints back through steps: ``state`` becomes that of their start, and ``gradient`` (parameters,
+        """Take adjoints back through steps: ``state`` becomes the adjoint of their start, and ``gradient`` (parameters,
         directions) is added to.
 
         Parameters
         ----------
-        direct : (steps, record_size, directions), what functionals take of each row
+        direct : (steps, record_size, directions), derivatives of functionals by each row
         sources : (steps, 2 nv + holonomic rows, directions), added to the derivatives in q at the start of each step,
             in its increment h D and in eta
 
@@ -165,7 +165,7 @@ class LinearSteps:
         return found
 
     def _given(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
-        """Return the structure of C, and what it points to."""
+        """Return the structure of C, and the arrays it points to."""
         kept = {name: np.ascontiguousarray(array) for name, array in vars(matrices).items()}
         pointers = {name: self._doubles(array) for name, array in kept.items()}
         turn = self._ffi.from_buffer("long[]", self._turn)

@@ -1,7 +1,7 @@
-"""A run whose rows are had again in parts: kept where it is short, else stepped again from checkpoints.
+"""Trajectory storage for adjoint runs: full history for short runs, else checkpoints with recomputation.
 
-Checkpoints are as many as each part has steps, so memory grows with the square root of the number of steps. What is
-stepped again has the same bits, since a checkpoint is the stepper's whole memory.
+Checkpoints are as many as each part has steps, so memory grows with the square root of the number of steps. Steps
+taken again have the same bits, since a checkpoint is the stepper's whole memory.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Part:
     Attributes
     ----------
     first : number of its first row in the run
-    memory : what the stepper has kept beside rows: the algorithmic acceleration at the first row, (nv,); of methods in
+    memory : the stepper's memory beside rows: the algorithmic acceleration at the first row, (nv,); of methods in
         passes the accelerations that each step begins with, (steps, nv)
     """
 
@@ -87,7 +87,7 @@ class Motion:
         return -(-self.steps // self.length)
 
     def forwards(self) -> Iterator[Part]:
-        """Yield the parts in their order; what going backwards needs is kept."""
+        """Yield the parts in their order; data for going backwards are kept."""
         self.stepper.restore(*self._first)
         self._parts, self._checkpoints = [], []
         row = self._row
@@ -125,14 +125,14 @@ class Motion:
         return Part(done, np.concatenate([row[np.newaxis], record]), memory)
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
-        """Take steps, fill their rows, and return what the stepper had kept beside rows."""
+        """Take steps, fill their rows, and return the stepper's memory beside rows."""
         a = self.stepper.state[self.stepper.places["a"]].copy()
         status, _ = self.stepper.run(size, 1, table, record)
         self.check(status)
         return a
 
     def check(self, status: int) -> None:
-        """Raise NumericalError where a call of the stepper failed."""
+        """Raise NumericalError if a call of the stepper failed."""
         if status:
             what = f"the run fails at t = {self.stepper.t:.9g} s: {self.stepper.status_text(status)}"
             raise NumericalError(Problem("sensitivities", what, "a smaller step; simulate says more of it"))

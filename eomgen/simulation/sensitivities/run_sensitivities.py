@@ -29,11 +29,11 @@ class Sensitivities:
 
     Attributes
     ----------
-    by : what derivatives are taken by, in the order of their last axis
+    by : variables of derivatives, in the order of their last axis
     """
 
     def __init__(self, run: LinearRun[Any], by: Sequence[str], outputs: Mapping[str, Sequence[int]]) -> None:
-        """Begin; ``outputs``: places of the components of each among those that the run has derivatives of."""
+        """Begin; ``outputs``: places of the components of each among the outputs with derivatives."""
         self.by = tuple(by)
         self._components = _counted(outputs)
         self._run = run
@@ -51,7 +51,7 @@ class Sensitivities:
 
     @property
     def outputs(self) -> dict[str, Array]:
-        """Outputs at the rows, (n,), or (n, size) of those with several components."""
+        """Outputs at the rows, (n,), or (n, size) for several components."""
         return self._by_output(self._rows[1])
 
     @property
@@ -72,7 +72,7 @@ class Sensitivities:
         return np.concatenate(times), np.concatenate(values)
 
     def _chosen(self, first: int, count: int) -> NDArray[np.intp]:
-        """Return which rows of a part are recorded; the first one is the last of the part before."""
+        """Return the recorded rows of a part; the first one is the last of the part before."""
         chosen = np.flatnonzero((first + np.arange(count)) % self._run.run.every == 0)
         return chosen[chosen > 0] if first else chosen
 
@@ -161,7 +161,7 @@ class Sensitivities:
         """Return the gradients and the second derivatives of several functionals, (functionals, directions) and
         (functionals, directions, directions).
 
-        Both are of the same adjoints: those of ``gradients`` of the same texts just before, where the run keeps its
+        Both come from the same adjoints: of ``gradients`` of the same texts just before, if the run keeps its
         rows (``keeps_adjoints``), else one of each functional.
         """
         run = self._twice("hessian")
@@ -180,7 +180,7 @@ class Sensitivities:
     def stationary(self, of: Sequence[str]) -> StationaryRun | None:
         """Return derivatives of outputs, or of components of them, at all rows by one adjoint of each.
 
-        None where the state does not stay as it is at the start, or that is differentiated by or follows parameters.
+        None if the state does not stay as it is at the start, or that is differentiated by or follows parameters.
 
         Raises
         ------
@@ -256,7 +256,7 @@ class Sensitivities:
         return {name: table[:, column] for name, column in columns.items()}
 
     def _twice(self, wanted: str) -> AlphaRun | GalerkinRun:
-        """Return the run where it has second derivatives. Raises UsageError."""
+        """Return the run if it has second derivatives. Raises UsageError."""
         run = self._run
         assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
         if run.follows and run.start.slopes is not None:
@@ -273,7 +273,7 @@ class Sensitivities:
         return run
 
     def _finite(self, found: Array) -> Array:
-        """Return derivatives as they are. Raises NumericalError where they are no numbers."""
+        """Return derivatives as they are. Raises NumericalError if they are no numbers."""
         if not np.isfinite(found).all():
             raise undefined_derivatives(self._run.run.model, "somewhere in the run")
         return found
@@ -288,7 +288,7 @@ class Sensitivities:
 
 
 def _counted(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:
-    """Return the places of outputs' components among those that are chosen."""
+    """Return the places of outputs' components among the chosen ones."""
     found: dict[str, list[int]] = {}
     count = 0
     for name, places in outputs.items():

@@ -1,13 +1,13 @@
-"""Second derivatives of what a run begins with: of accelerations, of states that are moved onto constraints.
+"""Second derivatives of the start of a run: of accelerations, of states that are moved onto constraints.
 
 Each is an equation whose second derivatives along tangents are contracted with its multipliers, from the last one to
 the first. Runs move positions by Newton's steps c = -R Phi, R = M^-1 B^T (B M^-1 B^T)^-1; the first two decide second
-derivatives. Where dPhi_i = -S sigma_i and c_i = M^-1 B^T sigma_i, S = B M^-1 B^T, the limit q has
+derivatives. With dPhi_i = -S sigma_i and c_i = M^-1 B^T sigma_i, S = B M^-1 B^T, the limit q has
 
     d_j dq_i = (1 - R B) (x_ij + M^-1 (dB_j^T sigma_i - dM_j c_i + dB_i^T sigma_j - dM_i c_j)) - R d2Phi_ij,
     x_ij = -[d_j, d_i] / 2 - [c_j, d_i] - [c_j, c_i] / 2,
 
-d the directions as they are asked for, d2Phi along those on the constraints; dM_j and dB_j along d. Velocities solve
+d the directions as they are asked for, d2Phi along the ones on the constraints; dM_j and dB_j along d. Velocities solve
 M (v' - v) = B^T sigma, w(q, v') = 0.
 """
 
@@ -90,7 +90,7 @@ class SecondBeginning:
         units = {name: np.repeat(array, nv + 1, axis=0) if name != "p" else array for name, array in values.items()}
         units["v"], units["a"] = np.zeros((nv + 1, nv)), np.eye(nv + 1, nv)
         multipliers = np.zeros((nv + 1, nv + self.equations.nz + self.equations.holonomic + self.equations.nl))
-        multipliers[:nv, :nv], multipliers[nv, :nv] = np.diag(omega), -omega  # M e_k, less what is there at rest
+        multipliers[:nv, :nv], multipliers[nv, :nv] = np.diag(omega), -omega  # M e_k, minus its value at rest
         rows = [self._row(one.dq, one.dp[:size]) for one in self.on]
         changes = self.equations.second_partials(units, multipliers, np.repeat(rows[1][np.newaxis], nv + 1, axis=0))
         self.found += rows[0].T @ changes.sum(axis=0)

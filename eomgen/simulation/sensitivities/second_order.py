@@ -5,9 +5,9 @@ tangents dx_i, dx_j and the multipliers mu of its adjoint, its second derivative
 
     sum over rows of  dx_i . K dx_j,  K: second derivatives of w . y - mu . e,
 
-and those of increments of rotations and of the start: so one sweep of tangents and one of adjoints give a whole Hessian
+and of increments of rotations and of the start: so one sweep of tangents and one of adjoints give a whole Hessian
 (Griewank and Walther, Evaluating Derivatives (2008), section 5.4; Papadimitriou, Mourelatos and Hu 2021). A product
-with directions d is an adjoint of second order: that with K dx_d in place of what the functional takes of rows. Steps
+with directions d is an adjoint of second order: with K dx_d in place of the functional's derivatives by rows. Steps
 are factored once for all of their directions.
 """
 
@@ -50,7 +50,7 @@ class _Adjoint:
 
 
 class Swept(NamedTuple):
-    """What adjoints of functionals left in a part.
+    """Remainders of adjoints of functionals in a part.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Swept(NamedTuple):
 
 @dataclass
 class Gradients:
-    """Gradients of functionals, and what their adjoints left.
+    """Gradients of functionals, and remainders of their adjoints.
 
     Attributes
     ----------
@@ -85,8 +85,8 @@ class _Tangents:
     Attributes
     ----------
     rows : (rows, record_size + parameters, directions)
-    steps : (rows - 1, 2 nv + nh, directions), of q at the start of steps, of increments of what rotates, of eta
-    parameters : (parameters, directions), W behind those of the equations
+    steps : (rows - 1, 2 nv + nh, directions), of q at the start of steps, of increments of rotations, of eta
+    parameters : (parameters, directions), W after the equations'
     turnings : of the steps
     """
 
@@ -102,7 +102,7 @@ class _Tangents:
         return slice(0 if self.part.first == 0 else 1, None)
 
     def changes(self, run: AlphaRun, multipliers: Array, ends: Array, weights: Array) -> tuple[Array, Array, Array]:
-        """Return what second derivatives take of rows and of steps, shaped as these, and of parameters by steps.
+        """Return second derivatives by rows and by steps, shaped as these, and by parameters through steps.
 
         Parameters
         ----------
@@ -121,7 +121,7 @@ class _Tangents:
         return of_rows[self.own], of_steps, of_parameters
 
     def _add_reactions(self, run: AlphaRun, of_D: Array, of_steps: Array, of_parameters: Array) -> None:
-        """Add what W B^T eta, by which D is less, takes of steps and of parameters; ``of_D``: derivatives in D."""
+        """Add the derivatives by steps and parameters of W B^T eta, which D has with a minus; ``of_D``: by D."""
         equations, W, matrices = run.equations, run.inverse_inertia, self.part.matrices
         nv, chosen = equations.nv, equations.parameters
         before = {name: array if name == "p" else array[:-1] for name, array in self.part.blocks.items()}
@@ -195,7 +195,7 @@ def hessian_products(run: AlphaRun, weights: Weights, directions: Array) -> Arra
 
 
 def _paired(one: Array, other: Array) -> Array:
-    """Return the sum of one^T other over what comes before directions."""
+    """Return the sum of one^T other over all axes before directions."""
     rows = one.shape[0] * one.shape[1]
     found: Array = one.reshape(rows, -1).T @ other.reshape(rows, -1)
     return found

@@ -1,10 +1,10 @@
-"""Derivatives of a run whose state stays as it is, while what drives it changes with time in other directions.
+"""Derivatives of a run with a constant state, and inputs and base that change with time in other directions.
 
-Where the constant state solves the equations at all rows, and their partials in the state are the same at all of them,
-the steps made linear do not change from one to the next: the adjoint of an output at row n is that at the last row,
+If the constant state solves the equations at all rows, and their partials in the state are the same at all of them,
+the steps made linear do not change from one to the next: the adjoint of an output at row n is the one at the last row,
 shifted by as many rows. One adjoint for each output gives its gradients at all rows, sums of its multipliers with the
-partials in the parameters at earlier rows; those of a coordinate are its tangents, so second derivatives take no more
-than the coordinates by which the equations or the outputs bend (Papadimitriou, Mourelatos and Hu 2021).
+partials in the parameters at earlier rows; gradients of a coordinate are its tangents, so second derivatives take
+only the coordinates by which the equations or the outputs bend (Papadimitriou, Mourelatos and Hu 2021).
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from eomgen.simulation.sensitivities.linear_steps import StepMatrices
 from eomgen.simulation.sensitivities.motion import Part
 from eomgen.simulation.sensitivities.second_beginning import SecondBeginning
 
-#: What acceleration the constant state may leave, by the largest that a parameter makes; the same of rates.
+#: Tolerated acceleration of the constant state, relative to the largest by a parameter; the same of rates.
 _BALANCED = 1e-9
-#: What partials in the state may differ from row to row, by the largest of them.
+#: Tolerated difference of partials in the state from row to row, relative to the largest of them.
 _CONSTANT = 1e-12
 #: Bytes of partials at all rows above which a run is taken part by part, by its own state.
 _MOST_BYTES = 2**27
 #: Rows that are looked at before all of them are.
 _FEW = 8
-#: An output whose partials in the state are those of others but for this part is none of its own.
+#: An output with partials in the state equal to other outputs' up to this part is none of its own.
 _SPANNED = 1e-12
 
 
@@ -52,7 +52,7 @@ class StationaryRun:
 
     @classmethod
     def of(cls, run: AlphaRun, weights: Sequence[Weights]) -> StationaryRun | None:
-        """Return it where the state is constant and derivatives are by parameters of scenes without constraints and
+        """Return it if the state is constant and derivatives are by parameters of scenes without constraints and
         rotations beyond angles; None elsewhere."""
         size = run.size * (run.motion.steps + 1) * (run.equations.nv + run.equations.nz + len(run.equations.outputs))
         plain = not run.equations.nl and all(factor.group == "R" for factor in run.run.model.factors)
@@ -137,7 +137,7 @@ class StationaryRun:
 
     @cached_property
     def _changes(self) -> Array:
-        """Changes of rows and parameters along the parameters, (n, record + parameters, parameters), where anything
+        """Changes of rows and parameters along the parameters, (n, record + parameters, parameters), if a quantity
         bends by them; 0 elsewhere."""
         run, size = self.run, self.run.size
         found = np.zeros((len(self.t), run.linear.record_size + size, size))

@@ -30,7 +30,7 @@ def step_matrices(
     ----------
     partials : of the equations at the ends of the steps
     a : (nv,) algorithmic acceleration at the first state
-    inverse_inertia : (nv,) W, by which multipliers of velocities move positions; empty where there are none
+    inverse_inertia : (nv,) W, by which multipliers of velocities move positions; empty if there are none
     """
     factors, step, count, nv = equations.model.factors, coefficients[0], len(states.t) - 1, equations.nv
     A, T = _turning(factors, states.q)

@@ -17,7 +17,7 @@ from eomgen.lie import numeric
 from eomgen.lie.groups import Group, group_named
 from eomgen.lie.product import Factor
 
-#: An imaginary increment whose square is nothing: derivatives to rounding (Squire and Trapp 1998).
+#: An imaginary increment with a square below rounding: exact derivatives (Squire and Trapp 1998).
 _TINY = 1e-100
 
 
@@ -55,7 +55,7 @@ class Turning:
         return found
 
     def changed(self, of_end: Array, increments: Array) -> tuple[Array, Array]:
-        """Return what second derivatives along ``increments`` take of dq and of dtheta, (n, size, directions) each;
+        """Return second derivatives along ``increments`` by dq and by dtheta, (n, size, directions) each;
         ``of_end``: derivatives in q' (n, nv)."""
         weights = of_end[:, self.v]
         of_first = np.einsum("nr,nrck,nkd->ncd", weights, self.by_first, increments, optimize=True)
@@ -63,7 +63,7 @@ class Turning:
 
 
 def turnings(factors: Sequence[Factor], theta: Array) -> list[Turning]:
-    """Return those of all rotating factors."""
+    """Return the derivatives of all rotating factors."""
     return [Turning.of(factor, theta) for factor in factors if factor.group != "R"]
 
 
