@@ -12,7 +12,6 @@ __all__ = [
     "lanes",
     "model",
     "prescribed",
-    "requirements",
     "section_loads",
     "state",
     "terms",

@@ -20,7 +20,7 @@ from eomgen.mechanics.dynamics.cancellation import loses_digits
 from eomgen.mechanics.dynamics.energy import energies
 from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
 from eomgen.mechanics.dynamics.reference_efforts import ReferenceEfforts
-from eomgen.mechanics.forces.applied import OFFERED, applied_loads
+from eomgen.mechanics.forces.applied import applied_loads, offered_by
 from eomgen.mechanics.forces.element_loads import Fields
 from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.forces.loads import Loads
@@ -84,7 +84,7 @@ class Derivation:
         self.motion = self.base.motion()
         self.kinematics = Kinematics(self.tree, self.base, self.prescribed if self.absolute else None)
         made = AbsoluteQuantities if self.absolute else Quantities
-        self.quantities: Quantities = made(scene, self.tree, self.kinematics, OFFERED)
+        self.quantities: Quantities = made(scene, self.tree, self.kinematics, offered_by(scene))
         if not self.absolute:
             self.quantities.dynamics = ReferenceEfforts(scene, self.grouped, self.motion, self.quantities)
         self.section_loads = SectionLoads(scene, self.quantities, self._section_multipliers, self._fields)
@@ -138,7 +138,7 @@ class Derivation:
         tree, quantities, loads = self.tree, self.quantities, self.loads
         if fixed and not self.absolute:
             tree = build_tree(self.algebra, self.scene, fixed)
-            quantities = Quantities(self.scene, tree, Kinematics(tree, self.base), OFFERED)
+            quantities = Quantities(self.scene, tree, Kinematics(tree, self.base), offered_by(self.scene))
             quantities.energies = self._energies_without_formulas()
             loads = applied_loads(self.scene, tree, quantities)
         return TransmittedWrenches(self.scene, tree, quantities, self.motion, loads, rows)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
-from eomgen.scene.document.schema import Document
+from eomgen.scene.document.schema import Document, document_for
 from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Table, Units, fields_of
@@ -71,7 +71,7 @@ def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
     """
     plain, _ = in_si(data, Report("scene", {}))
     plain.setdefault("gravity", list(Document.model_fields["gravity"].default))
-    scaled = _Scaled(plain, frozenset(wanted)).table(Document, plain, None)
+    scaled = _Scaled(plain, frozenset(wanted)).table(document_for(plain), plain, None)
     if ORIGIN in wanted:
         _move_origin(scaled)
     if RATIO in wanted:
@@ -127,7 +127,7 @@ class _Scaled:
                 unit = str(data.get("unit", ""))
             elif isinstance(unit, tuple) and isinstance(data.get("index"), int):
                 unit = unit[data["index"]]
-            own = _KEYS.get(name) if model is not Document else GRAVITY if name == "gravity" else None
+            own = _KEYS.get(name) if not issubclass(model, Document) else GRAVITY if name == "gravity" else None
             if unit or meaning.names is not None:
                 result[name] = self.value(unit, data[name], own if own in self.wanted else None)
         return result

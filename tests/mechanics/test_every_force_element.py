@@ -13,13 +13,12 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
-from eomgen.mechanics.forces.applied import LAWS, OFFERED
-from eomgen.mechanics.forces.applied import STRUCTURE as LAWS_OF_STRUCTURE
+from eomgen.mechanics.forces.applied import law_of, laws_of, offered_by
 from eomgen.results.scenery import scenery
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.json_schema import schema
 from eomgen.scene.document.reference import tables
-from eomgen.scene.forces.element import Row
+from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.forces.register import ELEMENTS, STRUCTURE
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
@@ -29,18 +28,18 @@ from tests.scene.every_value import LEVEL, SCENE, TILTED
 
 pytestmark = pytest.mark.slow
 
-EVERY = pytest.mark.parametrize("row", ELEMENTS, ids=lambda row: row.section)
+EVERY = pytest.mark.parametrize("row", ELEMENTS, ids=lambda row: row.key)
 ENTRIES: dict[str, Any] = {"efforts": {"motor": {"joint": "hinge", "effort": "2 - 0.3 * v.hinge"}}, **SCENE}
 #: Parts of the scene of every value: an arm on a hinge, a nut on a screw, a free disc, a puck on a table;
 #: with them a beam on the base.
 BODIES = {"arm": "hinge", "nut": "screw", "disc": "free", "puck": "table"}
 
 
-def scene_with(row: Row, formula: str = "t") -> Scene:
+def scene_with(row: ElementSection, formula: str = "t") -> Scene:
     bodies = {name: SCENE["bodies"][name] for name in BODIES}
     joints = {name: SCENE["joints"][name] for name in (*BODIES.values(), "root")}
     bare = {key: SCENE[key] for key in ("format", "name", "gravity", "points")}
-    if row.section not in LEVEL:
+    if row.key not in LEVEL:
         bare["gravity"] = list(TILTED)
     outputs = {"seen": {"formula": formula}}
     return from_data(
@@ -50,29 +49,37 @@ def scene_with(row: Row, formula: str = "t") -> Scene:
             "beams": {"blade": SCENE["beams"]["blade"]},
             "joints": joints,
             "outputs": outputs,
-            row.section: ENTRIES[row.section],
+            row.key: ENTRIES[row.key],
         }
     )
 
 
-def test_every_row_has_a_law_that_gives_what_it_offers() -> None:
-    laws = {law.model: set(law.offers) for some in LAWS for law in some}
-    assert laws == {row.model: set(row.offers) for row in ELEMENTS}
-    assert tuple(law.model for law in LAWS_OF_STRUCTURE) == STRUCTURE
-    assert len(OFFERED) == sum(len(row.offers) for row in ELEMENTS)
+@EVERY
+def test_every_row_has_a_law_that_gives_what_it_offers(row: ElementSection) -> None:
+    assert row.key == row.model.section
+    assert law_of(row.model).model is row.model and set(law_of(row.model).offers) == set(row.offers)
+
+
+def test_laws_are_in_the_order_of_the_register() -> None:
+    assert all(law_of(kind).before_joints for kind in STRUCTURE)
+    scene = from_data({**SCENE, "efforts": ENTRIES["efforts"]})
+    kinds = [*STRUCTURE, *(row.model for row in ELEMENTS)]
+    assert [law.model for law in laws_of(scene)] == [
+        kind for kind in kinds if any(isinstance(element, kind) for element in scene.elements)
+    ]
 
 
 @EVERY
-def test_files_builders_schema_and_pages_know_it(row: Row) -> None:
+def test_files_builders_schema_and_pages_know_it(row: ElementSection) -> None:
     [element] = scene_with(row).elements
-    assert isinstance(element, row.model) and getattr(scene_with(row), row.section, (element,)) == (element,)
-    assert callable(getattr(SceneBuilder, row.section.removesuffix("s")))
-    assert schema()["properties"][row.section]["additionalProperties"] == {"$ref": f"#/$defs/{row.entry.__name__}"}
+    assert isinstance(element, row.model) and getattr(scene_with(row), row.key, (element,)) == (element,)
+    assert callable(getattr(SceneBuilder, row.key.removesuffix("s")))
+    assert schema()["properties"][row.key]["additionalProperties"] == {"$ref": f"#/$defs/{row.entry.__name__}"}
     assert tables()[row.entry.__name__.removesuffix("Entry")] is row.entry
 
 
 @EVERY
-def test_its_power_is_that_of_its_wrenches_and_its_potential(row: Row, rng: np.random.Generator) -> None:
+def test_its_power_is_that_of_its_wrenches_and_its_potential(row: ElementSection, rng: np.random.Generator) -> None:
     system = derive(scene_with(row), ["energy", "forward_dynamics"])
     evaluate = tape_evaluator(system)
     state = random_states(system, 6, rng)
@@ -85,15 +92,15 @@ def test_its_power_is_that_of_its_wrenches_and_its_potential(row: Row, rng: np.r
 
 
 @EVERY
-def test_formulas_read_what_it_offers(row: Row) -> None:
+def test_formulas_read_what_it_offers(row: ElementSection) -> None:
     [element] = scene_with(row).elements
     for kind in row.offers:
         scene = scene_with(row, f"{kind}.{element.name}")
-        assert OFFERED[kind][0] == row.section and "outputs" in derive(scene, ["outputs"]).functions
+        assert offered_by(scene)[kind][0] == row.key and "outputs" in derive(scene, ["outputs"]).functions
 
 
 @EVERY
-def test_pictures_show_what_it_says(row: Row) -> None:
+def test_pictures_show_what_it_says(row: ElementSection) -> None:
     scene = scene_with(row)
     [element] = scene.elements
     shown = scenery(describe(scene), {})

@@ -9,9 +9,9 @@ from functools import cache
 from typing import Any
 
 from eomgen.scene.document.schema import SECTIONS, Document
-from eomgen.scene.forces.register import ALL_BOUNDS
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, fields_of
+from eomgen.scene.sections import OWN, bounds_of
 
 Path = tuple[str | int, ...]
 
@@ -318,7 +318,7 @@ def parameter_keys(model: type[Table] = Document, before: str = "") -> Iterator[
             continue
         if inner is not None:
             yield from parameter_keys(inner.model, key)
-        elif meaning.names is PARAMETERS or key in ALL_BOUNDS:
+        elif meaning.names is PARAMETERS or key in bounds_of(OWN):
             yield key
 
 

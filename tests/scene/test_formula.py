@@ -30,7 +30,7 @@ NAMES = Names(
     inputs=("torque",),
     joints={"hinge": "revolute", "ball": "spherical", "float": "free", "weld": "fixed", "not": "prismatic"},
     points=("tip",),
-    offered={kind: Offered("springs", scope, ("strut",)) for kind, scope in springs.ROW.offers.items()},
+    offered={kind: Offered("springs", scope, ("strut",)) for kind, scope in springs.SECTION.offers.items()},
 )
 VALUES = {"length": 0.5, "lambda": 3.0, "double": -2.0, "q": 7.0}
 

@@ -11,12 +11,13 @@ import pytest
 from eomgen.compiled.requirements import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.describe import describe
-from eomgen.scene.forces.register import ALL_BOUNDS, ELEMENTS
 from eomgen.scene.joints.moved_inertia import Movable
 from eomgen.scene.load import from_data
 from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
+from eomgen.scene.sections import OWN, bounds_of
 from tests.scene.every_value import Path, key_at, number_at, parameter_keys, places, scene_with, without_value
 
+ALL_BOUNDS = bounds_of(OWN)
 #: Formulas that have the value N where X is 1, and all that a value can be wrong by elsewhere.
 FORMULAS = ("N * X", "N + X - 1", "N / X", "N * sqrt(X)", "-N + 2 * N * X")
 VALUES = (0.0, -1.0, 2.0, 1e-3, 1e3, -1e-6, 0.5)
@@ -24,9 +25,7 @@ VALUES = (0.0, -1.0, 2.0, 1e-3, 1e3, -1e-6, 0.5)
 
 def test_every_key_of_parameters_has_a_row_or_may_be_any_number() -> None:
     keys = set(parameter_keys())
-    any_number = UNBOUNDED | {
-        f"{row.section}.{key}" for row in ELEMENTS for key, bound in row.bounds.items() if bound is None
-    }
+    any_number = UNBOUNDED | {f"{row.key}.{key}" for row in OWN for key, bound in row.bounds.items() if bound is None}
     assert keys == set(ALL_BOUNDS) | any_number and not set(ALL_BOUNDS) & any_number
     related = {key for row in RELATIONS.values() for key in row.keys}
     assert related <= keys

@@ -365,4 +365,4 @@ def _vector(values: Six) -> Vector:
     return values[0], values[1], values[2]
 
 
-LAW = Law(CosseratBeam, add_cosserat_beam)
+LAW = Law(CosseratBeam, add_cosserat_beam, before_joints=True)

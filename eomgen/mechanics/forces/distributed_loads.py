@@ -76,4 +76,4 @@ def _moments(item: DistributedLoad) -> tuple[float, float]:
     return float(length * zeroth), float(length * (start * zeroth + length * first))
 
 
-LAW = Law(DistributedLoad, add_distributed_load)
+LAW = Law(DistributedLoad, add_distributed_load, before_joints=True)

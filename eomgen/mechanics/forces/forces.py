@@ -57,4 +57,4 @@ def add_load(
     loads.power = loads.power + dot(load[0], omega) + dot(load[1], velocity)
 
 
-LAW = Law(Force, add_force)
+LAW = Law(Force, add_force, before_joints=True)

@@ -40,12 +40,14 @@ class Law:
     Attributes
     ----------
     together : adds the loads of all repeated elements of the kind, and returns the elements that are left to ``add``
+    before_joints : whether its loads are recorded before the joints' own forces
     """
 
     model: type[ForceElement]
     add: Callable[[Loads, Any, Quantities], None]
     offers: Mapping[str, Offer] = field(default_factory=dict)
     together: Callable[[Loads, Sequence[Any], Quantities], Sequence[Any]] | None = None
+    before_joints: bool = False
 
 
 def no_loads(tree: Tree) -> Loads:

@@ -63,4 +63,4 @@ def _rate(quantities: Quantities, spring: Spring) -> Scalar:
     return stretch(quantities, spring)[1]
 
 
-LAW = Law(Spring, add_spring, {"length": _length, "rate": _rate, "tension": tension}, add_loops)
+LAW = Law(Spring, add_spring, {"length": _length, "rate": _rate, "tension": tension}, add_loops, before_joints=True)

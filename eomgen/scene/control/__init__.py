@@ -2,4 +2,4 @@
 
 __all__ = ["model"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["controllers", "references", "sampled", "schema"]
+WITHIN = ["controllers", "sampled", "schema", "sections"]

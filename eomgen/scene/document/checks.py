@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
-
-import numpy as np
+from collections.abc import Callable, Mapping
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
 from eomgen.random_processes import MOST_MODES
-from eomgen.scene.bodies.model import Body
 from eomgen.scene.control.controllers import made_by_controller, outputs_of_controllers, states_of_controllers
-from eomgen.scene.document.schema import SECTIONS, Document, Simulation
-from eomgen.scene.events.model import Event
-from eomgen.scene.geometry.inertia import Inertia, tensor
+from eomgen.scene.control.sections import check_controllers
+from eomgen.scene.document.schema import Document, section_keys
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.joints.constraint_model import Constraint
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.frames import check_two_bodies
 from eomgen.scene.reading.report import Report, check_reference
-from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
+from eomgen.scene.section import Reading
+from eomgen.scene.sections import OWN
+from eomgen.scene.signals.sections import CURVES
+from eomgen.scene.tree.beam_attachments import check_places
+from eomgen.scene.tree.sections import Tree
 from eomgen.system.description import BASE, WORLD
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
 from eomgen.system.random_processes import variables_of
-from eomgen.system.signals import Output
 from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
 
 
@@ -34,7 +33,7 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
     if not is_legal(document.name):
         report.add("name", f"the name {shown(document.name)} is not legal", NAME_RULE)
     kept: dict[str, object] = {}
-    for section in SECTIONS:
+    for section in section_keys(type(document)):
         entries = document.section(section)
         for name in [*entries, *sorted(refused[section])]:
             fault, hint = _fault(section, name, document)
@@ -45,15 +44,9 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
     return document.model_copy(update=kept)
 
 
-#: Sections whose entries formulas call by their names alone, and what an entry is.
-_BARE = {
-    "parameters": "a parameter",
-    "inputs": "an input",
-    "random": "a random process",
-    "states": "a state",
-    "controllers": "a controller",
-    "curves": "a curve",
-}
+#: Nouns of entries by section, of sections whose entries formulas call by their names alone. Of two entries of one name
+#: the entry in the later section is reported; curves count as last.
+_BARE = {row.key: row.bare for row in sorted(OWN, key=lambda row: row is CURVES) if row.bare}
 
 
 def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
@@ -63,37 +56,37 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
         return f"the name {BASE} is reserved for the frame that carries the tree", "another name"
     if section in ("bodies", "beams") and name == WORLD:
         return f"the name {WORLD} is reserved for what rests while the base moves", "another name"
-    if section == "beams" and name in document.bodies:
+    if section == "beams" and name in document.section("bodies"):
         return f"the name {name} is both a body and a beam", "another name for one of them"
-    if section == "beams" and name in document.joints:
+    if section == "beams" and name in document.section("joints"):
         return f"the name {name} is both a joint and a beam, and q.{name} would be both", "another name for one of them"
-    if section == "frames" and name in document.points:
+    if section == "frames" and name in document.section("points"):
         return f"the name {name} is both a point and a frame", "the frame alone: its origin is a point"
-    if section == "frames" and (name in document.bodies or name in document.beams):
+    if section == "frames" and (name in document.section("bodies") or name in document.section("beams")):
         return f"the name {name} is both a body and a frame", "another name for the frame"
-    if section == "constraints" and name in document.joints:
+    if section == "constraints" and name in document.section("joints"):
         return f"the name {name} is both a joint and a constraint", "another name for one of them"
     if section in _BARE and name in RESERVED:
         return f"the name {name} is a word of formulas", f"{name}_value"
     for other, what in _BARE.items():  # formulas call all of them by their bare names
         if section not in _BARE or other == section:
             break
-        if name in getattr(document, other):
+        if name in document.section(other):
             return f"the name {name} is both {what} and {_BARE[section]}", "another name for one of them"
-    if section == "inputs" and name in document.inputs and document.inputs[name].motion:
+    if section == "inputs" and name in document.section("inputs") and document.section("inputs")[name].motion:
         return _fault_of_motion(name, document)
-    if section == "random" and name in document.random:
+    if section == "random" and name in document.section("random"):
         return _fault_of_variables("random process", name, MOST_MODES, document)
-    if section == "waves" and name in document.waves and document.waves[name].variables:
-        if name in document.random:
+    if section == "waves" and name in document.section("waves") and document.section("waves")[name].variables:
+        if name in document.section("random"):
             what = f"the name {name} is both a random process and waves with variables of their own"
             return what, "another name for one of them"
-        sea = document.waves[name]
+        sea = document.section("waves")[name]
         count = 2 * sea.components * (1 if sea.spreading is None else sea.spreading.directions)
         return _fault_of_variables("sea", name, count, document)
-    if section == "modes" and mode_parameter(name) in document.parameters:
+    if section == "modes" and mode_parameter(name) in document.section("parameters"):
         return f"the mode {name} is the parameter {mode_parameter(name)}, and there is one of that name", "another name"
-    if section == "controllers" and name in document.controllers:
+    if section == "controllers" and name in document.section("controllers"):
         return _fault_of_made(name, document)
     return "", ""
 
@@ -101,8 +94,8 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
 def _fault_of_motion(name: str, document: Document) -> tuple[str, str]:
     """Return what is wrong with the names of the parameters that a motion has."""
     others = {entry: what for section, what in _BARE.items() for entry in document.section(section)}
-    others |= {mode_parameter(mode): f"that of the mode {mode}" for mode in document.modes}
-    for other, entry in document.controllers.items():
+    others |= {mode_parameter(mode): f"that of the mode {mode}" for mode in document.section("modes")}
+    for other, entry in document.section("controllers").items():
         made = (made for names in made_by_controller(other, entry).values() for made in names)
         others |= dict.fromkeys(made, f"what the controller {other} makes")
     for parameter in motion_parameters(name):
@@ -131,12 +124,12 @@ def _fault_of_made(name: str, document: Document) -> tuple[str, str]:
     """Return what is wrong with the names that a controller makes."""
     others = {
         made: other
-        for other, entry in document.controllers.items()
+        for other, entry in document.section("controllers").items()
         if other != name
         for names in made_by_controller(other, entry).values()
         for made in names
     }
-    for section, names in made_by_controller(name, document.controllers[name]).items():
+    for section, names in made_by_controller(name, document.section("controllers")[name]).items():
         for made in names:
             if not is_legal(made):
                 fault = f"the controller makes {_BARE[section]} {shown(made)}, whose name is"
@@ -149,30 +142,62 @@ def _fault_of_made(name: str, document: Document) -> tuple[str, str]:
                 fault = f"the controllers {name} and {others[made]} both make {_BARE[section]} {made}"
                 return fault, "another name for one of them"
             for other, what in _BARE.items():
-                if made in getattr(document, other):
+                if made in document.section(other):
                     fault = f"the controller makes {_BARE[section]} {made}, and there is {what} of that name"
                     return fault, "another name for one of them"
     return "", ""
 
 
-def check_task_frames(document: Document, refused: Mapping[str, set[str]], report: Report) -> None:
+def _check_task_frames(document: Document, reading: Reading) -> None:
     """Report task frames that are neither bodies nor frames."""
-    known = [*document.bodies, *document.beams, *document.frames]
-    known += sorted(refused["bodies"] | refused["beams"] | refused["frames"])
+    known = [name for key in ("bodies", "beams", "frames") for name in document.section(key)]
+    known += sorted(name for key in ("bodies", "beams", "frames") for name in reading.refused[key])
     for place, name in enumerate(document.task_frames):
-        check_reference(f"task_frames[{place}]", name, known, "body or frame", report)
+        check_reference(f"task_frames[{place}]", name, known, "body or frame", reading.report)
 
 
-def check_drive_efforts(
-    outputs: Iterable[Output],
-    events: Iterable[Event],
-    joints: Iterable[Joint],
-    constraints: Iterable[Constraint],
-    report: Report,
-) -> None:
-    """Report efforts of drives of what has none, or of two things of one name."""
-    driven = [joint.name for joint in joints if joint.drive]
-    driven += [item.name for item in constraints if item.prescribed is not None]
+def _check_frames_of_elements(document: Document, reading: Reading) -> None:
+    """Report force elements between two frames of one rigid body."""
+    tree, beams = reading.kept(Tree), document.section("beams")
+    for element in _elements(reading):
+        frames = element.frames()
+        if tree.complete and frames is not None:
+            check_two_bodies(element.section, element.name, *frames, tree.joints, beams, reading.report)
+
+
+def _check_places(document: Document, reading: Reading) -> None:
+    """Report attachments to a beam beyond its ends."""
+    items = reading.items
+    check_places(
+        items["bodies"],
+        items["joints"].values(),
+        {**items["points"], **items["frames"]}.values(),
+        _elements(reading),
+        items["constraints"].values(),
+        reading.values,
+    )
+
+
+def _elements(reading: Reading) -> list[ForceElement]:
+    rows = [row for row in reading.rows if isinstance(row, ElementSection)]
+    return [element for row in rows for element in reading.items[row.key].values()]
+
+
+def _check_groups(document: Document, reading: Reading) -> None:
+    """Report the groups of bodies that do not move on their own."""
+    for joint in document.section("joints").values():
+        body = document.section("bodies").get(joint.child)
+        if not JOINTS[joint.type].moves and body is not None and body.group is not None:
+            what = f"the body {joint.child} has no motion of its own: a fixed joint carries it"
+            reading.report.add(key_of("bodies", joint.child, "group"), what, "the group of the body that carries it")
+
+
+def _check_drive_efforts(document: Document, reading: Reading) -> None:
+    """Report efforts of drives that do not exist, or whose name two drives have."""
+    items, report = reading.items, reading.report
+    driven = [joint.name for joint in items["joints"].values() if joint.drive]
+    driven += [item.name for item in items["constraints"].values() if item.prescribed is not None]
+    outputs, events = items["outputs"].values(), items["events"].values()
     formulas = [(key_of("outputs", item.name), value) for item in outputs for value in item.values]
     formulas += [(key_of("events", item.name), value) for item in events for value in (item.when, *item.actions())]
     for key, formula in formulas:
@@ -183,8 +208,9 @@ def check_drive_efforts(
                 report.add(key, f"drive_effort.{symbol.name}: {what}", hint if not count else "another name")
 
 
-def check_simulation(simulation: Simulation, report: Report) -> None:
+def _check_simulation(document: Document, reading: Reading) -> None:
     """Report a time grid or a spectral radius that cannot be."""
+    simulation, report = document.simulation, reading.report
     if not is_legal(simulation.method):
         report.add("simulation.method", f"{shown(simulation.method)} is not the name of a method", "generalized_alpha")
     if simulation.step <= 0.0:
@@ -199,49 +225,31 @@ def check_simulation(simulation: Simulation, report: Report) -> None:
         )
 
 
-def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
-    """Return mass properties at the default parameters."""
-    known = {}
-    for body in bodies:
-        center = [values.value(entry) for entry in body.center_of_mass]
-        entries = [values.value(entry) for entry in body.inertia]
-        known[body.name] = Inertia(values.value(body.mass), np.array(center), tensor(entries))
-    return known
-
-
-def check_inertias(bodies: Iterable[Body], values: Values) -> None:
-    """Require of rigid bodies inertias that bodies can have."""
-    for body in bodies:
-        key = key_of("bodies", body.name)
-        if body.beam is None and not body.node_of and not values.report.concerns(key):
-            hint = f"the values of {body.name} about its centre of mass, in its own axes"
-            values.require(f"{key}.inertia", replace(RELATIONS["inertia"], hint=hint), body.inertia)
-
-
 def unused_names(document: Document, values: Values) -> list[str]:
     """Return a note on the parameters, one on the inputs, one on the curves, one on the random processes, one on
     the waves, and one on each mode and controller, that no formula mentions."""
     notes = []
     mentioned = values.mentioned
+    random = document.section("random")
     by_parameters = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in mentioned}
-    by_parameters |= {name for name in document.random if ("parameter", variables_of(name, 1)[0]) in mentioned}
+    by_parameters |= {name for name in random if ("parameter", variables_of(name, 1)[0]) in mentioned}
     for kind, what_it_is, plural, names in (
-        ("parameter", "parameter", "parameters", document.parameters),
-        ("input", "input", "inputs", document.inputs),
-        ("curve", "curve", "curves", document.curves),
-        ("input", "random process", "random processes", document.random),
-        ("waves", "sea", "seas", document.waves),
+        ("parameter", "parameter", "parameters", document.section("parameters")),
+        ("input", "input", "inputs", document.section("inputs")),
+        ("curve", "curve", "curves", document.section("curves")),
+        ("input", "random process", "random processes", random),
+        ("waves", "sea", "seas", document.section("waves")),
     ):
         unused = [name for name in names if (kind, name) not in mentioned and name not in by_parameters]
         if unused:
             several = len(unused) > 1
             what = f"the {plural} {listed(unused)} change" if several else f"the {what_it_is} {unused[0]} changes"
             notes.append(f"{what} nothing: no formula mentions {'them' if several else 'it'}")
-    for name in document.modes:
+    for name in document.section("modes"):
         if ("parameter", mode_parameter(name)) not in values.mentioned:
             notes.append(f"the mode {name} changes nothing: no formula mentions it")
     read = {name for kind, name in values.mentioned if kind in ("controller", "state")}
-    for name, controller in document.controllers.items():
+    for name, controller in document.section("controllers").items():
         alone = {name: controller}
         if read.isdisjoint([*outputs_of_controllers(alone), *states_of_controllers(alone)]):
             notes.append(f"the controller {name} changes nothing: no formula mentions what it gives")
@@ -254,14 +262,16 @@ def efforts_on_drives(document: Document) -> list[str]:
         f"{key_of('efforts', name)}: the joint {effort.joint} is driven, so the effort changes nothing of its motion,"
         f" only drive_effort.{effort.joint}"
         for name, effort in document.section("efforts").items()
-        if effort.joint in document.joints and document.joints[effort.joint].drive is not None
+        if effort.joint in document.section("joints") and document.section("joints")[effort.joint].drive is not None
     ]
 
 
-def check_groups(document: Document, report: Report) -> None:
-    """Report the groups of bodies that do not move on their own."""
-    for joint in document.joints.values():
-        body = document.bodies.get(joint.child)
-        if not JOINTS[joint.type].moves and body is not None and body.group is not None:
-            what = f"the body {joint.child} has no motion of its own: a fixed joint carries it"
-            report.add(key_of("bodies", joint.child, "group"), what, "the group of the body that carries it")
+#: Checks across sections, in their order: before sections are read that observe a motion, and at the end.
+CHECKS: tuple[Callable[[Document, Reading], None], ...] = (
+    _check_task_frames,
+    lambda document, reading: check_controllers(reading),
+    _check_frames_of_elements,
+    _check_places,
+    _check_groups,
+)
+LAST_CHECKS: tuple[Callable[[Document, Reading], None], ...] = (_check_drive_efforts, _check_simulation)

@@ -58,7 +58,7 @@ def doubtful_beams(
 def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> Iterator[str]:
     """Yield a note on sections larger than the length of their beam, or negligible against the length."""
     for name, length in lengths.items():
-        entry, key = document.beams[name], key_of("beams", name)
+        entry, key = document.section("beams")[name], key_of("beams", name)
         tables = [(f"{key}.section", entry.section)]
         tables += [(f"{key}.parts[{number}].section", part.section) for number, part in enumerate(entry.parts)]
         found = [size for place, section in tables if section is not None for size in _of(place, section, values)]
@@ -98,7 +98,7 @@ def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterat
     if noise > _NOISE * loads:
         what = f"the stiffness of stretch is {largest:.3g} N, by which rounding of positions exerts {noise:.2g} N, and"
         size = f"its bending and its weight exert {loads:.2g} N"
-        field = ".stiffness.stretch" if document.beams[beam.name].stiffness is not None else ""
+        field = ".stiffness.stretch" if document.section("beams")[beam.name].stiffness is not None else ""
         yield f'{key_of("beams", beam.name)}{field}: {what} {size}; model = "inextensible" does not stretch at all'
 
 
@@ -113,7 +113,7 @@ def _rigid_arms(
     """Yield a note on each place doubtfully far from the axis of its beam, to which a rigid arm connects it."""
     places: list[tuple[str, str, Vector]] = [
         (
-            key_of("points" if point.name in document.points else "frames", point.name, "position"),
+            key_of("points" if point.name in document.section("points") else "frames", point.name, "position"),
             point.body,
             point.position,
         )

@@ -38,10 +38,12 @@ def _below_zero(document: Document, field: str) -> Iterator[tuple[str, float]]:
 def springs_within_bodies(document: Document) -> list[str]:
     """Return a note on each spring between two points of one body, which changes nothing of its motion."""
     notes = []
+    points = {**document.section("frames"), **document.section("points")}
     for name, spring in document.section("springs").items():
-        ends = [document.points.get(point) or document.frames.get(point) for point in (spring.first, spring.second)]
-        first, second = ends
-        if first is not None and second is not None and first.body == second.body and first.body not in document.beams:
+        first, second = points.get(spring.first), points.get(spring.second)
+        if first is None or second is None:
+            continue
+        if first.body == second.body and first.body not in document.section("beams"):
             what = f"both its points are fixed in {first.body}, so the spring moves nothing"
             notes.append(f"{key_of('springs', name)}: {what}")
     return notes

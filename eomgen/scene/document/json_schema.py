@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from eomgen.scene.document.schema import Document
+from eomgen.scene.document.schema import every_document
 from eomgen.scene.reading.key_metadata import Meaning, every_unit, fields_of, tables_of
 from eomgen.scene.reading.kinds import NUMBER_SCHEMA, QUANTITY_SCHEMA
 
@@ -16,9 +16,10 @@ def schema() -> dict[str, Any]:
 
     It holds what draft 4 and later ones read alike, because that is what editors of TOML know.
     """
-    description = Document.model_json_schema()
+    document = every_document()
+    description = document.model_json_schema()
     definitions = description["$defs"]
-    for name, model in tables_of(Document).items():
+    for name, model in tables_of(document).items():
         properties = definitions.get(name, description)["properties"]  # the document itself is no definition
         for key_name, (meaning, _) in fields_of(model).items():
             _annotate(properties[key_name], meaning)

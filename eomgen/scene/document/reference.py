@@ -16,13 +16,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
 
-from eomgen.scene.bodies import beam_schema as schema_beams
-from eomgen.scene.bodies import schema as schema_bodies
-from eomgen.scene.control import references as schema_references
-from eomgen.scene.control import schema as schema_control
-from eomgen.scene.document import schema
-from eomgen.scene.events import schema as schema_events
-from eomgen.scene.forces.register import ELEMENTS
+from eomgen.scene.document.schema import every_document
 from eomgen.scene.formula.scope import (
     EVERYTHING,
     FIXED_PARAMETERS,
@@ -36,15 +30,9 @@ from eomgen.scene.formula.scope import (
     TRANSLATION,
     Scope,
 )
-from eomgen.scene.joints import frame_schema as schema_places
-from eomgen.scene.joints import schema as schema_joints
-from eomgen.scene.random import schema as schema_random
-from eomgen.scene.reading import rotation_schema
 from eomgen.scene.reading.key_metadata import Table, every_unit, meaning_of, tables_of
 from eomgen.scene.reading.kinds import Description, Finite, Matrix, Triple, Unit, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
-from eomgen.scene.signals import schema as schema_signals
-from eomgen.scene.waves import schema as schema_waves
 from eomgen.units.table import UNITS
 
 COMMAND = "python -m eomgen.scene.document.reference docs/scene.md"
@@ -76,32 +64,13 @@ _KINDS: tuple[tuple[Any, str], ...] = (
     (Unit, "text"),
     (Description, "text"),
 )
-_MODULES = (
-    rotation_schema,
-    schema_places,
-    schema_bodies,
-    schema_joints,
-    schema_signals,
-    schema_random,
-    schema_beams,
-    schema_control,
-    schema_references,
-    schema_events,
-    schema_waves,
-    schema,
-)
-_ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}
 
 
 def tables() -> dict[str, type[Table]]:
     """Return every class of the schema by name, an entry of force elements by what it describes."""
-    elements = [table for row in ELEMENTS for table in tables_of(row.entry).values()]
-    return {table.__name__.removesuffix("Entry"): table for table in elements} | {
-        value.__name__: value
-        for module in _MODULES
-        for value in vars(module).values()
-        if isinstance(value, type) and issubclass(value, Table) and value is not Table
-    }
+    found = tables_of(every_document()).values()
+    parts = (part for table in found for part in table.__mro__ if issubclass(part, Table) and part is not Table)
+    return {part.__name__.removesuffix("Entry"): part for part in parts}
 
 
 def table(model: type[Table]) -> str:
@@ -166,7 +135,7 @@ def _kind(annotation: Any, field: FieldInfo) -> str:
 
 
 def _entry(section: str) -> str:
-    return _ENTRIES.get(section, section.removesuffix("s"))
+    return next((row.title for row in every_document().rows if row.key == section), section.removesuffix("s"))
 
 
 def _default(field: FieldInfo) -> str:

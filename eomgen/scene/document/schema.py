@@ -7,28 +7,21 @@ What needs more than one key to judge is in ``checks``; the tables of ``docs/sce
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from types import GenericAlias
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
-from eomgen.scene.bodies.beam_schema import Beam
-from eomgen.scene.bodies.schema import Base, Body, BodyFrame, Point
-from eomgen.scene.control.references import ReferenceEntry
-from eomgen.scene.control.schema import Controller
-from eomgen.scene.events.schema import Event, Mode
-from eomgen.scene.forces.register import ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.joints.schema import Constraint, Joint, Reaction
-from eomgen.scene.random.schema import RandomProcess
 from eomgen.scene.reading.key_metadata import Table, key, optional, shown_power
 from eomgen.scene.reading.kinds import Description, Finite, Triple, Value
 from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.scene import GRAVITY
-from eomgen.scene.signals.schema import Curve, Input, Output, Parameter, State
+from eomgen.scene.section import Section
+from eomgen.scene.sections import OWN, others, sections_for
 from eomgen.scene.sources.register import BUILT_IN, all_options
 from eomgen.scene.sources.source import Option, Source
-from eomgen.scene.waves.schema import SeaWaves
 from eomgen.system.description import Simulation as Defaults
 from eomgen.system.terms import TERMS
 
@@ -94,29 +87,6 @@ def include_of(source: Source | None) -> type[Include]:
     return create_model("Include", __base__=Include, **added)
 
 
-SECTIONS = (
-    "parameters",
-    "curves",
-    "inputs",
-    "random",
-    "waves",
-    "states",
-    "controllers",
-    "bodies",
-    "beams",
-    "joints",
-    "constraints",
-    "reactions",
-    "points",
-    "frames",
-    *(row.section for row in ELEMENTS),
-    "references",
-    "outputs",
-    "modes",
-    "events",
-)
-
-
 class Simulation(Table):
     """The defaults of ``simulate``."""
 
@@ -156,6 +126,33 @@ class Simulation(Table):
     )
 
 
+def section_keys(document: type[Document]) -> tuple[str, ...]:
+    """Return the keys of the sections of a file that have entries by name."""
+    return tuple(row.key for row in document.rows if not row.single)
+
+
+def document_for(*data: object) -> type[Document]:
+    """Return the schema of files with eomgen's own sections, and with sections of other distributions that nested data
+    have."""
+    keys = dict.fromkeys(str(key) for part in data if isinstance(part, Mapping) for key in part)
+    return _document(sections_for(key for key in keys if key not in Document.model_fields))
+
+
+def every_document() -> type[Document]:
+    """Return the schema of files with the sections of all distributions that are installed."""
+    return _document(sections_for(others()))
+
+
+@cache
+def _document(rows: tuple[Section, ...]) -> type[Document]:
+    if rows == OWN:
+        return Document
+    added: dict[str, Any] = {row.key: (GenericAlias(dict, (str, row.entry)), {}) for row in rows[len(OWN) :]}
+    made = create_model("Document", __base__=Document, **added)
+    made.rows = rows
+    return made
+
+
 class Document(Table, BaseModel):  # the linter knows the children of BaseModel only where it is named
     """A scene file of eomgen."""
 
@@ -174,32 +171,22 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     )
     include: dict[str, Include] = {}
     repeat: dict[str, Repeat] = {}
-    parameters: dict[str, Parameter] = {}
-    curves: dict[str, Curve] = {}
-    inputs: dict[str, Input] = {}
-    random: dict[str, RandomProcess] = {}
-    waves: dict[str, SeaWaves] = {}
-    states: dict[str, State] = {}
-    controllers: dict[str, Controller] = {}
-    base: Base | None = None
-    bodies: dict[str, Body] = {}
-    beams: dict[str, Beam] = {}
-    joints: dict[str, Joint] = {}
-    constraints: dict[str, Constraint] = {}
-    reactions: dict[str, Reaction] = {}
-    points: dict[str, Point] = {}
-    frames: dict[str, BodyFrame] = {}
-    for row in ELEMENTS:
-        __annotations__[row.section] = GenericAlias(dict, (str, row.entry))
-        locals()[row.section] = {}
+    for row in OWN:
+        __annotations__[row.key] = row.entry | None if row.single else GenericAlias(dict, (str, row.entry))
+        locals()[row.key] = None if row.single else {}
     del row
-    references: dict[str, ReferenceEntry] = {}
-    outputs: dict[str, Output] = {}
-    modes: dict[str, Mode] = {}
-    events: dict[str, Event] = {}
     simulation: Simulation = Simulation()
+
+    rows: ClassVar[tuple[Section, ...]] = OWN
 
     def section(self, name: str) -> Mapping[str, Any]:
         """Return the entries of a section."""
         entries: Mapping[str, Any] = getattr(self, name)
         return entries
+
+    def table(self, name: str) -> Any:
+        """Return a section that is one table; None if the file has none."""
+        return getattr(self, name)
+
+
+SECTIONS = section_keys(Document)

@@ -10,11 +10,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from eomgen.scene.document.column_units import ColumnUnits, columns_of
-from eomgen.scene.document.schema import Document
+from eomgen.scene.document.schema import document_for
 from eomgen.scene.formula.namespaces import Included
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Column, Inner, Meaning, Table, Units, fields_of
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
+from eomgen.scene.sections import OWN
 from eomgen.scene.signals.tables import MOST_ROWS
 from eomgen.text import key_of, shown
 from eomgen.units.parser import Factors, Quantity, UnitError, is_quantity, read_quantity, read_unit
@@ -39,7 +40,7 @@ def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list
         Takes what cannot be converted.
     """
     converter = _Converter(data, report)
-    return converter.table(Document, "", data, None), converter.notes
+    return converter.table(document_for(data), "", data, None), converter.notes
 
 
 class _Converter:
@@ -48,7 +49,7 @@ class _Converter:
         self.notes: list[str] = []
         sections = {name: section for name, section in data.items() if isinstance(section, Mapping)}
         self.joints = sections.get("joints", {})
-        bare = ("parameters", "inputs", "random", "states", "controllers", "curves")
+        bare = [row.key for row in OWN if row.bare]
         entries = {str(name): entry for section in bare for name, entry in sections.get(section, {}).items()}
         self.known = set(entries)
         self.parameters = frozenset(sections.get("parameters", {}))

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from eomgen.scene.document.faults import child_hint, explained
-from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.document.schema import Document, document_for, section_keys
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
 from eomgen.text import key_of
@@ -24,27 +24,29 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     refused : dict
         For each section, the names of the entries left out: they exist, and are not to be reported as unknown.
     """
-    refused: dict[str, set[str]] = {section: set() for section in SECTIONS}
+    schema = document_for(data)
+    sections = section_keys(schema)
+    refused: dict[str, set[str]] = {section: set() for section in sections}
     kept = dict(data)
     try:
-        return Document.model_validate(kept), refused
+        return schema.model_validate(kept), refused
     except ValidationError as error:
         broken = False
         for detail in error.errors(include_url=False):
             parts = (part for part in detail["loc"] if isinstance(part, str | int))
             location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are no keys
-            what, hint = explained(detail["type"], detail["msg"], location, detail.get("input"))
+            what, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
             if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
                 hint = child_hint(data)
             if not isinstance(detail.get("input"), Refused):
                 report.add(key_of(*location), what, hint)
             section = str(location[0])
-            if section in SECTIONS and len(location) > 1 and isinstance(kept.get(section), Mapping):
+            if section in sections and len(location) > 1 and isinstance(kept.get(section), Mapping):
                 refused[section].add(str(location[1]))
                 kept[section] = {name: entry for name, entry in kept[section].items() if name != location[1]}
             elif section in kept:
-                broken = broken or section in SECTIONS
+                broken = broken or section in sections
                 del kept[section]
     if broken:  # every reference into a section that is not there would be a problem of its own
         report.raise_problems()
-    return Document.model_validate({"format": 1, "name": "scene", **kept}), refused
+    return schema.model_validate({"format": 1, "name": "scene", **kept}), refused

@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["model", "reading", "schema"]
+WITHIN = ["model", "sections"]

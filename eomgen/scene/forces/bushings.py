@@ -9,7 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
-from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import rows, sequence
 from eomgen.scene.joints.constraint_model import Frame
@@ -63,6 +64,7 @@ class Bushing(ForceElement):
     """
 
     section: ClassVar[str] = "bushings"
+    law: ClassVar[str] = "eomgen.mechanics.forces.bushings:LAW"
 
     first: Frame
     second: Frame
@@ -141,4 +143,18 @@ def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], what: str, va
 
 _BOUNDS = {"stiffness": STIFFNESS, "rotational_stiffness": STIFFNESS, "damping": DAMPING, "rotational_damping": DAMPING}
 _ANY = ("first.position", "second.position", "rest", "preload", "rotational_preload")
-ROW = Row(Bushing, BushingEntry, read_bushing, {**_BOUNDS, **dict.fromkeys(_ANY)})
+SECTION = ElementSection(
+    key="bushings",
+    entry=BushingEntry,
+    model=Bushing,
+    read_entry=read_bushing,
+    bounds={**_BOUNDS, **dict.fromkeys(_ANY)},
+    positional=("first", "second"),
+    documentation="""
+    Add a spring and damper in six directions between two frames (as of constraints), in the first one's axes.
+
+    Stiffnesses and dampings are given along and about x, y, z, or as 6 x 6 matrices, rotations first. At
+    ``rest`` and ``rest_rotation``, the second frame's place in the first, only the preload acts on the second
+    frame.""",
+    always=True,
+)

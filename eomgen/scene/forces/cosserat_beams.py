@@ -18,6 +18,7 @@ class CosseratBeam(ForceElement):
     """Elasticity and damping of a geometrically exact beam."""
 
     section: ClassVar[str] = "beams"
+    law: ClassVar[str] = "eomgen.mechanics.forces.cosserat_beams:LAW"
 
     beam: Cosserat
 

@@ -10,7 +10,8 @@ from typing import ClassVar, Literal
 
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Vector
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
-from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, LOAD, LOCAL_LOAD
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple, Values
@@ -70,6 +71,7 @@ class DistributedLoad(ForceElement):
     """
 
     section: ClassVar[str] = "distributed_loads"
+    law: ClassVar[str] = "eomgen.mechanics.forces.distributed_loads:LAW"
 
     beam: str
     start: float
@@ -163,4 +165,13 @@ def _weights(beam: Cosserat, profile: Sequence[float]) -> list[tuple[float, floa
     return [(float(before), float(beyond)) for before, beyond in weights]
 
 
-ROW = Row(DistributedLoad, DistributedLoadEntry, read_distributed_load, {})
+SECTION = ElementSection(
+    key="distributed_loads",
+    entry=DistributedLoadEntry,
+    model=DistributedLoad,
+    read_entry=read_distributed_load,
+    positional=("beam", "force"),
+    documentation="""
+    Add a force per length (N/m) on a beam, times a polynomial along it, in ``world`` or ``beam`` axes.""",
+    always=True,
+)

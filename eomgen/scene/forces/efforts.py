@@ -10,7 +10,8 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from eomgen.formula.nodes import Formula
-from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.joint_types import JOINTS, by_component
 from eomgen.scene.reading.key_metadata import Table, key
@@ -36,6 +37,7 @@ class Effort(ForceElement):
     """Generalized force on one component of a joint, a formula of everything but accelerations."""
 
     section: ClassVar[str] = "efforts"
+    law: ClassVar[str] = "eomgen.mechanics.forces.efforts:LAW"
 
     joint: str
     effort: Formula
@@ -60,4 +62,12 @@ def read_effort(name: str, effort: EffortEntry, site: Site) -> Effort:
     return Effort(name, effort.joint, values.formula(f"{key}.effort", effort.effort, LOAD), effort.index)
 
 
-ROW = Row(Effort, EffortEntry, read_effort, {})
+SECTION = ElementSection(
+    key="efforts",
+    entry=EffortEntry,
+    model=Effort,
+    read_entry=read_effort,
+    positional=("joint", "effort"),
+    documentation="Add a generalized force on one component of a joint.",
+    always=True,
+)

@@ -1,22 +1,14 @@
-"""What every kind of force element says of itself: a row of the register, and what the rest of the package asks an
-element."""
+"""The contract of a force element: what the rest of the package asks of an element of a Scene."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.joints.constraint_model import Frame
-from eomgen.system.description import Line, Point, Wheel
-
-if TYPE_CHECKING:  # a Scene needs none of what reads files
-    from eomgen.scene.bodies.beam_schema import Beam
-    from eomgen.scene.bodies.cosserat import Cosserat
-    from eomgen.scene.reading.key_metadata import Table
-    from eomgen.scene.reading.requirements import Bound
-    from eomgen.scene.reading.values import Values
+from eomgen.system.description import Line, Wheel
 
 #: From the parts of a key, body and position of a place to the body and the position that stand for it.
 Attach = Callable[[tuple[str, ...], str, Vector], tuple[str, Vector]]
@@ -29,10 +21,12 @@ class ForceElement:
     Attributes
     ----------
     section : of a scene file
+    law : module and name of the ``mechanics.forces.loads.Law`` of its loads, ``module:LAW``; mechanics imports it
     """
 
     name: str
     section: ClassVar[str]
+    law: ClassVar[str]
 
     @property
     def label(self) -> str:
@@ -84,41 +78,3 @@ class ForceElement:
     def drawn(self) -> Line | Wheel | None:
         """Return what a picture shows of it."""
         return None
-
-
-@dataclass(frozen=True)
-class Site:
-    """What a reader of a force element may look at: names of bodies and of beams, points, and the scene's values.
-
-    ``exact``: those of the beams that are geometrically exact, as far as they are read.
-    """
-
-    bodies: Collection[str]
-    beams: Mapping[str, Beam]
-    points: Mapping[str, Point]
-    values: Values
-    exact: Mapping[str, Cosserat] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Row:
-    """A kind of force element.
-
-    Attributes
-    ----------
-    model : what its entries become
-    entry : what a file may say of it
-    read : from name, entry and site to the element
-    bounds : what each value must be by itself, by key within the entry; None for any number
-    offers : what formulas may mention of it (``length.strut``): ``element``, or ``tension`` where a tension may not
-    """
-
-    model: type[ForceElement]
-    entry: type[Table]
-    read: Callable[[str, Any, Site], ForceElement]
-    bounds: Mapping[str, Bound | None]
-    offers: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def section(self) -> str:
-        return self.model.section

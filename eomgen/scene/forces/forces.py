@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, Self
 
 from eomgen.formula.nodes import Formula, Vector
-from eomgen.scene.forces.element import Attach, ForceElement, Row, Site
+from eomgen.scene.forces.element import Attach, ForceElement
+from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import LOCAL_LOAD, PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple
@@ -33,6 +34,7 @@ class Force(ForceElement):
     """Force and torque on a body at a point, formulas of everything but accelerations, in world or body axes."""
 
     section: ClassVar[str] = "forces"
+    law: ClassVar[str] = "eomgen.mechanics.forces.forces:LAW"
 
     body: str
     point: Vector  # body frame, formulas of parameters
@@ -71,4 +73,14 @@ def read_force(name: str, force: ForceEntry, site: Site) -> Force:
     return Force(name, force.body, point, force_vector, vector(f"{key}.torque", force.torque, LOCAL_LOAD), force.axes)
 
 
-ROW = Row(Force, ForceEntry, read_force, {"point": None})
+SECTION = ElementSection(
+    key="forces",
+    entry=ForceEntry,
+    model=Force,
+    read_entry=read_force,
+    bounds={"point": None},
+    positional=("body",),
+    documentation="""
+    Add a force (N) and torque (N m) on a body at a point of its frame, in ``world`` or ``body`` axes.""",
+    always=True,
+)

@@ -11,8 +11,8 @@ import numpy as np
 from eomgen.arrays import Flags, Numbers
 from eomgen.formula.nodes import Formula, Number, Vector
 from eomgen.formula.wave_fields import WaveField
-from eomgen.scene.forces.element import Attach, ForceElement, Site
-from eomgen.scene.forces.element import Row as ElementRow
+from eomgen.scene.forces.element import Attach, ForceElement
+from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters
 from eomgen.scene.reading.kinds import Triple, Value
@@ -57,6 +57,7 @@ class Hull(ForceElement):
     """
 
     section: ClassVar[str] = "hulls"
+    law: ClassVar[str] = "eomgen.mechanics.forces.hulls:LAW"
 
     body: str
     start: Vector  # body frame, formulas of parameters
@@ -175,4 +176,13 @@ _BOUNDS = {
     "axial_added_mass": not_below_zero("the added mass along the axis"),
     "axial_drag": not_below_zero("the drag along the axis"),
 }
-ROW = ElementRow(Hull, HullEntry, read_hull, _BOUNDS)
+SECTION = ElementSection(
+    key="hulls",
+    entry=HullEntry,
+    model=Hull,
+    read_entry=read_hull,
+    bounds=_BOUNDS,
+    positional=("body",),
+    documentation="Add a slender part of a rigid body in water: buoyancy, added mass and drag.",
+    always=True,
+)

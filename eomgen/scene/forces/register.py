@@ -13,22 +13,17 @@ from eomgen.scene.forces import (
     torsion_springs,
     tyres,
 )
-from eomgen.scene.forces.element import ForceElement, Row
-from eomgen.scene.reading.requirements import BOUNDS, bounds
+from eomgen.scene.forces.element import ForceElement
 
-ELEMENTS: tuple[Row, ...] = (
-    springs.ROW,
-    torsion_springs.ROW,
-    bushings.ROW,
-    tyres.ROW,
-    forces.ROW,
-    distributed_loads.ROW,
-    efforts.ROW,
-    hulls.ROW,
+ELEMENTS = (
+    springs.SECTION,
+    torsion_springs.SECTION,
+    bushings.SECTION,
+    tyres.SECTION,
+    forces.SECTION,
+    distributed_loads.SECTION,
+    efforts.SECTION,
+    hulls.SECTION,
 )
 #: Force elements that entries of other sections bring with them.
 STRUCTURE: tuple[type[ForceElement], ...] = (cosserat_beams.CosseratBeam,)
-#: What every value of a scene must be by itself.
-ALL_BOUNDS = dict(BOUNDS) | bounds(
-    {f"{row.section}.{key}": bound for row in ELEMENTS for key, bound in row.bounds.items() if bound is not None}
-)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 from eomgen.formula.nodes import ZERO, Formula
-from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Value
@@ -36,6 +37,7 @@ class Spring(ForceElement):
     """
 
     section: ClassVar[str] = "springs"
+    law: ClassVar[str] = "eomgen.mechanics.forces.springs:LAW"
 
     first: str
     second: str
@@ -71,10 +73,14 @@ def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:
     return Spring(name, spring.first, spring.second, stiffness, damping, length, force)
 
 
-ROW = Row(
-    Spring,
-    SpringEntry,
-    read_spring,
-    {**dict.fromkeys(("stiffness", "damping")), "length": not_below_zero("the length of a spring")},
+SECTION = ElementSection(
+    key="springs",
+    entry=SpringEntry,
+    model=Spring,
+    read_entry=read_spring,
+    bounds={**dict.fromkeys(("stiffness", "damping")), "length": not_below_zero("the length of a spring")},
     offers={"length": "element", "rate": "element", "tension": "tension"},
+    positional=("first", "second"),
+    documentation="Add a spring, damper or actuator along the line between two points; ``force`` is a tension.",
+    always=True,
 )

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from eomgen.formula.nodes import ZERO, Formula
-from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.key_metadata import Table, key
@@ -37,6 +38,7 @@ class TorsionSpring(ForceElement):
     """
 
     section: ClassVar[str] = "torsion_springs"
+    law: ClassVar[str] = "eomgen.mechanics.forces.torsion_springs:LAW"
 
     first: str
     second: str
@@ -76,4 +78,13 @@ def read_torsion_spring(name: str, spring: TorsionSpringEntry, site: Site) -> To
     return TorsionSpring(name, spring.first, spring.second, stiffness, damping, rest, **indices)
 
 
-ROW = Row(TorsionSpring, TorsionSpringEntry, read_torsion_spring, dict.fromkeys(("stiffness", "damping", "rest")))
+SECTION = ElementSection(
+    key="torsion_springs",
+    entry=TorsionSpringEntry,
+    model=TorsionSpring,
+    read_entry=read_torsion_spring,
+    bounds=dict.fromkeys(("stiffness", "damping", "rest")),
+    positional=("first", "second"),
+    documentation="Add a torsion spring between two joints' angles, or between one and its rest angle.",
+    always=True,
+)

@@ -8,7 +8,8 @@ from typing import ClassVar
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
-from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, ROAD
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Triple, Value
@@ -77,6 +78,7 @@ class Tyre(ForceElement):
     """
 
     section: ClassVar[str] = "tyres"
+    law: ClassVar[str] = "eomgen.mechanics.forces.tyres:LAW"
 
     center: str
     radius: Formula
@@ -178,4 +180,18 @@ _BOUNDS = {
     "slip.friction": above_zero("the friction of a tyre"),
     "slip.velocity": above_zero("the velocity of a slip"),
 }
-ROW = Row(Tyre, TyreEntry, read_tyre, _BOUNDS, offers={"load": "element", "deflection": "element"})
+SECTION = ElementSection(
+    key="tyres",
+    entry=TyreEntry,
+    model=Tyre,
+    read_entry=read_tyre,
+    bounds=_BOUNDS,
+    offers={"load": "element", "deflection": "element"},
+    positional=("center",),
+    documentation="""
+    Add a tyre, a point contact below a wheel's centre that can lift off.
+
+    ``road`` is the height of the road, a formula of time, inputs and the centre's x and y; stiffnesses of
+    ``slip`` are per load, one value or longitudinal and lateral.""",
+    always=True,
+)

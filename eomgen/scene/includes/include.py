@@ -17,7 +17,7 @@ from eomgen.errors import DescriptionError, EomgenError, FileError, Problem
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.control.schema import Controller
 from eomgen.scene.document.faults import explained
-from eomgen.scene.document.schema import SECTIONS, Document, Include, include_of
+from eomgen.scene.document.schema import Include, document_for, include_of, section_keys
 from eomgen.scene.document.units import in_si
 from eomgen.scene.formula.namespaces import Included, Namespace
 from eomgen.scene.includes.renaming import Renamer, overridden
@@ -191,13 +191,15 @@ def _check_top_level(data: dict[str, Any], report: Report) -> None:
             else "the key format is missing"
         )
         report.add("format", what, "format = 1")
+    schema = document_for(data)
+    sections = section_keys(schema)
     for key in list(data):
-        if key not in Document.model_fields:
-            report.add(key_of(key), f"the key {shown(key)} is unknown here", nearest(key, Document.model_fields))
-        elif key in SECTIONS and not isinstance(data[key], Mapping):
+        if key not in schema.model_fields:
+            report.add(key_of(key), f"the key {shown(key)} is unknown here", nearest(key, schema.model_fields))
+        elif key in sections and not isinstance(data[key], Mapping):
             report.add(key, f"a table is needed here, not {described(data[key])}")
             del data[key]
-        elif key in SECTIONS:
+        elif key in sections:
             for name in [name for name in data[key] if not is_legal(name)]:
                 report.add(key_of(key, name), f"the name {shown(name)} is not legal", NAME_RULE)
             data[key] = {name: entry for name, entry in data[key].items() if is_legal(name)}
@@ -208,7 +210,8 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
     key, prefix = key_of("include", name), _prefix(name, entry)
     known = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
     values = overridden(key, entry, inner.data, known, report)
-    names = {section: {local: prefix + local for local in _names(inner.data, section)} for section in SECTIONS}
+    sections = section_keys(document_for(inner.data))
+    names = {section: {local: prefix + local for local in _names(inner.data, section)} for section in sections}
     names["bodies"] |= names["beams"]
     names["points"] |= names["frames"]
     space = Namespace(names, values)
@@ -231,7 +234,7 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
         match = _LINE_KEY.fullmatch(old)
         if match and match[1] == "include":
             part.lines[f"{key}.{old}"] = place
-        elif match and match[1] in SECTIONS:
+        elif match and match[1] in sections:
             part.lines.setdefault(f"{match[1]}.{prefix}{match[2]}{match[3]}", place)
     part.notes += inner.notes
     part.judged |= {prefix + body for body in inner.judged}

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from eomgen.scene.document.schema import SECTIONS, Document, Include
+from eomgen.scene.document.schema import Include, document_for, section_keys
 from eomgen.scene.formula.namespaces import Included, Namespace
 from eomgen.scene.formula.scope import REACTING
 from eomgen.scene.reading.key_metadata import Inner, Meaning, Table, fields_of
@@ -39,8 +39,10 @@ class Renamer:
     def document(self, data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         """Return the sections of a file, each entry under its new name."""
         result = {}
-        for section, (_, inner) in fields_of(Document).items():
-            if section in SECTIONS and inner is not None and isinstance(data.get(section), Mapping):
+        schema = document_for(data)
+        sections = section_keys(schema)
+        for section, (_, inner) in fields_of(schema).items():
+            if section in sections and inner is not None and isinstance(data.get(section), Mapping):
                 names = self.space.names[section]
                 entries = data[section].items()
                 result[section] = {

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import Any
 
 from eomgen.formula.evaluate import evaluate
-from eomgen.scene.document.schema import SECTIONS
+from eomgen.scene.document.schema import document_for, section_keys
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, Names
 from eomgen.scene.formula.tokens import FormulaError
@@ -32,7 +32,7 @@ def repeated(
     data: Mapping[str, Any],
     report: Report,
     lines: MutableMapping[str, str],
-    sections: Sequence[str] = SECTIONS,
+    sections: Sequence[str] | None = None,
 ) -> dict[str, Any]:
     """Return the data of a file with the copies that its tables ``repeat`` make, after the entries of each section.
 
@@ -45,14 +45,15 @@ def repeated(
     lines : mapping
         Takes the lines of the copies: those of what they are copied from.
     sections
-        Whose entries may repeat.
+        Whose entries may repeat; by default the sections of scenes.
     """
+    tables = data["repeat"]
+    sections = _sections(data) if sections is None else sections
     made = {
         key: dict(entries) if key in sections and isinstance(entries, Mapping) else entries
         for key, entries in data.items()
         if key != "repeat"
     }
-    tables = data["repeat"]
     if not isinstance(tables, Mapping):
         report.add("repeat", f"a table is needed here, not {described(tables)}", f"[repeat.chain] and {_HOW}")
         return made
@@ -72,6 +73,13 @@ def repeated(
             break
         _Copies(key, table, ranges, report, lines, sources, sections).put(made)
     return made
+
+
+def _sections(data: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the sections of a scene file, with sections of other distributions that its tables ``repeat`` have."""
+    tables = data["repeat"].values() if isinstance(data["repeat"], Mapping) else ()
+    within = (key for table in tables if isinstance(table, Mapping) for key in table if key not in (_INDICES, _WHERE))
+    return section_keys(document_for(data, dict.fromkeys(within)))
 
 
 def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:

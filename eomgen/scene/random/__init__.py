@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["reading", "schema"]
+WITHIN = ["schema", "sections"]

@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["curves", "reading", "sampling", "schema", "tables"]
+WITHIN = ["curves", "sampling", "schema", "sections", "tables"]

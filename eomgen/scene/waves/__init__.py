@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["level_water", "reading", "schema"]
+WITHIN = ["sections"]

@@ -19,9 +19,9 @@ _ROUNDING = 1e-9
 def section_formulas(
     beams: Mapping[str, Cosserat], values: Values, key: str, kind: str, output: Output
 ) -> tuple[Formula, ...]:
-    """Return the three components of an output of a section; nothing where something is wrong with it.
+    """Return the three components of an output of a section; none if there is a fault.
 
-    Loads are linear between both ends of an element, and at a node those of the element beyond.
+    Loads are linear between both ends of an element, and at a node the loads of the element beyond.
     """
     name, report = str(getattr(output, kind)), values.report
     beam = beams.get(name)

@@ -7,7 +7,6 @@ all terms, constraints and reactions of bodies hold. Between nodes a frame would
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TypeVar
@@ -16,49 +15,39 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Vector
 from eomgen.scene.bodies.beam import AT_END
 from eomgen.scene.bodies.cosserat import Cosserat
-from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints import schema as written
-from eomgen.scene.joints.constraint_model import Constraint, Frame
+from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
+from eomgen.scene.section import AttachByKey
 from eomgen.system.description import BASE, Point
 from eomgen.text import key_of
 
 AnyPoint = TypeVar("AnyPoint", bound=Point)
-AnyElement = TypeVar("AnyElement", bound=ForceElement)
 
 
-class Attachments(ABC):
-    """Goes over what is attached to bodies of a scene, each to a body at a place."""
-
-    @abstractmethod
-    def at(self, key: str, body: str, position: Vector) -> tuple[str, Vector]:
-        """Return the body and the position in it that stand for those under a key."""
-
-    def joint(self, joint: Joint) -> Joint:
-        parent, position = self.at(key_of("joints", joint.name, "position"), joint.parent, joint.position)
-        return replace(joint, parent=parent, position=position)
-
-    def point(self, section: str, point: AnyPoint) -> AnyPoint:
-        body, position = self.at(key_of(section, point.name, "position"), point.body, point.position)
-        return replace(point, body=body, position=position)
-
-    def constraint(self, constraint: Constraint) -> Constraint:
-        first, second = (
-            self._frame(key_of("constraints", constraint.name, side, "position"), frame)
-            for side, frame in (("first", constraint.first), ("second", constraint.second))
-        )
-        return replace(constraint, first=first, second=second)
-
-    def element(self, element: AnyElement) -> AnyElement:
-        return element.attached(lambda parts, *place: self.at(key_of(element.section, element.name, *parts), *place))
-
-    def _frame(self, key: str, frame: Frame) -> Frame:
-        body, position = self.at(key, frame.body, frame.position)
-        return replace(frame, body=body, position=position)
+def attached_joint(joint: Joint, attach: AttachByKey) -> Joint:
+    """Return a joint whose parent is a node if it is on a geometrically exact beam."""
+    parent, position = attach(key_of("joints", joint.name, "position"), joint.parent, joint.position)
+    return replace(joint, parent=parent, position=position)
 
 
-class BeamNodes(Attachments):
+def attached_point(section: str, point: AnyPoint, attach: AttachByKey) -> AnyPoint:
+    """Return a point, or a frame, of a node if it is on a geometrically exact beam."""
+    body, position = attach(key_of(section, point.name, "position"), point.body, point.position)
+    return replace(point, body=body, position=position)
+
+
+def attached_constraint(constraint: Constraint, attach: AttachByKey) -> Constraint:
+    """Return a constraint whose frames are of nodes if they are on geometrically exact beams."""
+    moved = {}
+    for side, frame in (("first", constraint.first), ("second", constraint.second)):
+        body, position = attach(key_of("constraints", constraint.name, side, "position"), frame.body, frame.position)
+        moved[side] = replace(frame, body=body, position=position)
+    return replace(constraint, first=moved["first"], second=moved["second"])
+
+
+class BeamNodes:
     """Moves what is attached to geometrically exact beams to their nodes; a place beyond a beam is reported.
 
     Parameters

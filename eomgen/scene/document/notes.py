@@ -1,0 +1,137 @@
+"""The register of notes of a scene: doubtful values of a scene without problems, one row for each kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeVar
+
+from eomgen.arrays import Array
+from eomgen.scene.document.checks import efforts_on_drives, unused_names
+from eomgen.scene.document.doubtful_beams import doubtful_beams
+from eomgen.scene.document.doubtful_hulls import doubtful_hulls
+from eomgen.scene.document.doubtful_springs import negative_laws, springs_within_bodies
+from eomgen.scene.document.initial_places import initial_places, tyres_in_the_road
+from eomgen.scene.document.out_of_scale import out_of_scale
+from eomgen.scene.document.plain_angles import angles_of_several_turns
+from eomgen.scene.document.plain_times import doubtful_times
+from eomgen.scene.document.schema import Document
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.hulls import Hull
+from eomgen.scene.forces.tyres import Tyre
+from eomgen.scene.reading.values import Values
+from eomgen.scene.section import Reading
+
+Element = TypeVar("Element", bound=ForceElement)
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Data of a scene without problems, from which notes follow.
+
+    Attributes
+    ----------
+    data : nested data as a file has them, included files among them
+    document : the same, checked
+    scene : fields of the Scene
+    reading : the state of reading at its end
+    """
+
+    data: Mapping[str, Any]
+    document: Document
+    scene: Mapping[str, Any]
+    reading: Reading
+
+    @property
+    def values(self) -> Values:
+        return self.reading.values
+
+    @property
+    def starts_in_equilibrium(self) -> bool:
+        return self.document.simulation.start == "equilibrium"
+
+    def elements(self, kind: type[Element]) -> list[Element]:
+        """Return the force elements of one kind."""
+        return [element for element in self.scene["elements"] if isinstance(element, kind)]
+
+    @cached_property
+    def places(self) -> Mapping[str, tuple[Array, Array]]:
+        """Places of the bodies at the start, in the world; empty if they are not needed or do not follow from the
+        joints."""
+        needed = bool(self.elements(Hull) or self.elements(Tyre))
+        if not needed or self.scene["base"] is not None or self.starts_in_equilibrium:
+            return {}
+        return initial_places(self.scene["joints"], self.values)
+
+
+@dataclass(frozen=True)
+class Note:
+    """A kind of note: a row of the register.
+
+    Attributes
+    ----------
+    name : of the row
+    evaluate : from the facts to the texts of the notes, none if there is no doubt
+    """
+
+    name: str
+    evaluate: Callable[[Facts], Iterable[str]]
+
+
+def _beyond_stops(facts: Facts) -> Iterator[str]:
+    """Yield a note for each initial coordinate beyond its stop; an equilibrium is looked for elsewhere."""
+    for joint in facts.scene["joints"]:
+        if joint.initial_position and not facts.starts_in_equilibrium:
+            for stop, limit in zip(joint.stops, joint.limits, strict=True):
+                if note := limit.passed(joint.initial_position[stop.index], facts.values.value):
+                    yield note
+
+
+def _of_sections(facts: Facts) -> Iterator[str]:
+    for row in facts.reading.rows:
+        yield from row.notes(facts.reading)
+
+
+def _out_of_scale(facts: Facts) -> Iterable[str]:
+    scene, beams = facts.scene, facts.document.section("beams")
+    return out_of_scale(
+        scene["bodies"],
+        scene["joints"],
+        scene["points"],
+        [frame.name for frame in scene["frames"]],
+        scene["elements"],
+        [name for name, beam in beams.items() if beam.section is not None and beam.section.shape],
+        facts.values,
+    )
+
+
+def _doubtful_beams(facts: Facts) -> Iterable[str]:
+    scene = facts.scene
+    return doubtful_beams(facts.document, scene["bodies"], scene["points"], scene["elements"], facts.values)
+
+
+#: In the order in which a scene lists them.
+NOTES: tuple[Note, ...] = (
+    Note("start beyond a stop", _beyond_stops),
+    Note("doubts of single sections", _of_sections),
+    Note("unused names", lambda facts: unused_names(facts.document, facts.values)),
+    Note("plain angles", lambda facts: angles_of_several_turns(facts.data)),
+    Note("plain times", lambda facts: doubtful_times(facts.data, facts.document)),
+    Note("negative stiffness or damping", lambda facts: negative_laws(facts.document)),
+    Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),
+    Note("values out of scale", _out_of_scale),
+    Note("efforts on drives", lambda facts: efforts_on_drives(facts.document)),
+    Note("doubtful beams", _doubtful_beams),
+    Note("doubtful hulls", lambda facts: doubtful_hulls(facts.elements(Hull), facts.places, facts.values)),
+    Note(
+        "tyres in the road",
+        lambda facts: tyres_in_the_road(facts.elements(Tyre), facts.scene["points"], facts.places, facts.values),
+    ),
+    Note("doubtful values", lambda facts: facts.values.notes),
+)
+
+
+def notes_of(facts: Facts) -> tuple[str, ...]:
+    """Return all notes of a scene in the order of the register."""
+    return tuple(text for note in NOTES for text in note.evaluate(facts))

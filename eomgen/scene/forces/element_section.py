@@ -1,0 +1,73 @@
+"""Sections of force elements: from entries of a scene file to elements of one kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from eomgen.scene.bodies.beam_schema import Beam
+from eomgen.scene.bodies.cosserat import Cosserat
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.formula.scope import Offered
+from eomgen.scene.reading.values import Values
+from eomgen.scene.section import Reading, Section
+from eomgen.system.description import Point
+from eomgen.text import key_of
+
+
+@dataclass(frozen=True)
+class Site:
+    """Data for a reader of a force element: names of bodies and of beams, points, and the scene's values.
+
+    ``exact``: geometrically exact beams, as far as they are read.
+    """
+
+    bodies: Collection[str]
+    beams: Mapping[str, Beam]
+    points: Mapping[str, Point]
+    values: Values
+    exact: Mapping[str, Cosserat] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ElementSection(Section):
+    """A section whose entries are force elements of one kind.
+
+    Attributes
+    ----------
+    model : class of the elements
+    read_entry : from name, entry and site to the element
+    offers : quantities of an element that formulas may mention (``length.strut``), with their kind in scopes:
+        ``element``, or ``tension`` of quantities that the force of a spring must not depend on
+    """
+
+    model: type[ForceElement]
+    read_entry: Callable[[str, Any, Site], ForceElement]
+    offers: Mapping[str, str] = field(default_factory=dict)
+    after: tuple[str, ...] = ("controllers",)
+    attached: bool = True
+
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        names = reading.names_in(self.key)
+        return {"offered": {kind: Offered(self.key, scope, names) for kind, scope in self.offers.items()}}
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        items = reading.items
+        site = Site(
+            reading.bodies,
+            reading.document.section("beams"),
+            items["points"],
+            reading.values,
+            items.get("beams", {}),
+        )
+        read = {}
+        for name, entry in reading.document.section(self.key).items():
+            element = self.read_entry(name, entry, site)
+            key = partial(key_of, self.key, name)
+            read[name] = element.attached(lambda parts, *place, key=key: reading.attach(key(*parts), *place))
+        return read
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return {"elements": tuple(reading.items[self.key].values())}

@@ -1,0 +1,255 @@
+"""The contract of a section of a scene file, and the state of reading one scene.
+
+A row of the register ``sections`` says all that the package knows of a section: schema, names for formulas, reader,
+checks, notes, its fields of the Scene, and its method of the SceneBuilder. File schema, builder, reference page and
+assembly are loops over the rows. Other distributions add rows by entry points of the group ``eomgen.sections``.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from eomgen.formula.nodes import Formula, Vector
+from eomgen.scene.formula.scope import Names
+from eomgen.scene.reading.key_metadata import Table
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.requirements import Bound, Row
+from eomgen.scene.reading.values import Values
+from eomgen.system.signals import Parameter
+
+Kept = TypeVar("Kept")
+#: From the key, body and position of a place to the body and the position in it that stand for them.
+AttachByKey = Callable[[str, str, Vector], tuple[str, Vector]]
+#: From the key, the kind and the entry of an output of a beam's section to its three components.
+SectionFormulas = Callable[[str, str, Any], tuple[Formula, ...]]
+_NAMES = frozenset(item.name for item in fields(Names))
+
+
+class Entries(Protocol):
+    """A scene file as data; its entries are well formed."""
+
+    @property
+    def coordinates(self) -> str: ...
+    @property
+    def gravity(self) -> tuple[float | str, ...]: ...
+    @property
+    def simulation(self) -> Any: ...
+
+    def section(self, key: str) -> Mapping[str, Any]:
+        """Return the entries of a section by name."""
+        ...
+
+    def table(self, key: str) -> Any:
+        """Return a section that is one table; None if the file has none."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)  # rows are themselves
+class Section:
+    """A section of a scene file: a row of the register.
+
+    Attributes
+    ----------
+    key : of the section in a file
+    entry : schema of an entry
+    singular : noun of an entry on the reference page; by default the key without its last letter
+    method : name of the builder's method; by default ``singular``
+    positional : keys of an entry that the builder's method takes by position, behind the name
+    documentation : of the builder's method; by default "Add" and the documentation of ``entry``
+    bare : noun of an entry, ``a parameter``, if formulas call it by its name alone
+    single : whether the section is one table in place of entries by name
+    after : sections that are read before this one; they fix the order of messages and requirements, too
+    last : whether it observes a motion, and is read after all sections that do not
+    attached : whether entries have places on bodies, which are nodes on geometrically exact beams
+    always : whether the digest of a scene's content names the section if it has no entries
+    bounds : bound of each value by itself, by key within the entry; None for any number
+    """
+
+    key: str
+    entry: type[Table]
+    singular: str = ""
+    method: str = ""
+    positional: tuple[str, ...] = ()
+    documentation: str = ""
+    bare: str = ""
+    single: bool = False
+    after: tuple[str, ...] = ()
+    last: bool = False
+    attached: bool = False
+    always: bool = False
+    bounds: Mapping[str, Bound | None] = field(default_factory=dict)
+
+    @property
+    def title(self) -> str:
+        """Noun of an entry: ``torsion spring``."""
+        return self.singular or self.key.removesuffix("s").replace("_", " ")
+
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        """Return the names that formulas may mention, by field of ``Names``: tuples and dictionaries, which are joined
+        over all sections; dictionaries may be filled while sections are read."""
+        return {self.key: reading.names_in(self.key)} if self.key in _NAMES else {}
+
+    def parameters(self, entries: Mapping[str, Any]) -> Sequence[Parameter]:
+        """Return the parameters that entries are, or make."""
+        return ()
+
+    def prepare(self, reading: Reading) -> None:
+        """Read the entries that readers of other sections need, before any of them is called."""
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        """Return the items of the Scene that entries become, by name; problems go to the report of ``reading``."""
+        return {}
+
+    def check(self, reading: Reading) -> None:
+        """Report faults between entries, after they are read."""
+
+    def notes(self, reading: Reading) -> Iterable[str]:
+        """Return notes on doubtful entries of a scene without problems."""
+        return ()
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        """Return the fields of the Scene that follow from the section; tuples and mappings of several sections are
+        joined in the order of the register."""
+        return {}
+
+
+class Reading:
+    """The state of reading one scene: what is known so far, for the readers of further sections.
+
+    Parameters
+    ----------
+    document : Entries
+    refused : mapping
+        Names of refused entries by section: they exist, but their data are unknown.
+    data : mapping
+        The nested data of the document.
+    rows : sequence of Section
+        In the order of the register.
+    report : Report
+    folder : Path
+        The folder from which paths of the scene start.
+    judged : collection of str
+        Keys whose values an importer has judged, which have no requirements.
+    bounds : mapping
+        Bounds of values by themselves, by key.
+
+    Attributes
+    ----------
+    names : names that formulas may mention; the mappings of ``tables`` are filled while sections are read
+    values : the reader of values
+    parameters : of the scene so far
+    items : results of the sections that are read, by section and name
+    attach : puts places on geometrically exact beams on their nodes
+    section_formulas : gives outputs of beams' sections
+    bodies : names of all bodies and beams
+    broken : names of refused bodies and beams
+    """
+
+    def __init__(
+        self,
+        document: Entries,
+        refused: Mapping[str, set[str]],
+        data: Mapping[str, Any],
+        rows: Sequence[Section],
+        report: Report,
+        folder: Path,
+        judged: Collection[str],
+        bounds: Mapping[str, Row],
+    ) -> None:
+        self.document = document
+        self.refused = refused
+        self.data = data
+        self.rows = rows
+        self.report = report
+        self.folder = folder
+        self.items: dict[str, Mapping[str, Any]] = {}
+        self.attach: AttachByKey = _as_written
+        self.section_formulas: SectionFormulas = _no_sections
+        self.broken = sorted(refused["bodies"] | refused["beams"])
+        self.bodies = dict.fromkeys([*document.section("bodies"), *document.section("beams"), *self.broken])
+        self._judged = judged
+        self._bounds = bounds
+        self._kept: dict[type, Any] = {}
+        self.parameters = [item for row in rows if not row.single for item in row.parameters(document.section(row.key))]
+        tunable = {item.name: item.tunable for item in self.parameters}
+        self.tables: dict[str, Any] = {
+            "parameters": tunable | dict.fromkeys(sorted(refused["parameters"]), False),
+        }
+        for row in rows:
+            join(self.tables, row.names(self))
+        self.names = Names(**self.tables)
+        self.values = self.reader()
+        for row in rows:
+            row.prepare(self)
+
+    def names_in(self, key: str) -> tuple[str, ...]:
+        """Return the names of all entries of a section, refused entries last."""
+        return (*self.document.section(key), *sorted(self.refused[key]))
+
+    def reader(self, report: Report | None = None) -> Values:
+        """Return a new reader of values; it reports to the scene's report or another."""
+        defaults = {parameter.name: parameter.value for parameter in self.parameters}
+        refused = frozenset().union(*self.refused.values())
+        return Values(self.names, defaults, report or self.report, refused, self._judged, self._bounds)
+
+    def aside(self, attach: AttachByKey = lambda key, body, position: (body, position)) -> Reading:
+        """Return the same state with a report and a reader of values of its own, to read entries before their turn."""
+        there = copy.copy(self)
+        there.report = Report(self.report.file, self.report.lines)
+        there.values = self.reader(there.report)
+        there.items, there._kept, there.attach = dict(self.items), dict(self._kept), attach
+        return there
+
+    def add_parameters(self, parameters: Sequence[Parameter]) -> None:
+        """Add tunable parameters, which formulas read from now on may mention."""
+        self.parameters += parameters
+        self.tables["parameters"] |= {item.name: True for item in parameters}
+        self.values.parameters = {**self.values.parameters, **{item.name: item.value for item in parameters}}
+
+    def keep(self, thing: object) -> None:
+        """Keep an object for the readers of other sections, which find it by its class."""
+        self._kept[type(thing)] = thing
+
+    def kept(self, kind: type[Kept]) -> Kept:
+        """Return the object of a class that the reader of an earlier section kept."""
+        kept: Kept = self._kept[kind]
+        return kept
+
+
+def join(whole: dict[str, Any], part: Mapping[str, Any]) -> None:
+    """Append the values of a part to a whole: tuples and mappings are joined, other values set."""
+    for key, value in part.items():
+        if isinstance(value, tuple):
+            whole[key] = (*whole.get(key, ()), *value)
+        elif isinstance(value, dict) and key in whole:
+            whole[key] |= value
+        else:
+            whole[key] = value
+
+
+def in_reading_order(rows: Sequence[Section]) -> list[Section]:
+    """Return the rows with predecessors before their successors, in the order of the register otherwise; observing
+    sections at the end."""
+    by_key = {row.key: row for row in rows}
+    order: dict[str, Section] = {}
+
+    def put(row: Section) -> None:
+        for key in row.after:
+            put(by_key[key])
+        order.setdefault(row.key, row)
+
+    for row in sorted(rows, key=lambda row: row.last):
+        put(row)
+    return list(order.values())
+
+
+def _as_written(key: str, body: str, position: Vector) -> tuple[str, Vector]:
+    return body, position
+
+
+def _no_sections(key: str, kind: str, output: Any) -> tuple[Formula, ...]:
+    return ()

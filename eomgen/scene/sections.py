@@ -1,0 +1,81 @@
+"""The register of sections of a scene file, one row for each in the order of the reference page; other distributions
+add rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+
+from eomgen.extensions import broken, extensions, loaded
+from eomgen.scene.control.sections import CONTROLLERS, REFERENCES
+from eomgen.scene.events.sections import EVENTS, MODES
+from eomgen.scene.forces.register import ELEMENTS
+from eomgen.scene.random.sections import RANDOM
+from eomgen.scene.reading.requirements import BOUNDS, Row, bounds
+from eomgen.scene.section import Section
+from eomgen.scene.signals.sections import CURVES, INPUTS, OUTPUTS, PARAMETERS, STATES
+from eomgen.scene.tree.sections import BASE, BEAMS, BODIES, CONSTRAINTS, FRAMES, JOINTS, POINTS, REACTIONS
+from eomgen.scene.waves.sections import WAVES
+
+#: The group of entry points under which a distribution gives its sections: objects of the class ``Section``, each under
+#: its key.
+GROUP = "eomgen.sections"
+OWN: tuple[Section, ...] = (
+    PARAMETERS,
+    CURVES,
+    INPUTS,
+    RANDOM,
+    WAVES,
+    STATES,
+    CONTROLLERS,
+    BASE,
+    BODIES,
+    BEAMS,
+    JOINTS,
+    CONSTRAINTS,
+    REACTIONS,
+    POINTS,
+    FRAMES,
+    *ELEMENTS,
+    REFERENCES,
+    OUTPUTS,
+    MODES,
+    EVENTS,
+)
+
+
+@cache
+def others() -> dict[str, Section]:
+    """Return the sections of other distributions by key.
+
+    Raises
+    ------
+    UsageError
+        Naming the distribution of a section that cannot be taken.
+    """
+    rows: dict[str, Section] = {}
+    for entry in extensions(GROUP):
+        row = loaded(entry, Section)
+        if row.key != entry.name or row.single:
+            raise broken(entry, f"is the section [{row.key}]")
+        if row.key in rows or any(row.key == own.key for own in OWN):
+            raise broken(entry, "is a section that there is already")
+        rows[row.key] = row
+    return rows
+
+
+def sections_for(keys: Iterable[str]) -> tuple[Section, ...]:
+    """Return eomgen's own sections, and the sections of other distributions whose keys are among ``keys``.
+
+    Entry points are looked for only if a key is none of eomgen's own sections.
+    """
+    own = {row.key for row in OWN}
+    wanted = [key for key in keys if key not in own]
+    return (*OWN, *(row for key, row in others().items() if key in wanted)) if wanted else OWN
+
+
+@cache
+def bounds_of(rows: Sequence[Section]) -> dict[str, Row]:
+    """Return the requirement of each value of the sections by itself, by key."""
+    given = {f"{row.key}.{key}": bound for row in rows for key, bound in row.bounds.items() if bound is not None}
+    return dict(BOUNDS) | bounds(given)

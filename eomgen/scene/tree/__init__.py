@@ -1,0 +1,5 @@
+"""The tree of a scene: sections of bodies, beams, joints and all that has a place on them, read together."""
+
+__all__: list[str] = []
+#: Open to the other parts of ``scene``.
+WITHIN = ["beam_attachments", "sections"]

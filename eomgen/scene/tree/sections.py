@@ -1,0 +1,312 @@
+"""Sections of the tree and its attachments: bodies, beams, joints, constraints, points, frames, reactions, the base.
+
+They are read together because places on geometrically exact beams are places on their nodes, which follow from all
+attachments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from eomgen.scene.bodies import schema as bodies
+from eomgen.scene.bodies.beam_reading import read_beam
+from eomgen.scene.bodies.beam_schema import Beam
+from eomgen.scene.bodies.cosserat import Cosserat
+from eomgen.scene.bodies.cosserat_reading import check_keys, is_exact, read_cosserat
+from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.joint_types import JOINTS as TYPES
+from eomgen.scene.joints import schema as joints
+from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
+from eomgen.scene.joints.mimics import check_mimics
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.moved_inertia import check_motion
+from eomgen.scene.joints.reaction_reading import read_reaction
+from eomgen.scene.joints.reading import read_joint
+from eomgen.scene.joints.tree import Link, ordered
+from eomgen.scene.joints.unresisted import unresisted_motions
+from eomgen.scene.section import Reading, Section
+from eomgen.scene.tree.beam_attachments import check_frames, check_not_absolute
+from eomgen.scene.tree.beam_nodes import BeamNodes, attached_constraint, attached_joint, attached_point
+from eomgen.scene.tree.beam_stations import stations_of
+from eomgen.scene.tree.inertias import body_inertias, check_inertias
+from eomgen.scene.tree.section_outputs import section_formulas
+from eomgen.system.description import Point
+
+
+@dataclass(frozen=True)
+class Tree:
+    """The joint tree of a scene.
+
+    Attributes
+    ----------
+    joints : parents first
+    complete : whether every body and every joint could be read
+    unresisted : notes on motions without stiffness, damping or inertia
+    """
+
+    joints: Sequence[Joint]
+    complete: bool
+    unresisted: Sequence[str]
+
+
+class _Bodies(Section):
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        return {"bodies": dict.fromkeys(reading.document.section("bodies"))}  # looked up for every point and element
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        entries = reading.document.section("bodies").items()
+        return {name: read_body(name, entry, reading.values) for name, entry in entries}
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        entries = reading.document.section("bodies").items()
+        return {"groups": {name: entry.group for name, entry in entries if entry.group is not None}}
+
+
+class _Beams(Section):
+    """Geometrically exact beams are items of this section; others are bodies."""
+
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        exact = (name for name, beam in reading.document.section("beams").items() if is_exact(beam))
+        return {"beams": dict.fromkeys(reading.names_in("beams"), 0), "exact_beams": tuple(exact)}
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        values = reading.values
+        entries: Mapping[str, Beam] = reading.document.section("beams")
+        for name, beam in entries.items():
+            check_keys(name, beam, values)
+        stations = stations_of(reading.names.exact_beams, reading)
+        exact = {name: read_cosserat(name, entries[name], values, places) for name, places in stations.items()}
+        flexible = {name: read_beam(name, beam, values) for name, beam in entries.items() if name not in exact}
+        reading.tables["beams"] |= {name: body.beam.size for name, body in flexible.items() if body.beam is not None}
+        nodes = {node.name: node for beam in exact.values() for node in beam.bodies()}
+        reading.items["bodies"] = {**reading.items["bodies"], **flexible, **nodes}
+        moved = BeamNodes(exact, values)
+        moved.check_names(reading.document.section("joints"))
+        reading.keep(moved)
+        reading.attach = moved.at
+        reading.section_formulas = partial(section_formulas, exact, values)
+        return exact
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        exact: Mapping[str, Cosserat] = reading.items["beams"]
+        entries = reading.document.section("beams")
+        groups = {node: entries[name].group for name, beam in exact.items() for node in beam.nodes}
+        return {
+            "elements": tuple(CosseratBeam(name, beam) for name, beam in exact.items()),
+            "groups": {node: group for node, group in groups.items() if group is not None},
+        }
+
+
+class _Joints(Section):
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        types: dict[str, str] = {name: joint.type for name, joint in reading.document.section("joints").items()}
+        for name in sorted(reading.refused["joints"]):
+            entry = reading.data["joints"].get(name)
+            kind = entry.get("type") if isinstance(entry, Mapping) else None
+            types[name] = kind if isinstance(kind, str) and kind in TYPES else ""
+        return {"joints": types}
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        entries = reading.document.section("joints").items()
+        return {
+            name: attached_joint(read_joint(name, entry, reading.values), reading.attach) for name, entry in entries
+        }
+
+    def check(self, reading: Reading) -> None:
+        """Order the tree, parents first, and report faults of the tree and of the inertias that it moves."""
+        document, values = reading.document, reading.values
+        bodies, of_nodes = reading.items["bodies"], reading.kept(BeamNodes).joints()
+        read = {name: joint for name, joint in reading.items["joints"].items() if joint.child not in of_nodes}
+        joints = reading.items["joints"] = {**read, **of_nodes}
+        links = [Link(joint.name, joint.parent, joint.child) for joint in joints.values()]
+        complete = not reading.refused["joints"] and not reading.broken
+        sections = {name: "beams" if name in document.section("beams") else "bodies" for name in bodies}
+        order = ordered(links, sections, reading.broken, complete, reading.report)
+        check_mimics(joints, reading.refused["joints"], reading.report)
+        check_inertias(bodies.values(), values)
+        tree = [joints[link.name] for link in order]
+        unresisted: Sequence[str] = ()
+        if complete and len(order) == len(links) == len(bodies):
+            check_motion(tree, bodies, values, absolute=document.coordinates == "absolute")
+            free = not document.section("constraints") and not any(joint.drive for joint in tree)
+            if document.coordinates == "joint" and free and not reading.report.found:
+                unresisted = unresisted_motions(tree, body_inertias(bodies.values(), values), sections, values)
+            check_frames(tree, bodies, values)
+        reading.keep(Tree(tree, complete, unresisted))
+
+    def notes(self, reading: Reading) -> Iterable[str]:
+        return reading.kept(Tree).unresisted
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        tree, bodies = reading.kept(Tree).joints, reading.items["bodies"]
+        return {
+            "bodies": tuple(bodies[joint.child] for joint in tree if joint.child in bodies),
+            "joints": tuple(tree),
+        }
+
+
+class _Points(Section):
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        return {"points": dict.fromkeys(reading.names_in("points"))}
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        return {
+            name: attached_point("points", read_point(name, entry, reading.bodies, reading.values), reading.attach)
+            for name, entry in reading.document.section("points").items()
+        }
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return {"points": tuple(reading.items["points"].values())}
+
+
+class _Frames(Section):
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        return {"points": dict.fromkeys(reading.names_in("frames"))}
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        frames = {
+            name: attached_point("frames", read_body_frame(name, entry, reading.bodies, reading.values), reading.attach)
+            for name, entry in reading.document.section("frames").items()
+        }
+        origins = {name: Point(name, frame.body, frame.position) for name, frame in frames.items()}
+        reading.items["points"] = {**reading.items["points"], **origins}
+        return frames
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return {"frames": tuple(reading.items["frames"].values())}
+
+
+class _Constraints(Section):
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        points, values = reading.items["points"], reading.values
+        return {
+            name: attached_constraint(read_constraint(name, entry, reading.bodies, points, values), reading.attach)
+            for name, entry in reading.document.section("constraints").items()
+        }
+
+    def check(self, reading: Reading) -> None:
+        tree, beams = reading.kept(Tree), reading.document.section("beams")
+        if tree.complete:
+            check_closings(reading.items["constraints"].values(), tree.joints, beams, reading.report)
+        if reading.document.coordinates == "absolute":
+            check_not_absolute([name for name in beams if name not in reading.items["beams"]], reading.report)
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return {"constraints": tuple(reading.items["constraints"].values())}
+
+
+class _Reactions(Section):
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        points, values = reading.items["points"], reading.values
+        return {
+            name: read_reaction(name, entry, reading.bodies, points, values)
+            for name, entry in reading.document.section("reactions").items()
+        }
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return {"reactions": tuple(reading.items["reactions"].values())}
+
+
+class _Base(Section):
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        gravity = reading.values.vector("gravity", reading.document.gravity, PARAMETERS)
+        return {"gravity": gravity, "base": read_base(reading.document.table("base"), reading.values)}
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return reading.items["base"]
+
+
+BASE = _Base(
+    key="base",
+    entry=bodies.Base,
+    single=True,
+    after=("outputs",),
+    last=True,
+    positional=("position", "rotation"),
+    documentation="""
+    Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and
+    parameters. ``follow`` waves to go with their surface.""",
+)
+BODIES = _Bodies(
+    key="bodies",
+    entry=bodies.Body,
+    singular="body",
+    after=("waves",),
+    always=True,
+    positional=("mass",),
+    documentation="""
+    Add a rigid body: mass (kg), centre of mass in its frame (m), inertia about it (kg m^2; 3, 6, table or 3x3).
+
+    ``group`` is for absolute coordinates: SE3 (the default) suits bodies jointed to the ground or to slow
+    bodies, R3xSO3 bodies that spin fast and freely.""",
+)
+BEAMS = _Beams(
+    key="beams",
+    entry=Beam,
+    after=("bodies",),
+    always=True,
+    positional=("length",),
+    documentation="""
+    Add an elastic beam along x of its frame, from ``start`` on (m), with mass_per_length (kg/m) or a section.
+
+    Each way to deform is a table; ways that are not given do not happen. Joints carry a beam as any body.""",
+)
+JOINTS = _Joints(
+    key="joints",
+    entry=joints.Joint,
+    after=("beams",),
+    attached=True,
+    always=True,
+    positional=("type", "parent", "child"),
+    documentation="""
+    Add a joint of type fixed, revolute, prismatic, helical, cylindrical, universal, planar, spherical or free.
+
+    Its placement is in the parent's frame; what joints of several coordinates have in each is a list, angles
+    first.""",
+)
+CONSTRAINTS = _Constraints(
+    key="constraints",
+    entry=joints.Constraint,
+    after=("frames",),
+    attached=True,
+    always=True,
+    positional=("type", "first", "second"),
+    documentation="""
+    Add a constraint that closes a loop between two frames.
+
+    A frame is a point's name, or a table with body and position (or point) and with axis, the frame's z (x_axis
+    too where the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical,
+    helical (with pitch), prismatic, planar, fixed, distance (with length), point_on_line, rolling (with radius,
+    and shape disc or sphere).""",
+)
+REACTIONS = _Reactions(
+    key="reactions",
+    entry=joints.Reaction,
+    after=("base",),
+    last=True,
+    documentation="Say where, and in which axes, ``reaction.NAME`` is told: of a joint or of a constraint.",
+)
+POINTS = _Points(
+    key="points",
+    entry=bodies.Point,
+    after=("joints",),
+    attached=True,
+    always=True,
+    positional=("body", "position"),
+    documentation="""
+    Add a point fixed in a body, in the ``base``, or in the ``world`` (what rests while the base moves).""",
+)
+FRAMES = _Frames(
+    key="frames",
+    entry=bodies.BodyFrame,
+    after=("points",),
+    attached=True,
+    positional=("body", "position"),
+    documentation="""
+    Add a frame fixed in a body, in the ``base`` or in the ``world``; its origin is a point of that name.""",
+)

@@ -1,0 +1,50 @@
+"""The section of waves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from eomgen.formula.evaluate import symbols
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.section import Reading, Section
+from eomgen.scene.waves.level_water import LevelWater
+from eomgen.scene.waves.reading import no_waves, read_waves, variables_as_parameters
+from eomgen.scene.waves.schema import SeaWaves
+
+
+class _Waves(Section):
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        return {"waves": {}}
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        document, values, fields = reading.document, reading.values, reading.tables["waves"]
+        if document.section("waves") or document.section("hulls"):
+            # by a reader of its own: problems, notes and requirements of the key follow when the base is read
+            aside = reading.aside().values
+            gravity = aside.vector("gravity", document.gravity, PARAMETERS)
+            down = [aside.value(part) for part in gravity]
+            values.require("gravity", LevelWater(), gravity)
+            tunable = any(reading.names.parameters.get(symbol.name) for part in gravity for symbol in symbols(part))
+            if document.section("waves") and tunable:
+                values.note(["waves have the gravity of the default parameters, whatever it is in a run"])
+            for name, entry in document.section("waves").items():
+                fields[name] = read_waves(name, entry, math.hypot(*down), values)
+                reading.add_parameters(variables_as_parameters(fields[name]))
+        fields |= {name: no_waves(name) for name in sorted(reading.refused["waves"])}
+        return {name: fields[name] for name in document.section("waves")}
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return {"waves": tuple(reading.items["waves"].values())}
+
+
+WAVES = _Waves(
+    key="waves",
+    entry=SeaWaves,
+    method="waves",
+    after=("random",),
+    documentation="""
+    Add waves, of a ``spectrum`` or ``regular`` ones, which formulas ask for elevation, slope, velocity and
+    acceleration of the water.""",
+)
