@@ -2,6 +2,8 @@
 # make test   passes the tests: one witness of each kind; make test-all runs the others
 # make test-long runs what takes most of the time of all, half an hour: before a release, not for every change
 # make coverage shows which lines the first tier runs, 90 % of them or more
+# make errors writes all messages of the catalogue of bad inputs as one page, out/errors.md
+# make mutants tries thirty random changes of the package against the first tier: python -m tests.mutants --help says more
 # make bench  runs eomgen beside its peers, which it installs below .bench, and writes docs/benchmarks.md: a quarter of an hour
 # The others make their own virtual environment in .venv and install what they need.
 
@@ -12,7 +14,7 @@ BIN := $(VENV)/bin
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 # An environment or package index set by the user is respected; nothing here names one.
 
-.PHONY: demo test test-all test-long coverage browser lint types golden bench clean
+.PHONY: demo test test-all test-long coverage browser lint types golden errors mutants bench clean
 
 $(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -68,6 +70,12 @@ types: $(VENV)/installed-test
 
 golden: $(VENV)/installed-test
 	$(BIN)/python -m tests.golden --update
+
+errors: $(VENV)/installed-test
+	$(BIN)/python -m tests.failures.errors_page out/errors.md
+
+mutants: $(VENV)/installed-test
+	$(BIN)/python -m tests.mutants --sample 30
 
 # One environment for each group of peers that agree; a peer that does not install is a row that says so.
 bench:

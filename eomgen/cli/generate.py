@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import click
 
-from eomgen.cli.options import debug_option, folder_option, json_option, scene_options, terms_option
+from eomgen.cli.assigned import check_assigned
+from eomgen.cli.options import (
+    assignments,
+    debug_option,
+    folder_option,
+    in_units,
+    json_option,
+    scene_options,
+    set_option,
+    terms_option,
+)
 from eomgen.cli.printing import print_json, say
-from eomgen.cli.running import say_notes
+from eomgen.cli.running import say_notes, say_stand_in
+from eomgen.scene.sources.register import all_options, source_of
 from eomgen.text import counted
 
 
@@ -20,6 +33,13 @@ from eomgen.text import counted
     "--target", default="c", show_default=True, help="The language; others than C come with other distributions."
 )
 @click.option("--method", default=None, help="Whose stepper is written; the scene's by default.")
+@click.option(
+    "--real",
+    type=click.Choice(["double", "float"]),
+    default=None,
+    help="Number type of the compile command in README.md and manifest.json; the scene's by default.",
+)
+@set_option
 @json_option
 @debug_option
 def generate(
@@ -28,24 +48,29 @@ def generate(
     terms: list[str] | None,
     method: str | None,
     target: str,
+    real: str | None,
+    parameters: Sequence[str],
     as_json: bool,
     **reading: Any,
 ) -> None:
     """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler.
 
-    Numbers are doubles; compile with -DEOMGEN_REAL_FLOAT for floats. manifest.json has the command, and names and units
-    of parameters, inputs, states and outputs.
+    The files serve all number types: eomgen_real is double without a macro, float with -DEOMGEN_REAL_FLOAT; functions
+    without the stepper also take -DEOMGEN_REAL_COMPLEX (complex steps) and -DEOMGEN_REAL_LANES (several states at once,
+    -DEG_LANES=4, 8 or 16). --set NAME=VALUE makes values the defaults of the C. manifest.json has the command that
+    compiles the folder, and names and units of parameters, inputs, states and outputs.
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
     from eomgen.scene.scene import Scene  # noqa: PLC0415
 
     described = pipeline.load(scene, **reading)
+    values: Mapping[str, float | str] = assignments("--set", parameters)
     if isinstance(described, Scene):
         say_notes(described)
-        if (described.simulation.method if method is None else method) == "auto":
-            taken = pipeline.method_of(described, method)
-            say(f"note: auto chooses a method before a run; C, which is written earlier, steps with {taken}")
-    files = pipeline.generate(described, folder, terms, method, target=target)
+        check_assigned(described, values, {}, robot=source_of(Path(scene)) is all_options()["actuated"][0])
+        values = in_units("--set", values, described.parameters)
+        say_stand_in(described, method, "C, which is written earlier, steps with")
+    files = pipeline.generate(described, folder, terms, method, target=target, real=real, parameters=values)
     if as_json:
         print_json([str(file) for file in files])
     else:

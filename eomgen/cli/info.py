@@ -16,6 +16,7 @@ from eomgen.cli.hamiltonian import show
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import console, print_json
 from eomgen.cli.random_processes import described_processes, print_processes
+from eomgen.cli.running import say_stand_in
 from eomgen.cli.tables import print_table
 from eomgen.cli.waves import described_hulls, described_waves, print_waves
 from eomgen.text import counted
@@ -47,7 +48,7 @@ def info(
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
     from eomgen.pipeline.hamiltonians import field_system_of, hamiltonian_of  # noqa: PLC0415
-    from eomgen.pipeline.pipeline import derive, load_scene  # noqa: PLC0415
+    from eomgen.pipeline.pipeline import derive, load_scene, method_of  # noqa: PLC0415
     from eomgen.pipeline.step_operations import joined_coordinates, operations_of_step  # noqa: PLC0415
 
     if (fields := field_system_of(scene)) is not None:
@@ -59,12 +60,13 @@ def info(
         show(hamiltonian, method, as_json=as_json)
         return
     described_scene = load_scene(scene, **reading)
+    say_stand_in(described_scene, method, "without one, as in generated C, it stands for")
     system = derive(described_scene, terms)
     data = {**described(system), "joined": joined_coordinates(system)}
     data["repeated"] = dict(described_scene.metadata.get("repeat", {}))
     data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
     if method is not None:
-        data["step"] = operations_of_step(described_scene, method)
+        data["step"] = operations_of_step(described_scene, method_of(described_scene, method))
     if base_parameters:
         data["base_parameters"] = _base_parameters(described_scene)
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]

@@ -55,6 +55,20 @@ def say_notes(scene: Scene) -> None:
         say(f"note: {note}")
 
 
+def say_stand_in(scene: Scene, method: str | None, use: str) -> None:
+    """Print to stderr which method is used in place of ``auto``, which chooses for each run; nothing for others.
+
+    Parameters
+    ----------
+    method : the scene's if it is None
+    use : text before the method's name
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415
+
+    if (scene.simulation.method if method is None else method) == "auto":
+        say(f"note: auto chooses a method before a run; {use} {pipeline.method_of(scene, method)}")
+
+
 def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
     """Build and simulate a scene with the options that ``read_scene`` has left, or go on with the run of a
     checkpoint. The model has the functions that runs call."""

@@ -9,7 +9,7 @@ import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options
 from eomgen.cli.printing import building, console, print_json, say
-from eomgen.cli.running import say_notes
+from eomgen.cli.running import say_notes, say_stand_in
 from eomgen.cli.tables import print_table
 from eomgen.study_defaults import SAVINGS_ROUNDS
 
@@ -62,7 +62,9 @@ def savings(
 
     if folder is not None:
         make_folder(Path(folder))
-    say_notes(load_scene(scene, **reading))
+    described = load_scene(scene, **reading)
+    say_notes(described)
+    say_stand_in(described, method, "steps are timed with")
     with building(f"variants of {scene}") as progress:
         found = measured(scene, method=method, rounds=rounds, only=only, progress=progress, **reading)
     if as_json:

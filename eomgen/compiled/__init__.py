@@ -12,6 +12,7 @@ __all__ = [
     "lanes",
     "model",
     "prescribed",
+    "requirements",
     "section_loads",
     "state",
     "terms",

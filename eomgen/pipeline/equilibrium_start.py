@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -22,8 +22,12 @@ if TYPE_CHECKING:
 _LISTED = 12
 
 
-def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Model]) -> Program:
-    """Return a Program with the initial state of ``simulate`` at the scene's own parameters, documented in its README.
+def with_equilibrium_start(
+    program: Program,
+    build: Callable[[Sequence[str]], Model],
+    parameters: Mapping[str, float | str] | None = None,
+) -> Program:
+    """Return a Program with the initial state of ``simulate`` at its parameters, documented in its README.
 
     Without an equilibrium the initial state is the joints' own; a RuntimeWarning and the README report it.
 
@@ -31,13 +35,15 @@ def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Mo
     ----------
     build : callable
         Builds the model in which the equilibrium is looked for, with the terms given.
+    parameters : mapping
+        Values of the program's parameters that are not the scene's own.
     """
     try:
         model = build(PURPOSES["equilibrium"])
-        rest = model.equilibrium()
+        rest = model.equilibrium(parameters=parameters)
         q, v = rest.q, np.where(rest.v != 0.0, rest.v, model.initial_v)
         if model.multipliers:
-            consistent = model.consistent(q, v)
+            consistent = model.consistent(q, v, parameters=parameters)
             q, v = consistent.q, consistent.v
     except EomgenError as error:
         problem = error.problems[0]

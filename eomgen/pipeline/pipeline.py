@@ -158,10 +158,12 @@ def generate(
     method: str | None = None,
     *,
     target: str = "c",
+    real: str | None = None,
+    parameters: Mapping[str, float | str] | None = None,
 ) -> list[Path]:
     """Write a scene's model and stepper as a folder of C that stands alone, and return the files' paths.
 
-    If the scene starts at static equilibrium so does the C; a RuntimeWarning and its README say if none was
+    If the scene starts at static equilibrium, so does the C; a RuntimeWarning and its README report that none was
     found.
 
     Parameters
@@ -172,6 +174,11 @@ def generate(
         As in ``build``.
     target : str
         The language: ``c``, or one that another distribution gives, which may have no steppers.
+    real : str
+        Number type that the compile command of the folder chooses: ``double`` or ``float``; the scene's by default.
+        The files serve both.
+    parameters : mapping
+        Values of tunable parameters, as in ``simulate``: the defaults of the C, from which its initial state follows.
 
     Raises
     ------
@@ -182,15 +189,19 @@ def generate(
 
     chosen = target_named(target)
     _check_folder(folder)
-    hamiltonian = hamiltonian_of(scene, {"terms": terms, "target": target != "c"})
+    of_scenes = {"terms": terms, "target": target != "c", "real": real not in (None, "double")}
+    hamiltonian = hamiltonian_of(scene, {**of_scenes, "parameters": parameters})
     if hamiltonian is not None:
         return generate_hamiltonian(hamiltonian, folder, method)
     document, front_end = as_document(scene)
-    program = _program(document, front_end, _selected(terms), method, chosen)[0]
+    _check_real(real)
+    program = _program(document, front_end, _selected(terms), method, chosen, parameters=parameters)[0]
+    given = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
+    program = replace(program, defaults={**program.defaults, **given})
     if program.defaults["start"] == "equilibrium":
         from eomgen.pipeline.equilibrium_start import with_equilibrium_start  # noqa: PLC0415
 
-        program = with_equilibrium_start(program, partial(_reproducible, document))
+        program = with_equilibrium_start(program, partial(_reproducible, document), parameters)
     files = chosen.files(program)
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]
@@ -288,8 +299,7 @@ def built_in(
     described = front_end.describe(document)
     if method is not None:
         described = replace(described, simulation=replace(described.simulation, method=method))
-    if real not in ("double", "float"):
-        raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
+    _check_real(real)
     from eomgen.toolchain.builder import REFUSED, Builder  # noqa: PLC0415
     from eomgen.toolchain.cache import Cache  # noqa: PLC0415
 
@@ -432,6 +442,12 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
     raise UsageError(f"a scene, a path or a mapping like a scene file is needed, not {kind}", hint)
 
 
+def _check_real(real: str | None) -> None:
+    """Raise UsageError for an unknown number type."""
+    if real not in (None, "double", "float"):
+        raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
+
+
 def _check_terms(terms: Sequence[str] | None) -> None:
     """Raise UsageError for unknown terms."""
     if isinstance(terms, str):
@@ -514,14 +530,25 @@ def _program(
     target: Target,
     *,
     for_runs: bool = False,
+    parameters: Mapping[str, float | str] | None = None,
 ) -> tuple[Program, str]:
-    """Return the Program, and the reason if it has no stepper; ``for_runs`` as of ``_method``."""
+    """Return the Program, and the reason if it has no stepper.
+
+    Parameters
+    ----------
+    for_runs : as of ``_method``
+    parameters : as of ``generate``
+    """
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
 
     described = front_end.describe(document)
     chosen = _method(described, method, for_runs=for_runs)
     prepared = front_end.prepared(document, _reproducible)
+    if parameters:
+        from eomgen.pipeline.parameter_defaults import with_parameters  # noqa: PLC0415
+
+        prepared = with_parameters(prepared, described, parameters)
     system = derive(prepared, selection.terms)
     called = chosen.calls(system).union(
         chosen.terms(bool(system.multipliers), bool(system.states), "mass" in system.functions)

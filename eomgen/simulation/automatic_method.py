@@ -14,7 +14,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.compiled.equations import accelerations
 from eomgen.compiled.initial_state import InitialState, initial_state
-from eomgen.errors import EomgenError
+from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.integrators.families.register import BUILT_IN
 from eomgen.integrators.methods import AUTO, STANDARD, check_needs, method_named
 from eomgen.system.system import Facts
@@ -25,17 +25,41 @@ if TYPE_CHECKING:
 #: Step times largest eigenvalue up to which an explicit method of order 4 resolves the fastest motion: a twelfth of its
 #: period.
 RESOLVED = 0.5
+#: Parameters that no method takes among which ``auto`` chooses, and a method that takes each.
+_OF_OTHERS = {"alpha": "hht", "beta": "newmark", "gamma": "newmark", "order": "taylor"}
 #: Singular values of B below this part of the largest belong to rows that repeat others.
 _RANK = 1e-10
 
 
 def method_of(
-    model: CompiledModel, method: str | None, initial: Mapping[str, Any] | None, p: Array, t: float, step: float
+    model: CompiledModel,
+    method: str | None,
+    initial: Mapping[str, Any] | None,
+    p: Array,
+    t: float,
+    step: float,
+    given: Mapping[str, float | None] | None = None,
 ) -> tuple[str | None, str]:
-    """Return a method that is given, None for that of the scene, or in place of ``auto`` the one that is chosen, and a
-    sentence that says why; arguments as of ``automatic``."""
+    """Return the method of a run, and the reason of the choice if it is ``auto``.
+
+    Parameters
+    ----------
+    method : str, optional
+        The scene's by default, which is returned as None.
+    initial, p, t, step : as of ``automatic``
+    given : parameters of methods that the caller gives
+
+    Raises
+    ------
+    UsageError
+        ``auto`` with a parameter that one of its methods does not take.
+    """
     if (model.description.simulation.method if method is None else method) != AUTO:
         return method, ""
+    for key, value in (given or {}).items():
+        if value is not None and key in _OF_OTHERS:
+            what = f"auto chooses between an explicit method and {STANDARD}, which take no {key}"
+            raise UsageError(Problem(key, what, f'method = "{_OF_OTHERS[key]}", or without {key}'))
     return automatic(model, initial, p, t, step)
 
 

@@ -76,8 +76,8 @@ def simulate(
     t_first = number_of("t_start", t_start)
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     p = model.evaluator.one_set(parameters, "one run for each")
-    method, choice = method_of(model, method, initial, p, t_first, step)
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
+    method, choice = method_of(model, method, initial, p, t_first, step, given)
     chosen = chosen_stepper(model, method, given, settings)
     library = chosen.library
     grid = time_grid(t_first, end, step, library.real)

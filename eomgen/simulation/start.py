@@ -57,8 +57,8 @@ def start(
     p = model.evaluator.one_set(parameters, "one simulator for each")
     moves = Motions(model)
     p = moves.started(p, t, moves.check(motions))
-    method, note = method_of(model, method, initial, p, t, size)
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
+    method, note = method_of(model, method, initial, p, t, size, given)
     chosen = chosen_stepper(model, method, given, settings)
     library = chosen.library
     apart = float(np.spacing((np.float32 if library.real == "float" else np.float64)(abs(t))))

@@ -314,6 +314,8 @@ typedef struct active_vehicle_simulator_end {
     eomgen_real t;
     eomgen_real q[7];
     eomgen_real v[7];
+    int given; /* whether u are the inputs there; else the scene's formulas are */
+    eomgen_real u[4];
 } active_vehicle_simulator_end;
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
@@ -339,6 +341,10 @@ active_vehicle_status active_vehicle_simulator_start(active_vehicle_simulator *s
 active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *simulator, long steps,
     const eomgen_real *u,
     const eomgen_real *u_end);
+
+/* The scene's outputs y[22] where the last step ended, or at the start, as active_vehicle_outputs has them.
+ * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
+active_vehicle_status active_vehicle_simulator_outputs(active_vehicle_simulator *simulator, eomgen_real *y);
 
 #ifdef __cplusplus
 }

@@ -2019,13 +2019,16 @@ void active_vehicle_simulator_default(active_vehicle_simulator *simulator)
     active_vehicle_default_state(&simulator->state);
 }
 
-/* Note where a start or a step ended. */
-static void active_vehicle_note_simulator(active_vehicle_simulator *simulator)
+/* Note where a start or a step ended, and the inputs there; NULL: formulas. */
+static void active_vehicle_note_simulator(active_vehicle_simulator *simulator, const real *u)
 {
     simulator->end.known = 1;
     simulator->end.t = simulator->state.t;
     memcpy(simulator->end.q, simulator->state.q, sizeof simulator->end.q);
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
+    simulator->end.given = u != NULL;
+    if (u != NULL)
+        memcpy(simulator->end.u, u, sizeof simulator->end.u);
 }
 
 /* Whether the state was written since then. */
@@ -2047,7 +2050,7 @@ active_vehicle_status active_vehicle_simulator_start(active_vehicle_simulator *s
         &simulator->work,
         table);
     if (status == ACTIVE_VEHICLE_OK)
-        active_vehicle_note_simulator(simulator);
+        active_vehicle_note_simulator(simulator, u);
     return status;
 }
 
@@ -2055,17 +2058,46 @@ active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *si
     const real *u_end)
 {
     active_vehicle_status status = ACTIVE_VEHICLE_OK;
+    real begin, share, there[4];
+    int i;
     if (steps < 1)
         return ACTIVE_VEHICLE_BAD_ARGUMENT;
     if (active_vehicle_simulator_is_written(simulator))
         status = active_vehicle_simulator_start(simulator, u);
     if (status != ACTIVE_VEHICLE_OK)
         return status;
+    begin = simulator->state.t;
     status = active_vehicle_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work,
         steps, u, u_end);
-    active_vehicle_note_simulator(simulator);
+    /* steps that fail, or that events end, have come a part of the way from u to u_end */
+    share = (simulator->state.t - begin) / (simulator->settings.step * (real)steps);
+    if (status == ACTIVE_VEHICLE_OK && share > K(1.0) - K(0.5) / (real)steps)
+        share = K(1.0);
+    for (i = 0; u != NULL && i < 4; ++i)
+        there[i] = u_end == NULL ? u[i] : (K(1.0) - share) * u[i] + share * u_end[i];
+    if (simulator->state.t != begin)
+        active_vehicle_note_simulator(simulator, u == NULL ? NULL : there);
     return status;
+}
+
+active_vehicle_status active_vehicle_simulator_outputs(active_vehicle_simulator *simulator, real *y)
+{
+    const active_vehicle_state *state = &simulator->state;
+    const active_vehicle_parameters *p = &simulator->parameters;
+    const real *given = simulator->end.given ? simulator->end.u : NULL;
+    real row[22];
+    real u[4];
+    int i;
+    if (!simulator->end.known || active_vehicle_simulator_is_written(simulator))
+        return ACTIVE_VEHICLE_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+    active_vehicle_write_row(p, state, given, &simulator->work, row);
+    active_vehicle_inputs(p, state->t, u);
+    for (i = 0; given != NULL && i < 4; ++i)
+        if (given[i] == given[i])
+            u[i] = given[i];
+    active_vehicle_outputs(p, state->t, row + 1, row + 8, row + 15, u, y);
+    return ACTIVE_VEHICLE_OK;
 }
 
 #endif

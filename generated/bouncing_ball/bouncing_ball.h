@@ -340,6 +340,10 @@ bouncing_ball_status bouncing_ball_simulator_start(bouncing_ball_simulator *simu
 bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simulator, long steps, const eomgen_real *u,
     const eomgen_real *u_end);
 
+/* The scene's outputs y[2] where the last step ended, or at the start, as bouncing_ball_outputs has them.
+ * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
+bouncing_ball_status bouncing_ball_simulator_outputs(bouncing_ball_simulator *simulator, eomgen_real *y);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1289,4 +1289,20 @@ bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simul
     return status;
 }
 
+bouncing_ball_status bouncing_ball_simulator_outputs(bouncing_ball_simulator *simulator, real *y)
+{
+    const bouncing_ball_state *state = &simulator->state;
+    bouncing_ball_parameters present = simulator->parameters;
+    const bouncing_ball_parameters *p = &present;
+    const real *given = NULL;
+    real row[7];
+    if (!simulator->end.known || bouncing_ball_simulator_is_written(simulator))
+        return BOUNCING_BALL_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+    if (state->event_state.known)
+        bouncing_ball_take_modes(state, &present);
+    bouncing_ball_write_row(p, state, given, &simulator->work, row);
+    bouncing_ball_outputs(p, state->t, row + 1, row + 3, y);
+    return BOUNCING_BALL_OK;
+}
+
 #endif

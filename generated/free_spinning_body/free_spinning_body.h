@@ -286,6 +286,10 @@ free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_s
     const eomgen_real *u,
     const eomgen_real *u_end);
 
+/* The scene's outputs y[7] where the last step ended, or at the start, as free_spinning_body_outputs has them.
+ * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
+free_spinning_body_status free_spinning_body_simulator_outputs(free_spinning_body_simulator *simulator, eomgen_real *y);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1402,4 +1402,17 @@ free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_s
     return status;
 }
 
+free_spinning_body_status free_spinning_body_simulator_outputs(free_spinning_body_simulator *simulator, real *y)
+{
+    const free_spinning_body_state *state = &simulator->state;
+    const free_spinning_body_parameters *p = &simulator->parameters;
+    const real *given = NULL;
+    real row[20];
+    if (!simulator->end.known || free_spinning_body_simulator_is_written(simulator))
+        return FREE_SPINNING_BODY_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+    free_spinning_body_write_row(p, state, given, &simulator->work, row);
+    free_spinning_body_outputs(row + 1, row + 8, y);
+    return FREE_SPINNING_BODY_OK;
+}
+
 #endif

@@ -367,6 +367,10 @@ heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulat
     const eomgen_real *u,
     const eomgen_real *u_end);
 
+/* The scene's outputs y[4] where the last step ended, or at the start, as heavy_top_r3xso3_outputs has them.
+ * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
+heavy_top_r3xso3_status heavy_top_r3xso3_simulator_outputs(heavy_top_r3xso3_simulator *simulator, eomgen_real *y);
+
 #ifdef __cplusplus
 }
 #endif

@@ -2308,4 +2308,17 @@ heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulat
     return status;
 }
 
+heavy_top_r3xso3_status heavy_top_r3xso3_simulator_outputs(heavy_top_r3xso3_simulator *simulator, real *y)
+{
+    const heavy_top_r3xso3_state *state = &simulator->state;
+    const heavy_top_r3xso3_parameters *p = &simulator->parameters;
+    const real *given = NULL;
+    real row[23];
+    if (!simulator->end.known || heavy_top_r3xso3_simulator_is_written(simulator))
+        return HEAVY_TOP_R3XSO3_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+    heavy_top_r3xso3_write_row(p, state, given, &simulator->work, row);
+    heavy_top_r3xso3_outputs(row + 1, row + 8, y);
+    return HEAVY_TOP_R3XSO3_OK;
+}
+
 #endif

@@ -319,6 +319,11 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum
     long steps, const eomgen_real *u,
     const eomgen_real *u_end);
 
+/* The scene's outputs y[4] where the last step ended, or at the start, as pendulum_on_shaking_base_outputs has them.
+ * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
+pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_outputs(
+    pendulum_on_shaking_base_simulator *simulator, eomgen_real *y);
+
 #ifdef __cplusplus
 }
 #endif

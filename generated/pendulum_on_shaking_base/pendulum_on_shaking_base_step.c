@@ -1175,4 +1175,20 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum
     return status;
 }
 
+pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_outputs(
+    pendulum_on_shaking_base_simulator *simulator, real *y)
+{
+    const pendulum_on_shaking_base_state *state = &simulator->state;
+    const pendulum_on_shaking_base_parameters *p = &simulator->parameters;
+    const real *given = NULL;
+    real row[4];
+    pendulum_on_shaking_base_base_state base;
+    if (!simulator->end.known || pendulum_on_shaking_base_simulator_is_written(simulator))
+        return PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+    pendulum_on_shaking_base_write_row(p, state, given, &simulator->work, row);
+    pendulum_on_shaking_base_base(state->t, &base);
+    pendulum_on_shaking_base_outputs(row + 1, row + 2, &base, y);
+    return PENDULUM_ON_SHAKING_BASE_OK;
+}
+
 #endif

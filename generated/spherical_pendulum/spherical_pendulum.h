@@ -286,6 +286,10 @@ spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_s
     const eomgen_real *u,
     const eomgen_real *u_end);
 
+/* The scene's outputs y[4] where the last step ended, or at the start, as spherical_pendulum_outputs has them.
+ * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
+spherical_pendulum_status spherical_pendulum_simulator_outputs(spherical_pendulum_simulator *simulator, eomgen_real *y);
+
 #ifdef __cplusplus
 }
 #endif

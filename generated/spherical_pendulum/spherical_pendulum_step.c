@@ -1302,4 +1302,17 @@ spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_s
     return status;
 }
 
+spherical_pendulum_status spherical_pendulum_simulator_outputs(spherical_pendulum_simulator *simulator, real *y)
+{
+    const spherical_pendulum_state *state = &simulator->state;
+    const spherical_pendulum_parameters *p = &simulator->parameters;
+    const real *given = NULL;
+    real row[11];
+    if (!simulator->end.known || spherical_pendulum_simulator_is_written(simulator))
+        return SPHERICAL_PENDULUM_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+    spherical_pendulum_write_row(p, state, given, &simulator->work, row);
+    spherical_pendulum_outputs(row + 1, row + 5, y);
+    return SPHERICAL_PENDULUM_OK;
+}
+
 #endif

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 from types import SimpleNamespace
@@ -51,6 +52,14 @@ def test_generate_says_which_method_it_takes_for_auto(
     Path("scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
     assert main(["generate", "scene.toml", "--method", "auto", "--out", "code"]) == 0
     assert "C, which is written earlier, steps with generalized_alpha" in capsys.readouterr().err
+    readme = Path("code/README.md").read_text(encoding="utf-8")
+    assert "Steps are those of generalized-alpha on Lie groups: the scene asks for `auto`, which chooses" in readme
+    assert json.loads(Path("code/manifest.json").read_text())["method"] == "generalized-alpha on Lie groups"
+    Path("scene.toml").write_text(PENDULUM_TOML + 'method = "auto"\n', encoding="utf-8")
+    assert main(["info", "scene.toml"]) == 0
+    assert "note: auto chooses a method before a run; without one, as in generated C, it stands for gen" in (
+        capsys.readouterr().err
+    )
 
 
 def test_a_hamiltonian_run_prints_the_parameters_that_it_changes(
@@ -94,3 +103,12 @@ def test_studies_take_for_auto_the_method_of_a_run() -> None:
     formulations = cast("Any", SimpleNamespace(own="joint", scenes={"joint": scene}))
     taken = Runner(formulations, Grid(row=1e-3, rows=10)).own_method()
     assert taken == eomgen.build(scene).simulate(0.01, error_estimate=False).metadata["method"] == "rk4"
+
+
+def test_studies_leave_out_parameters_that_the_method_of_auto_does_not_take() -> None:
+    simulation = {"method": "auto", "duration": 1, "step": 1e-3, "alpha": 0.1, "settings": {"max_iterations": 9}}
+    scene = eomgen.load({**tomllib.loads(PENDULUM_TOML), "simulation": simulation})
+    runner = Runner(cast("Any", SimpleNamespace(own="joint", scenes={"joint": scene})), Grid(row=1e-3, rows=10))
+    configuration = runner.own_configuration()
+    assert (configuration.method, configuration.parameters, configuration.settings) == ("rk4", {}, {})
+    assert runner.method(configuration).family == "runge_kutta"

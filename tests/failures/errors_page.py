@@ -1,26 +1,27 @@
-"""The page docs/errors.md, made of the failure catalogue.
+"""The page of errors, made of the failure catalogue: ``make errors``.
 
-python -m tests.failures.errors_page      writes it anew
+python -m tests.failures.errors_page out/errors.md
 """
 
 from __future__ import annotations
 
+import argparse
+import os
 import unicodedata
 from pathlib import Path
 
 from tests.failures.catalogue import CHAPTERS
 from tests.failures.failure import SCENE, Failure
 
-PAGE = Path(__file__).parents[2] / "docs" / "errors.md"
-COMMAND = "python -m tests.failures.errors_page"
+ROOT = Path(__file__).parents[2]
 _LONGEST = 160
 
 INTRODUCTION = """# Errors
 
-What eomgen answers to {count} bad inputs: one message on stderr, behind the notes of the scene, with place, cause and
-remedy, and an [exit code](command_line.md#exit-codes) for each kind; no traceback, and nothing that was there before is
-lost. Each entry shows what was written, the command, and the answer. Tests hold every one of them to the letter; this
-page is made of the same data by `{command}`.
+The answers of eomgen to {count} bad inputs: one message on stderr, behind the notes of the scene, with place, cause and
+remedy, and an [exit code]({docs}/command_line.md#exit-codes) for each kind; no traceback, and no file is lost. Each
+entry shows the input, the command and the answer. Tests hold every one of them to the letter; this page is made of the
+same data by `make errors`.
 
 Most entries change one place of this scene:
 
@@ -31,12 +32,13 @@ Contents: {contents}
 """
 
 
-def page() -> str:
-    """Return the text of the page."""
+def page(folder: Path) -> str:
+    """Return the text of the page for a folder, from which its links lead to the documentation."""
     titles = [title for title, _, _ in CHAPTERS]
     contents = " · ".join(f"[{title}](#{title.lower().replace(' ', '-')})" for title in titles)
+    docs = Path(os.path.relpath(ROOT / "docs", folder)).as_posix()
     count = sum(len(entries) for _, _, entries in CHAPTERS)
-    parts = [INTRODUCTION.format(count=count, command=COMMAND, scene=SCENE, contents=contents)]
+    parts = [INTRODUCTION.format(count=count, docs=docs, scene=SCENE, contents=contents)]
     for title, first, entries in CHAPTERS:
         parts.append(f"## {title}\n\n{first}\n")
         parts += [_entry(entry) for entry in entries]
@@ -58,6 +60,16 @@ def _visible(line: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
 
 
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.failures.errors_page", description="Write the page of errors."
+    )
+    parser.add_argument("file", type=Path, nargs="?", default=ROOT / "out" / "errors.md")
+    file = parser.parse_args(arguments).file
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(page(file.parent), encoding="utf-8")
+    print(file)
+
+
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
-    print(PAGE)
+    main()

@@ -12,8 +12,8 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from tests.failures import errors_page
 from tests.failures.catalogue import CHAPTERS
-from tests.failures.errors_page import COMMAND, PAGE, page
 from tests.failures.failure import Failure
 
 ENTRIES = [(title, entry) for title, _, entries in CHAPTERS for entry in entries]
@@ -66,8 +66,20 @@ def test_the_catalogue_is_as_wide_as_it_says() -> None:
         assert entry.code in GOES_ON or names_its_kind, f"{chapter}: {entry.title}"
 
 
-def test_the_page_is_that_of_the_catalogue() -> None:
-    assert PAGE.read_text(encoding="utf-8") == page(), f"docs/errors.md is not that of the catalogue; try: {COMMAND}"
+def test_a_page_is_written_with_every_entry_in_its_chapter(tmp_path: Path) -> None:
+    errors_page.main([str(tmp_path / "new" / "errors.md")])
+    text = (tmp_path / "new" / "errors.md").read_text(encoding="utf-8")
+    chapters = dict(part.split("\n", 1) for part in text.split("\n## ")[1:])
+    assert list(chapters) == [title for title, _, _ in CHAPTERS]
+    anchors = {title.lower().replace(" ", "-") for title in chapters}
+    assert set(re.findall(r"\(#([^)]+)\)", text)) == anchors
+    (other,) = set(re.findall(r"\(([^#)][^)]*\.md)#", text))
+    assert (tmp_path / "new" / other).resolve() == errors_page.ROOT / "docs" / "command_line.md"
+    for title, entry in ENTRIES:
+        answer = entry.message.replace("{any}", "...").replace("{folder}", "/an/empty/folder")
+        assert f"**{entry.title}**: exit code {entry.code}\n\n```text\n" in chapters[title]
+        assert f"$ eomgen {entry.command}\n{answer}\n```" in chapters[title], f"{title}: {entry.title}"
+    assert not [c for c in text if c != "\n" and unicodedata.category(c)[0] == "C"]
 
 
 def test_answers_that_differ_are_told_apart() -> None:

@@ -21,6 +21,7 @@ from eomgen.integrators.methods import method_named
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.lie.product import Factor
 from eomgen.scene.load import from_data
+from eomgen.simulation.sensitivities.undefined_derivatives import undefined_derivatives
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.timing import Repeated
 from tests.failures.refusals import ROOT, Refusal, refusals_in, refusals_of, runs, texts_of_tests, unread
@@ -132,6 +133,11 @@ def state_of_another_compilation() -> None:
     free().start(step=0.01).restore(other.start(step=0.01).state)
 
 
+def with_a_state() -> None:
+    lagging = slider(states={"lag": {"rate": "-lag"}})
+    eomgen.build(lagging, profile="quick").simulate(0.1, 0.01, method="leapfrog")
+
+
 def scene_by_hand() -> None:
     eomgen.build(dataclasses.replace(from_data(slider()), content=b""))
 
@@ -190,6 +196,11 @@ def scene_by_hand() -> None:
             "usage error: this Scene was made by hand and says nothing of its content; try: eomgen.SceneBuilder or"
             " eomgen.load",
         ),
+        (
+            with_a_state,
+            "model error: leapfrog cannot run on this scene: it needs a system without internal states: its drifts and"
+            " kicks move positions and velocities alone; try: rk4, or generalized_alpha for stiff ones",
+        ),
     ],
 )
 def test_what_is_refused(call: Callable[[], object], text: str) -> None:
@@ -209,6 +220,23 @@ def test_models_made_by_hand_stay_where_they_are() -> None:
     assert str(caught.value) == (
         "usage error: pickle: this model was made by hand and cannot be sent to another process; try:"
         " eomgen.build(scene), whose models can"
+    )
+
+
+def test_models_made_by_hand_have_no_complex_functions() -> None:
+    with pytest.raises(eomgen.UsageError) as caught:
+        by_hand(free()).in_complex(["mass"])
+    assert str(caught.value) == (
+        "usage error: in_complex: this model was made by hand and has no functions in complex numbers; try:"
+        " eomgen.build(scene), whose models can"
+    )
+
+
+def test_derivatives_that_are_not_finite_have_a_reason_without_rough_formulas() -> None:
+    assert str(undefined_derivatives(free(), "at t = 1 s")) == (
+        "numerical error: sensitivities: derivatives are no finite numbers at t = 1 s: a formula has none there"
+        " (a root, a logarithm or a power at zero); try: a formula that is smooth there, sqrt(x**2 + 1e-6) for abs(x);"
+        " eomgen check names those that are not"
     )
 
 

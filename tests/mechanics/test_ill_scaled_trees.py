@@ -136,7 +136,8 @@ def test_parameters_that_cost_digits_are_warned_of_once_with_the_size(tmp_path: 
         for lengths in ((1, 1, 1), (0.1, 1, 10), (3, 2, 1)):
             model.forward_dynamics(q, v, parameters={f"l{k}": float(one) for k, one in enumerate(lengths)})
     parameters = {"l0": 1e-3, "l2": 1e3}
-    with pytest.warns(RuntimeWarning, match="accelerations keep some 3 digits, since light or short links") as told:
+    text = "forward_dynamics: at these parameters accelerations keep some 3 digits, since light or short links"
+    with pytest.warns(RuntimeWarning, match=text) as told:
         for _ in range(3):
             model.forward_dynamics(q, v, parameters=parameters)
     assert len(told) == 1 and told[0].filename == __file__

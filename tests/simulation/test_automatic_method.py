@@ -79,6 +79,29 @@ def test_the_choice_is_made_once_and_said(scene: dict[str, Any], step: float, ch
     assert "chosen" not in named.message
 
 
+@pytest.mark.parametrize(
+    ("key", "method"), [("alpha", "hht"), ("beta", "newmark"), ("gamma", "newmark"), ("order", "taylor")]
+)
+@pytest.mark.parametrize("stiffness", [400.0, 4e6])  # which of the methods would be chosen is not asked
+def test_parameters_that_no_method_of_the_choice_takes_are_refused(key: str, method: str, stiffness: float) -> None:
+    model = eomgen.build(oscillator(stiffness))
+    given: Any = {key: 1}
+    for call in (model.simulate, model.start):
+        with pytest.raises(eomgen.UsageError) as caught:
+            call(method="auto", **given)
+        assert str(caught.value) == (
+            f"usage error: {key}: auto chooses between an explicit method and generalized_alpha, which take no {key};"
+            f' try: method = "{method}", or without {key}'
+        )
+
+
+def test_parameters_of_the_scene_wait_for_the_method_that_takes_them() -> None:
+    scene = oscillator()
+    scene["simulation"] |= {"method": "auto", "alpha": 0.1}
+    model = eomgen.build(scene)
+    assert np.array_equal(model.simulate(0.1).q, model.simulate(0.1, method="rk4").q)
+
+
 @pytest.mark.slow
 def test_scenes_and_models_may_leave_the_choice_to_runs() -> None:
     scene = oscillator()

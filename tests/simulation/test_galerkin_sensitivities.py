@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import eomgen
 from eomgen.compiled.lanes import Lanes
 from eomgen.scene.builder import SceneBuilder
-from eomgen.simulation.sensitivities import motion
+from eomgen.simulation.sensitivities import galerkin_sweeps, motion
 from eomgen.simulation.sensitivities.motion import Motion
 from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
 from tests.models.cache import shared_cache
@@ -134,6 +135,24 @@ def test_what_they_have_not_is_refused_by_name() -> None:
     assert "tdg2_adaptive chooses its steps, and where they end moves" in refusal(
         model, 0.05, STEP, method="tdg2_adaptive"
     )
+
+
+@pytest.mark.slow
+def test_steps_whose_matrix_is_singular_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs fail at such steps themselves, so the factorization is told to end at the third one."""
+    _, model = built(tree())
+    made = galerkin_sweeps.routine
+
+    def routine(*files: Any, **options: Any) -> tuple[Any, Any]:
+        ffi, library = made(*files, **options)
+        others = {name: getattr(library, name) for name in dir(library)}
+        return ffi, SimpleNamespace(**others | {"eomgen_passes_begin": lambda *given: 2})
+
+    found = model.sensitivities(5 * STEP, STEP, by=["mass"], method="tdg2")
+    monkeypatch.setattr(galerkin_sweeps, "routine", routine)
+    text = rf"the equations of the step from t = {2 * STEP:g} s, made linear, have no solution; try: a smaller step"
+    with pytest.raises(eomgen.NumericalError, match=text):
+        _ = found.derivatives
 
 
 @pytest.mark.slow

@@ -265,7 +265,7 @@ class Equations:
         return self._functions("second_partials")
 
     def along_directions(self, dp: Array, values: Mapping[str, Array]) -> Array:
-        """Return changes after z along directions (parameters, n) in the direction of ``second_partials``, (1, size, n),
+        """Return changes after z along directions (parameters, n), as ``second_partials`` takes them, (1, size, n),
         or (rows, size, n) if inputs move."""
         first = self._along["lam"].start
         found = np.zeros((len(values["t"]) if self.driven else 1, self._along["u"].stop - first, dp.shape[1]))

@@ -96,8 +96,8 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         return self.rows_of(part, dp, part.steps.tangents(dp, state))
 
     def rows_of(self, part: GalerkinPart, dp: Array, ends: Array) -> Array:
-        """Return tangents of rows, given tangents of (q, v, a, z) at the ends of steps, (steps, size, directions), with a
-        of the next step; accelerations of rows belong to their states."""
+        """Return tangents of rows, given tangents of (q, v, a, z) at the ends of steps, (steps, size, directions), a of
+        the next step; accelerations of rows belong to their states."""
         found, nv = ends.copy(), self.equations.nv
         if part.accelerations is not None:
             moved = np.concatenate([found, np.broadcast_to(dp, (len(found), *dp.shape))], axis=1)

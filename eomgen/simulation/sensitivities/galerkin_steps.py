@@ -173,8 +173,8 @@ class GalerkinSteps:
         return found.P.reshape(self.sweeps.points, self.steps, self.nv + self.nz, -1)
 
     def tangents(self, dp: Array, state: Array) -> Array:
-        """Take tangents through the steps: ``state`` (size, directions) of (q, v, a, z) becomes the tangent of their end,
-        with a of the next step.
+        """Take tangents through the steps: ``state`` (size, directions) of (q, v, a, z) becomes the tangent of their
+        end, with a of the next step.
 
         Parameters
         ----------

@@ -24,7 +24,6 @@ from eomgen.studies.tuning.real_time import real_time as in_real_time
 from eomgen.studies.tuning.result import Rival, Tuned
 from eomgen.studies.tuning.verification_runs import RUNS, Verified, verified
 from eomgen.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
-from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.studies.work_precision.formulations import JOINT, Formulations, formulations
 from eomgen.studies.work_precision.machine import machine
 from eomgen.studies.work_precision.observation import MEASURES, quantities
@@ -290,10 +289,8 @@ class _Tuning:
     def _own_settings(self, judge: Judge) -> tuple[str, float, float]:
         """Return the scene's own settings in words, their error and seconds."""
         simulation = self.defaults
-        given = {name: getattr(simulation, name) for name in ("alpha", "beta", "gamma") if getattr(simulation, name)}
-        method = self.runner.own_method()
-        configuration = Configuration(self.own, method, given, settings=dict(simulation.settings), real=simulation.real)
-        words = f"{method}, step {simulation.step:g} s"
+        configuration = self.runner.own_configuration()
+        words = f"{configuration.method}, step {simulation.step:g} s"
         per_row = Fraction(self.runner.grid.row / simulation.step).limit_denominator(MOST_TIMES)
         outcome = self.runner.run(configuration, per_row, estimated=False)
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:

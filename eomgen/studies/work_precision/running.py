@@ -14,6 +14,7 @@ import numpy as np
 
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.family import Family
+from eomgen.integrators.families.register import row_of
 from eomgen.integrators.methods import method_named, method_parameters
 from eomgen.model import Model
 from eomgen.pipeline import pipeline
@@ -126,6 +127,17 @@ class Runner:
         p = model.parameter_array(self.parameters)
         chosen, _ = method_of(model, None, None, p, self.grid.start, model.description.simulation.step)
         return chosen or str(model.library.layout["built_method"])
+
+    def own_configuration(self) -> Configuration:
+        """Return the scene's own configuration, with the parameters that its method takes, and settings of the method
+        that the scene is built with."""
+        own, method = self.formulations.own, self.own_method()
+        model = self.model(own)
+        simulation, built = model.description.simulation, str(model.library.layout["built_method"])
+        taken = [name for name in row_of(method)[1].parameters if name in ("alpha", "beta", "gamma")]
+        given = {name: value for name in taken if (value := getattr(simulation, name))}
+        settings = dict(simulation.settings) if method == built else {}
+        return Configuration(own, method, given, settings=settings, real=simulation.real)
 
     def method(self, configuration: Configuration, tolerance: float | None = None) -> Family:
         """Return the method of a configuration. Raises EomgenError."""

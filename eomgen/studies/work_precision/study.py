@@ -280,11 +280,8 @@ class _Study:
 
     def _own(self) -> _Ladder:
         """Return the scene's own settings, of which there is one point."""
-        simulation, own = self.defaults, self.runner.formulations.own
-        given = {name: getattr(simulation, name) for name in ("alpha", "beta", "gamma") if getattr(simulation, name)}
-        settings = dict(simulation.settings)
-        configuration = Configuration(own, self.runner.own_method(), given, settings=settings, real=simulation.real)
-        in_coarsest = max(1, round(self.coarsest / simulation.step))
+        configuration = self.runner.own_configuration()
+        in_coarsest = max(1, round(self.coarsest / self.defaults.step))
         method = self.runner.method(configuration)
         return _Ladder(configuration, method.order, "step", (in_coarsest,))
 

@@ -1,8 +1,8 @@
 """The failure catalogue: bad inputs by chapter, each with its exit code and its exact message.
 
 A new entry needs no test of its own: put a ``Failure`` into its chapter with an empty message, run the tests of this
-folder, read what comes, and when it says where, what, why and what to try, put it into the entry. ``COMMAND`` then
-renews the page.
+folder, read the answer, and when it has place, fault, reason and remedy, put it into the entry. ``make errors`` writes
+all entries as one page.
 """
 
 from __future__ import annotations

@@ -218,7 +218,8 @@ def _documents(context: _Context, files: Mapping[str, str]) -> dict[str, str]:
     texts = {"command": command, "examples": _examples(program), "stack": stack_bytes(program)}
     readme = {"README.md": context.render("c/main/README.md.jinja", **texts)}
     whole = {**files, **readme}
-    return {**readme, MANIFEST: manifest(program, whole, fingerprint=fingerprint(files), compile=command)}
+    method = {"method": program.method["title"]} if program.method else {}
+    return {**readme, MANIFEST: manifest(program, whole, fingerprint=fingerprint(files), compile=command, **method)}
 
 
 def rendered(program: Program, templates: Mapping[str, str], **extra: object) -> dict[str, str]:
@@ -263,8 +264,10 @@ def fingerprint(files: Mapping[str, str]) -> str:
 
 
 def compile_command(program: Program, sources: list[str]) -> str:
-    """Return the command that compiles the stand-alone folder with the bits of the ``reproducible`` profile."""
-    return f"cc -std=c99 -O2 -ffp-contract=off {' '.join(sources)} -o {program.prefix} -lm"
+    """Return the command that compiles the stand-alone folder with the bits of the ``reproducible`` profile, in the
+    number type of the program."""
+    real = "-DEOMGEN_REAL_FLOAT " if program.defaults.get("real") == "float" else ""
+    return f"cc -std=c99 -O2 -ffp-contract=off {real}{' '.join(sources)} -o {program.prefix} -lm"
 
 
 def _examples(program: Program) -> str:

@@ -1,0 +1,177 @@
+"""Outputs of the simulator in C are the numbers that a run in Python records."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from tests.codegen.test_stand_alone import compiled, run
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+#: Rows of outputs at the start and after each call of two steps.
+DRIVER = """
+#include <stdio.h>
+#include "NAME.h"
+static int row(NAME_simulator *run)
+{
+    eomgen_real y[64];
+    int i;
+    if (NAME_simulator_outputs(run, y) != NAME_OK)
+        return 1;
+    for (i = 0; i < SIZE; ++i)
+        printf("%.17g ", (double)y[i]);
+    printf("\\n");
+    return 0;
+}
+int main(void)
+{
+    static NAME_simulator run;
+    eomgen_real y[64];
+    int k;
+    NAME_simulator_default(&run);
+    run.settings.step = STEP;
+    if (NAME_simulator_outputs(&run, y) != NAME_BAD_ARGUMENT) /* not started */
+        return 1;
+    if (NAME_simulator_start(&run, FIRST) != NAME_OK || row(&run) != 0)
+        return 2;
+    for (k = 0; k < 20; ++k) {
+        BEFORE
+        if (NAME_simulator_step(&run, 2, FROM, UNTIL) != NAME_OK || row(&run) != 0)
+            return 3;
+    }
+    run.state.v[0] += 0.1;
+    if (NAME_simulator_outputs(&run, y) != NAME_BAD_ARGUMENT) /* written, and not started again */
+        return 4;
+    return NAME_simulator_start(&run, FIRST) == NAME_OK && NAME_simulator_outputs(&run, y) == NAME_OK ? 0 : 5;
+}
+"""
+#: How a caller gives inputs: none; held; linear within each call, as steps that follow one another.
+INPUTS = {
+    "formulas": ("NULL", "NULL", "NULL", ""),
+    "held": ("push", "push", "NULL", ""),
+    "linear": ("push", "push", "last", "push[0] = last[0]; last[0] = 1.0 + 0.2 * k;"),
+}
+
+
+def slider() -> dict[str, Any]:
+    """Return nested data of a mass on a spring whose outputs take all that the motion of a tree has."""
+    joint = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], "stiffness": 40.0}
+    return {
+        "format": 1,
+        "name": "slider",
+        "bodies": {"b": {"mass": 2.0}},
+        "joints": {"x": {**joint, "initial": {"position": 0.3, "velocity": -0.2}}},
+        "parameters": {"drag": {"value": 0.4, "tunable": True}},
+        "inputs": {"push": {"formula": "2 * cos(3 * t)", "unit": "N"}},
+        "efforts": {"motor": {"joint": "x", "effort": "push - drag * v.x"}},
+        "outputs": {
+            "power": {"formula": "push * v.x"},
+            "felt": {"formula": "a.x + 0.1 * t * drag"},
+            "work": {"formula": "push**2 + q.x"},
+        },
+    }
+
+
+def outputs_of_c(
+    folder: Path, scene: eomgen.Scene, method: str, inputs: str = "formulas", step: float = 0.01
+) -> np.ndarray:
+    """Return rows of outputs of the generated simulator."""
+    paths = eomgen.generate(scene, folder, method=method)
+    name = next(path.stem for path in paths if path.name.endswith("_step.c")).removesuffix("_step")
+    first, begin, end, before = INPUTS[inputs]
+    given = "".join(f"static eomgen_real {word}[1] = {{1.0}};\n" for word in ("push", "last") if word in (begin, end))
+    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    size = sum(item["size"] for item in manifest["quantities"]["outputs"])
+    text = given + DRIVER.replace("NAME_OK", f"{name.upper()}_OK").replace("NAME_BAD", f"{name.upper()}_BAD")
+    words = {
+        "NAME": name,
+        "STEP": str(step),
+        "SIZE": str(size),
+        "FIRST": first,
+        "FROM": begin,
+        "UNTIL": end,
+        "BEFORE": before,
+    }
+    for key, word in words.items():
+        text = text.replace(key, word)
+    (folder / "main.c").write_text('#include "eomgen_real.h"\n' + text, encoding="utf-8")
+    result = run(compiled(folder))
+    assert result.returncode == 0, (result.returncode, result.stderr)
+    return np.array([line.split() for line in result.stdout.splitlines()], float)
+
+
+def recorded(scene: eomgen.Scene, method: str, step: float = 0.01) -> np.ndarray:
+    """Return the same rows of a run in Python."""
+    model = eomgen.build(scene, method=method, profile="reproducible")
+    found = model.simulate(40 * step, step, method=method, error_estimate=False)
+    columns: Mapping[str, np.ndarray] = found.outputs
+    return np.column_stack(list(columns.values()))[::2]
+
+
+def stepped(scene: eomgen.Scene, method: str, *, linear: bool) -> np.ndarray:
+    """Return the same rows of a motion that Python steps with inputs."""
+    run = eomgen.build(scene, method=method, profile="reproducible").start(step=0.01, inputs={"push": 1.0})
+    rows, last = [np.hstack([*run.outputs.values()])], 1.0
+    for k in range(20):
+        run.step([last], 2, end=[1.0 + 0.2 * k] if linear else None)
+        last = 1.0 + 0.2 * k if linear else 1.0
+        rows.append(np.hstack([*run.outputs.values()]))
+    return np.array(rows)
+
+
+OTHERS = ("generalized_alpha", "rk45", "rosenbrock", "tdg2", "rattlie", "trapezoidal")
+#: Methods whose steps hold their inputs.
+HOLDING = ("hermite", "taylor")
+
+
+@pytest.mark.parametrize("method", ["rk4", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS + HOLDING)])
+@pytest.mark.parametrize("inputs", list(INPUTS))
+def test_outputs_are_those_of_python(method: str, inputs: str, tmp_path: Path) -> None:
+    if inputs == "linear" and method in HOLDING:
+        inputs = "held"
+    scene = eomgen.load(slider())
+    ours = outputs_of_c(tmp_path / "c", scene, method, inputs)
+    theirs = recorded(scene, method) if inputs == "formulas" else stepped(scene, method, linear=inputs == "linear")
+    assert ours.shape == theirs.shape == (21, 3)
+    np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_outputs_have_the_modes_that_events_left(tmp_path: Path) -> None:
+    switching = slider() | {
+        "modes": {"passed": {"value": 0.0}},
+        "events": {"middle": {"when": "q.x", "action": "switch", "mode": "passed", "to": 1}},
+    }
+    switching["outputs"]["mode"] = {"formula": "mode.passed"}
+    scene = eomgen.load(switching)
+    ours, theirs = outputs_of_c(tmp_path / "c", scene, "rk4"), recorded(scene, "rk4")
+    assert ours[0, 3] == 0.0 and ours[-1, 3] == 1.0
+    np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-11)
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.parametrize(
+    ("scene", "method"),
+    [
+        ("pendulum_on_shaking_base/scene.toml", "rk4"),  # outputs of a base that moves
+        *(
+            pytest.param("four_bar/scene.toml", method, marks=pytest.mark.slow)  # multipliers, in rows of their own
+            for method in ("generalized_alpha", "rattlie", "rosenbrock")
+        ),
+    ],
+)
+def test_outputs_of_examples_are_those_of_the_record(scene: str, method: str, tmp_path: Path) -> None:
+    loaded, step = eomgen.load(EXAMPLES / scene), 0.0025
+    ours, theirs = outputs_of_c(tmp_path / "c", loaded, method, step=step), recorded(loaded, method, step)
+    assert ours.shape == theirs.shape
+    np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-10 * np.max(np.abs(theirs)))
