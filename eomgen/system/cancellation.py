@@ -7,6 +7,7 @@ ratio is about the square of the ratio of the links. Featherstone, Rigid Body Dy
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -43,6 +44,24 @@ def cancellation(M: Array, joints: Sequence[slice]) -> Array:
             solved = np.linalg.pinv(block) @ above
         left[:, : joint.start, : joint.start] -= np.swapaxes(above, 1, 2) @ solved
     return np.where(finite, np.max(ratios, axis=1, initial=1.0), np.nan)
+
+
+def largest_cancellation(M: Array) -> float:
+    """Return an upper bound of ``cancellation`` of one inertia matrix, by a Cholesky factorization; inf if it fails.
+
+    Components of a joint are eliminated one by one, so pivots are at most the inertias of ``cancellation``.
+
+    Parameters
+    ----------
+    M : (nv, nv) array
+    """
+    try:
+        with np.errstate(invalid="ignore"):
+            ratios = M.diagonal()[::-1] / np.linalg.cholesky(M[::-1, ::-1]).diagonal() ** 2
+    except np.linalg.LinAlgError:
+        return math.inf
+    largest = float(ratios.max(initial=1.0))
+    return largest if math.isfinite(largest) else math.inf
 
 
 def relative_error(ratio: float, *, articulated: bool) -> float:

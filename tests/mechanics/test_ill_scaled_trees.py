@@ -12,7 +12,9 @@ import pytest
 import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import load_toml
+from eomgen.simulation.judgement import start_checks
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.system.cancellation import cancellation, largest_cancellation
 from eomgen.system.system import System
 from tests.oracles.planar_trees import GRAVITY, PlanarTree, random_tree
 from tests.oracles.robots import planar_chain
@@ -94,13 +96,17 @@ def test_tunable_masses_count_with_their_defaults() -> None:
         *(pytest.param(name, found, marks=pytest.mark.slow) for name, found in OTHER_METHODS),
     ],
 )
-def test_values_of_a_run_that_cost_digits_are_reported(method: str, reported: bool, tmp_path: Path) -> None:
+def test_values_of_a_run_that_cost_digits_are_reported(
+    method: str, reported: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     text = PlanarTree.chain([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]).text()
     text = text.replace("mass = 1.0", 'mass = "m"', 1) + "\n[parameters.m]\nvalue = 1\ntunable = true"
     path = tmp_path / "chain.toml"
     path.write_text(text)
     model = eomgen.build(path, profile="quick", method=method)
-    assert not model.simulate(0.01, 1e-3, error_estimate=False).findings
+    with monkeypatch.context() as patch:  # a factorization shows that no digits are lost
+        patch.setattr(start_checks, "cancellation", lambda *_: pytest.fail("M was eliminated joint by joint"))
+        assert not model.simulate(0.01, 1e-3, error_estimate=False).findings
     run = model.simulate(1e-4, 1e-5, parameters={"m": 1e-12}, error_estimate=False)
     found = [finding for finding in run.findings if finding.name == "lost_digits"]
     assert len(found) == reported
@@ -126,6 +132,36 @@ def tunable_chain(folder: Path) -> eomgen.Model:
     path = folder / "chain.toml"
     path.write_text(text)
     return eomgen.build(path, profile="quick", method="rk4")
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_ratios_of_inertias_are_those_of_their_definition_and_have_a_bound(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    sizes = rng.choice([1, 1, 3, 6], size=rng.integers(1, 6))
+    ends = np.cumsum(sizes)
+    joints = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
+    nv, scales = int(ends[-1]), 10.0 ** rng.uniform(-3.0, 3.0, size=int(ends[-1]))
+    root = rng.normal(size=(nv, nv)) * scales
+    M = root.T @ root + np.diag(scales**2)
+    expected = 1.0
+    for joint in joints:
+        behind = slice(joint.stop, nv)
+        free = M[joint, joint] - M[joint, behind] @ np.linalg.solve(M[behind, behind], M[behind, joint])
+        expected = max(expected, float(np.max(np.diag(M)[joint] / np.diag(free))))
+    (ratio,) = cancellation(M[np.newaxis], joints)
+    assert ratio == pytest.approx(expected, rel=1e-6)
+    bound = largest_cancellation(M)
+    assert bound >= ratio * (1.0 - 1e-6)
+    if nv == len(joints):
+        assert bound == pytest.approx(ratio, rel=1e-6)
+
+
+def test_inertias_that_are_not_positive_have_no_bound() -> None:
+    for last in (0.0, -1.0, np.nan, np.inf):
+        assert largest_cancellation(np.diag([1.0, last])) == np.inf
+        assert largest_cancellation(np.diag([last, 1.0])) == np.inf
+    assert largest_cancellation(np.ones((2, 2))) == np.inf
+    assert largest_cancellation(np.zeros((0, 0))) == 1.0
 
 
 def test_parameters_that_cost_digits_are_warned_of_once_with_the_size(tmp_path: Path) -> None:

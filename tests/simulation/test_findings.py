@@ -136,6 +136,7 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
         returning(start_checks, "decay_of_states", Fastest("internal states decay", 5.0)),
     ),
     "lost_digits": (
+        returning(start_checks, "largest_cancellation", 1e10),
         returning(start_checks, "cancellation", np.array([1e10])),
         method_with(terms=lambda *_: ("forward_dynamics",)),
     ),

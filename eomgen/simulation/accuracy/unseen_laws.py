@@ -114,7 +114,11 @@ def unseen_law(
     changes : (n,) s, of events that change the motion
     inputs : (n, nu), at the rows, if they are known
     """
-    laws = laws_between_steps(run.model.description, list(run.signals.given))
+    known: dict[tuple[str, ...], list[Formula]] = run.model.library.kept.setdefault("laws_between_steps", {})
+    given = tuple(run.signals.given)
+    laws = known.get(given)
+    if laws is None:
+        laws = known[given] = laws_between_steps(run.model.description, given)
     if not laws or len(rows) < 2:
         return None
     found = None

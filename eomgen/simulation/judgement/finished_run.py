@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
+from pathlib import Path
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -56,6 +57,15 @@ class Beginning(NamedTuple):
     notes: Sequence[str] = ()
 
 
+class NamesCheckpoint(Protocol):
+    """Interface of ``checkpoint.CheckpointWriter``."""
+
+    @property
+    def path(self) -> Path: ...
+    @property
+    def problem(self) -> str: ...
+
+
 class FinishedRun:
     """A run as its checks see it.
 
@@ -64,10 +74,9 @@ class FinishedRun:
     stepper : as the run left it
     wall : float
         Duration of the stepping, s.
+    writer : of checkpoints; None without any
     estimation : of the discretisation error; None without one
     beginning : None for a resumed run
-    checkpoint : str
-        Note on the checkpoint, if there is one.
     """
 
     def __init__(
@@ -76,22 +85,26 @@ class FinishedRun:
         stepper: Stepper,
         trajectory: Trajectory,
         wall: float,
+        writer: NamesCheckpoint | None = None,
         estimation: ErrorEstimation | None = None,
         beginning: Beginning | None = None,
-        checkpoint: str = "",
     ) -> None:
         self.run = run
         self.stepper = stepper
         self.trajectory = trajectory
         self.wall = wall
         self.beginning = beginning
-        self.checkpoint = checkpoint
+        self._writer = writer
         self._estimation = estimation
         self.events: Events | None = table_of(trajectory, stepper, run.parameters)
 
     def has(self, facts: Sequence[str]) -> bool:
         """Return whether all of these facts hold."""
-        return all(FACTS[fact](self) for fact in facts)
+        return self._facts.issuperset(facts)
+
+    @cached_property
+    def _facts(self) -> frozenset[str]:
+        return frozenset([fact for fact, holds in FACTS.items() if holds(self)])
 
     @property
     def ended(self) -> bool:
@@ -105,7 +118,17 @@ class FinishedRun:
 
     @cached_property
     def states(self) -> States:
+        """Copies of the rows, which stay what they are if a caller writes to the arrays of the solution."""
         return states_of(self.trajectory.rows, self.run.model)
+
+    @cached_property
+    def checkpoint(self) -> str:
+        """Note on the checkpoint; empty if there is none."""
+        writer = self._writer
+        if writer is None:
+            return ""
+        last = f"the checkpoint {writer.path} holds its last state" if self.trajectory.interrupted else ""
+        return writer.problem or last
 
     @cached_property
     def present(self) -> Array:
@@ -145,7 +168,8 @@ class FinishedRun:
     def last_run(self) -> Run:
         """The run with the parameters at its end."""
         run, t = self.run, self.trajectory.rows[-1, 0]
-        return replace(run, parameters=parameters_over(self.events, run.model, run.parameters, t))
+        p = parameters_over(self.events, run.model, run.parameters, t)
+        return run if p is run.parameters else replace(run, parameters=p)
 
     @cached_property
     def statistics(self) -> dict[str, int | float]:
@@ -165,7 +189,7 @@ class FinishedRun:
         """Return the times at which forces jump, or a derivative of them up to an order, s."""
         t = self.states.t
         known = self.run.model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0), order=order)
-        return np.concatenate([known, self.changes])
+        return np.concatenate([known, self.changes]) if len(self.changes) else known
 
     @property
     def single(self) -> bool:
@@ -261,7 +285,7 @@ class FinishedRun:
         return self.run.settings
 
 
-#: Facts that checks may need, as functions of a ``FinishedRun``; cheap, for every check asks them.
+#: Facts that checks may need, as functions of a ``FinishedRun``; all of them are evaluated for the first check.
 FACTS: Mapping[str, Callable[[FinishedRun], bool]] = {
     "complete": lambda finished: finished.complete,
     "two rows": lambda finished: len(finished.states.t) > 1,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
+from itertools import chain
 
 from eomgen.results.finding import FAILURE, WARNING, Finding
 from eomgen.simulation.judgement import doubts, failures, remarks, start_checks
@@ -14,6 +15,13 @@ from eomgen.simulation.judgement.finished_run import FinishedRun
 #: In the order of findings and of sentences of the message.
 CHECKS: tuple[Check, ...] = (*failures.ROWS, *doubts.ROWS, *remarks.ROWS, *start_checks.ROWS)
 BY_NAME: Mapping[str, Check] = {check.name: check for check in CHECKS}
+#: Names of all checks that can fail a run, and by the name of each check the names of these before it.
+_ABLE: Sequence[str] = tuple(check.name for check in CHECKS if check.severity == FAILURE)
+_ABLE_BEFORE: Mapping[str, Sequence[str]] = {
+    name: tuple(able for able in _ABLE if place > names.index(able))
+    for names in [[check.name for check in CHECKS]]
+    for place, name in enumerate(names)
+}
 
 
 class Verdict:
@@ -26,12 +34,12 @@ class Verdict:
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
         """All findings, in the order of the register."""
-        return tuple(finding for check in CHECKS for finding in self.of(check.name))
+        return tuple(chain.from_iterable(map(self.of, BY_NAME)))
 
     @cached_property
     def success(self) -> bool:
         """Whether no check fails the run; evaluates only checks that can."""
-        return not self._failed_before(None)
+        return not self._fails(_ABLE)
 
     @cached_property
     def message(self) -> str:
@@ -41,27 +49,29 @@ class Verdict:
 
     def of(self, name: str) -> tuple[Finding, ...]:
         """Return the findings of one check."""
-        if name not in self._known:
-            self._known[name] = tuple(self._evaluated(BY_NAME[name]))
-        return self._known[name]
+        found = self._known.get(name)
+        if found is None:
+            found = self._known[name] = self._evaluated(BY_NAME[name])
+        return found
 
-    def _evaluated(self, check: Check) -> Iterable[Finding]:
-        if not self._run.has(check.needs) or any(self._superfluous(name, check) for name in check.unless):
-            return
-        if check.after and not any(self.of(name) for name in check.after):
-            return
-        for finding in check.evaluate(self._run):
-            fails = check.severity != FAILURE or check.fails(self._run)
-            yield finding.rated(check.name, check.severity if fails else WARNING)
+    def _evaluated(self, check: Check) -> tuple[Finding, ...]:
+        run, name = self._run, check.name
+        if not run.has(check.needs):
+            return ()
+        for other in check.unless:
+            if self._fails(_ABLE_BEFORE[name]) if other == ANY_FAILURE else self.of(other):
+                return ()
+        if check.after and not any(map(self.of, check.after)):
+            return ()
+        found = []
+        for finding in check.evaluate(run):
+            fails = check.severity != FAILURE or check.fails(run)
+            found.append(finding.rated(name, check.severity if fails else WARNING))
+        return tuple(found)
 
-    def _superfluous(self, name: str, check: Check) -> bool:
-        return self._failed_before(check) if name == ANY_FAILURE else bool(self.of(name))
-
-    def _failed_before(self, last: Check | None) -> bool:
-        """Return whether a check before another one, or any check, fails the run."""
-        before = CHECKS if last is None else CHECKS[: CHECKS.index(last)]
-        able = (check.name for check in before if check.severity == FAILURE)
-        return any(finding.severity == FAILURE for name in able for finding in self.of(name))
+    def _fails(self, names: Iterable[str]) -> bool:
+        """Return whether a finding of these checks is a failure."""
+        return any(finding.severity == FAILURE for finding in chain.from_iterable(map(self.of, names)))
 
 
 def message_of(opening: str, findings: Iterable[Finding]) -> str:

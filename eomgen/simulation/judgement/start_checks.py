@@ -18,7 +18,7 @@ from eomgen.simulation.judgement.deep_tyres import deep_tyres
 from eomgen.simulation.judgement.fast_decay import Fastest, decay_of_motion, decay_of_states
 from eomgen.simulation.judgement.finished_run import Beginning, FinishedRun
 from eomgen.simulation.judgement.impact_starts import impacts_at_start
-from eomgen.system.cancellation import LOST, cancellation, digits_kept, relative_error
+from eomgen.system.cancellation import LOST, cancellation, digits_kept, largest_cancellation, relative_error
 
 
 def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:
@@ -28,6 +28,8 @@ def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArra
     ----------
     q, p : (nq,), (np,)
     """
+    if not model.description.limits:
+        return []
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     places = {name: number for number, name in enumerate(model.q_names)}
 
@@ -79,7 +81,10 @@ def _lost_digits(run: FinishedRun) -> Iterator[Finding]:
     iterated = "mass" not in terms and bool({"residual", "equations"} & set(terms))
     if "mass" not in model.functions or (iterated and "forward_dynamics" not in terms):
         return
-    M = np.asarray(model.mass_matrix(q, parameters=run.run.parameters), dtype=float)
+    (inertia,) = model.evaluator.functions("mass", {"q": q, "p": run.run.parameters})
+    M = np.asarray(inertia, dtype=float)
+    if relative_error(largest_cancellation(M), articulated=articulated) <= LOST:
+        return
     ratio = float(cancellation(M[np.newaxis], [factor.v for factor in model.factors])[0])
     lost = relative_error(ratio, articulated=articulated)
     if lost > LOST:

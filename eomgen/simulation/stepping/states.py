@@ -36,9 +36,17 @@ class Prescribed(NamedTuple):
 
 def states_of(rows: Array, model: CompiledModel) -> States:
     """Return the states in rows (n, width) of a run, each in an array of its own."""
-    nq, nv = model.nq, model.nv
-    ends = (1, 1 + nq, 1 + nq + nv, 1 + nq + 2 * nv, rows.shape[1] - model.nz, rows.shape[1])
-    return States(rows[:, 0].copy(), *(rows[:, ends[k] : ends[k + 1]].copy() for k in range(5)))
+    nv, width = model.nv, rows.shape[1]
+    v = 1 + model.nq
+    a, multipliers, z = v + nv, v + 2 * nv, width - model.nz
+    return States(
+        rows[:, 0].copy(),
+        rows[:, 1:v].copy(),
+        rows[:, v:a].copy(),
+        rows[:, a:multipliers].copy(),
+        rows[:, multipliers:z].copy(),
+        rows[:, z:].copy(),
+    )
 
 
 def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals | None) -> Prescribed:
