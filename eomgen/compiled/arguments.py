@@ -18,7 +18,8 @@ from eomgen.units.parser import is_quantity
 
 #: How far from one the length of a quaternion may be.
 UNIT_TOLERANCE = 1e-6
-
+#: Number of quaternions from which NumPy checks those of one configuration faster than a loop.
+_MANY_QUATERNIONS = 32
 
 _SECONDS = "number of seconds"
 
@@ -71,9 +72,15 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
     starts = [factor.q_start for factor in factors if factor.group != "R"]
     if not starts:
         return
-    every = q[..., np.add.outer(starts, np.arange(4))]
-    if not np.any(np.abs(np.sqrt(np.sum(every * every, axis=-1)) - 1.0) > tolerance):
-        return
+    if q.ndim == 1 and len(starts) < _MANY_QUATERNIONS:
+        values = q.tolist()
+        lengths = [math.hypot(*values[start : start + 4]) for start in starts]
+        if max(lengths) - 1.0 <= tolerance and 1.0 - min(lengths) <= tolerance:
+            return
+    elif len(starts) > 1:
+        every = q[..., np.add.outer(starts, np.arange(4))]
+        if not np.any(np.abs(np.sqrt(np.sum(every * every, axis=-1)) - 1.0) > tolerance):
+            return
     for factor in factors:
         if factor.group == "R":
             continue

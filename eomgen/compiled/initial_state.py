@@ -69,10 +69,12 @@ def initial_state(
             given_value = model.evaluator.with_references("initial q", value) if name == "q" else value
             _put(getattr(state, name), slice(None), f"initial {name}", given_value, units[name])
     joints = {name: value for name, value in given.items() if name not in blocks}
-    before = InitialState(state.q.copy(), state.v.copy(), state.z)
-    _joints(model, joints, state)
     if "q" not in blocks and model.description.exact_beams:
+        before = InitialState(state.q.copy(), state.v.copy(), state.z)
+        _joints(model, joints, state)
         state = _with_nodes(model, before, state, parameters, joints)
+    else:
+        _joints(model, joints, state)
     check_finite("initial q", state.q, model.q_names)
     check_finite("initial v", state.v, model.v_names)
     check_finite("initial z", state.z, model.z_names)

@@ -70,14 +70,14 @@ def discontinuity_times(model: Evaluated, start: float, end: float, *, order: in
 def jumps_between(model: Evaluated, t: Array, near: float, *, order: int = 0) -> Array:
     """Return times (n,) at which a derivative of forces up to an order jumps: of each wave one per interval of times t
     (m,), wider by ``near`` (s)."""
-    found: list[Array] = [np.zeros(0)]
+    found: list[Array] = []
     for time, period in _jumps(model, order):
         if period == 0.0:
             found.append(np.array([time]))
             continue
         first = time + np.ceil((t[:-1] - near - time) / period) * period
         found.append(first[first <= t[1:] + near])
-    return np.unique(np.concatenate(found))
+    return np.unique(np.concatenate(found)) if found else np.zeros(0)
 
 
 def _jumps(model: Evaluated, order: int) -> list[tuple[float, float]]:

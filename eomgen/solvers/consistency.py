@@ -96,9 +96,11 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     iterations += before
     rows = Rows(system, q, t)
     guess, rates = v, system.velocity(q, v, t)
+    left = rates
     if rigid is not None and np.any(rigid.free) and np.any(np.abs(rates) > REPORTED * (rows.possible @ np.abs(v))):
         v = v + _rigid_change(system, rigid, q, v, t)
-    v = v - rows.correction(system.velocity(q, v, t))
+        left = system.velocity(q, v, t)
+    v = v - rows.correction(left)
     left = system.velocity(q, v, t)
     limits = np.maximum(rows.rate_limits(np.maximum(np.abs(guess), np.abs(v))), CONTRADICTION * np.abs(rates))
     limits = np.maximum(limits, np.finfo(float).tiny)  # below it numbers have no digits to be met by

@@ -10,7 +10,9 @@ import pytest
 from scipy.linalg import expm
 
 import eomgen
+from eomgen.compiled.arguments import check_quaternions
 from eomgen.errors import UsageError
+from eomgen.lie.product import Factor
 from tests.models.scenes import flyer
 from tests.oracles.pinocchio_oracle import oracle_from_urdf, robot_file
 from tests.oracles.states import rotation_of
@@ -79,3 +81,20 @@ def test_what_is_said_of_mistakes() -> None:
         solo().integrate(solo().neutral(), np.zeros(3))
     with pytest.raises(UsageError, match=r"random: .*; try: random"):
         solo().random("many")
+
+
+@pytest.mark.parametrize("count", [1, 2, 31, 32, 40])  # few are looked over one by one
+@pytest.mark.parametrize("batch", [(), (1,), (3,), (2, 3)])
+def test_each_quaternion_has_to_be_of_unit_length(count: int, batch: tuple[int, ...], rng: np.random.Generator) -> None:
+    factors = [Factor("SE3", f"body {k}", 8 * k + 1, 7, 7 * k + 1, 6) for k in range(count)]
+    factors = [one for k, free in enumerate(factors) for one in (Factor("R", f"hinge {k}", 8 * k, 1, 7 * k, 1), free)]
+    q = rng.normal(size=(*batch, 8 * count))
+    for k in range(count):
+        q[..., 8 * k + 1 : 8 * k + 5] /= np.linalg.norm(q[..., 8 * k + 1 : 8 * k + 5], axis=-1, keepdims=True)
+    check_quaternions("q", q, factors)
+    for k in {0, count // 2, count - 1}:
+        for length in (0.999, 1.001, 2.0):
+            wrong = q.copy()
+            wrong[(*(size - 1 for size in batch), slice(8 * k + 1, 8 * k + 5))] *= length
+            with pytest.raises(UsageError, match=rf"{8 * k + 1}:{8 * k + 5}\]: the quaternion .* length {length:g}"):
+                check_quaternions("q", wrong, factors)

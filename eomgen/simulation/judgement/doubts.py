@@ -182,12 +182,12 @@ def _energy_gained(run: FinishedRun) -> bool:
 
 
 def _momentum_drift(run: FinishedRun) -> Iterator[Finding]:
-    if len(run.changes) or run.at_rest:
+    if len(run.changes):
         return
     inputs = run.run.signals if run.run.takes_rows else None
     t, q, v, _, multipliers, z = run.states
     drift = momentum_drift(run.run.model, (t, q, v, z), run.run.parameters, inputs, multipliers)
-    if drift is not None:
+    if drift is not None and not run.at_rest:
         yield Finding(value=drift.share, text=str(drift), hint=_remedy(run))
 
 

@@ -7,7 +7,7 @@ integral of the power at the rows; every second row left out shows how well they
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,37 +80,35 @@ def energy_balance(
     """
     if not all(name in energy for name in ("kinetic", "potential", "total", "power", "base_power")):
         return Balance(None, "the model was built without the term energy")
-    finite = np.isfinite(energy["total"]) & np.isfinite(energy["power"]) & np.isfinite(energy["base_power"])
-    if not np.all(finite):
-        return Balance(None, "the energy is beyond the finite numbers", float(t[np.argmin(finite)]))
-    moving = float(np.ptp(energy["potential"]) + np.max(energy["kinetic"]))
+    kinetic, potential, total = energy["kinetic"], energy["potential"], energy["total"]
+    finite = np.isfinite(total) & np.isfinite(energy["power"]) & np.isfinite(energy["base_power"])
+    if not finite.all():
+        return Balance(None, "the energy is beyond the finite numbers", float(t[finite.argmin()]))
+    highest, lowest, fastest = potential.max(), potential.min(), kinetic.max()
+    moving = float(highest - lowest + fastest)
     if len(t) < (2 if conservative else _ROWS):
         if len(t) > 1 and (gained := _out_of_nothing(t, energy, moving)):
             return Balance(gained, gain=gained)
         return Balance(None, f"{len(t)} row{'s' * (len(t) != 1)} tell too little of the work in between")
-    total = energy["total"]
-    floor = max(1e-9, 100.0 * epsilon) * (np.max(np.abs(energy["potential"])) + np.max(energy["kinetic"]))
+    floor = max(1e-9, 100.0 * epsilon) * (max(abs(highest), abs(lowest)) + fastest)
     if conservative:
         return _shares(total - total[0], moving) if moving > floor else Balance(0.0)
     rate = energy["power"] + energy["base_power"]
-    rows = len(t) - (len(t) + 1) % 2  # an odd number, so that every second one has both neighbours
     known = _smooth_intervals(t, jumps)
-    if np.sum(np.diff(t)[known]) < _KNOWN * (t[-1] - t[0]):
+    spans = t[1:] - t[:-1]
+    if spans[known].sum() < _KNOWN * (t[-1] - t[0]):
         return Balance(None, "forces jump, or states are sampled, next to most rows")
-    pairs = np.logical_and(known[: rows - 1 : 2], known[1 : rows - 1 : 2])
-    work = _integral(t, rate, known)
-    coarse = _integral(t[:rows:2], rate[:rows:2], pairs)
-    uncertain = _MARGIN * np.max(np.abs(coarse - _integral(t[:rows], rate[:rows], np.repeat(pairs, 2))[::2]))
-    swing = moving + np.max(np.abs(work))
-    change = np.append(0.0, np.cumsum(np.where(known, np.diff(total), 0.0)))
-    error = np.max(np.abs(change - work))
-    off = np.abs(np.diff(change - work))
-    pulse = sparse and _FEW * np.sum(off) ** 2 < len(off) * np.sum(off**2)
+    pieces = 0.5 * spans * (rate[1:] + rate[:-1])
+    work = _sums(pieces, known)
+    swing = moving + np.abs(work).max()
     if swing <= floor:
         return Balance(0.0)
-    if (error <= uncertain and uncertain > REPORTED * swing) or (pulse and error > REPORTED * swing):
+    off = _sums(total[1:] - total[:-1], known) - work
+    error, noticed = np.abs(off).max(), REPORTED * swing
+    uncertain = _MARGIN * _off_by_every_second_row(t, rate, pieces, known)
+    if (error <= uncertain and uncertain > noticed) or (error > noticed and sparse and _is_pulse(off)):
         return Balance(None, APART)
-    return _shares(change - work, swing)
+    return _shares(off, swing)
 
 
 def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> float:
@@ -123,19 +121,37 @@ def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> flo
 
 
 def _shares(off: Array, swing: float) -> Balance:
-    return Balance(float(np.max(np.abs(off)) / swing), gain=float(np.max(off) / swing))
+    return Balance(float(np.abs(off).max() / swing), gain=float(off.max() / swing))
 
 
 def _smooth_intervals(t: Array, jumps: ArrayLike) -> NDArray[np.bool_]:
     """Return for each interval between rows whether no jump lies in it, ends included."""
+    known = np.asarray(jumps, float)
+    if not len(known):
+        return np.ones(len(t) - 1, dtype=bool)
     near = 1e-9 * (np.abs(t).max() + 1.0)
-    first, last = np.searchsorted(np.sort(np.asarray(jumps, float)), [t[:-1] - near, t[1:] + near])
+    first, last = np.searchsorted(np.sort(known), [t[:-1] - near, t[1:] + near])
     return np.asarray(first == last)
 
 
-def _integral(t: Array, rate: Array, known: NDArray[Any]) -> Array:
-    """Return the integral of a rate from the first time on, by the trapezoidal rule over the intervals that are
-    known."""
-    pieces: Array = np.append(0.0, np.where(known, 0.5 * np.diff(t) * (rate[1:] + rate[:-1]), 0.0))
-    total: Array = np.cumsum(pieces)
-    return total
+def _sums(pieces: Array, known: NDArray[np.bool_]) -> Array:
+    """Return the sums from the first time on, (n + 1,), of pieces of known intervals, (n,)."""
+    sums = np.zeros(len(pieces) + 1)
+    np.cumsum(np.where(known, pieces, 0.0), out=sums[1:])
+    return sums
+
+
+def _off_by_every_second_row(t: Array, rate: Array, pieces: Array, known: NDArray[np.bool_]) -> float:
+    """Return the largest change of an integral by the trapezoidal rule, of pieces (n - 1,), if every second row is left
+    out."""
+    end = len(t) - (len(t) + 1) % 2  # an odd number of rows, so that every second one has both neighbours
+    both = known[: end - 1 : 2] & known[1 : end - 1 : 2]
+    coarse = 0.5 * (t[2:end:2] - t[: end - 2 : 2]) * (rate[2:end:2] + rate[: end - 2 : 2])
+    change = np.where(both, coarse - (pieces[: end - 1 : 2] + pieces[1 : end - 1 : 2]), 0.0)
+    return float(np.abs(np.cumsum(change)).max())
+
+
+def _is_pulse(off: Array) -> bool:
+    """Return whether few intervals make an imbalance (n,)."""
+    jumps = np.abs(off[1:] - off[:-1])
+    return bool(_FEW * jumps.sum() ** 2 < len(jumps) * (jumps**2).sum())

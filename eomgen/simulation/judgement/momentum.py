@@ -79,14 +79,12 @@ def momentum_drift(
         forces = forces - np.einsum("nij,ni->nj", rows.reshape(len(t), -1, model.nv), multipliers[chosen])
     if not (np.all(np.isfinite(M)) and np.all(np.isfinite(forces))):
         return None
-    if any(_in_water(M[:, root.v, root.v]) for root in roots):
-        return None
     every = np.array([_of_root(root, q, v, M, forces) for root in roots])  # momentum, wrench, size of the momentum
     together = every.sum(axis=0)[np.newaxis] if len(roots) > 1 else every[:0]
     rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
     drift = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)]).max(axis=0)
     worst = int(np.argmax(drift))
-    if not drift[worst] > REPORTED:
+    if not drift[worst] > REPORTED or any(_in_water(M[:, root.v, root.v]) for root in roots):
         return None
     return Drift(_NAMES[worst], float(drift[worst]))
 

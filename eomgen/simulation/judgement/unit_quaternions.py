@@ -24,9 +24,10 @@ def largest_stretch(model: CompiledModel, t: Array, q: Array) -> Violation | Non
     if not turning:
         return None
     lengths = np.stack([np.linalg.norm(q[:, f.q_start : f.q_start + 4], axis=1) for f in turning], axis=1)
-    off = np.nan_to_num(np.abs(lengths - 1.0), nan=np.inf)
-    row, k = np.unravel_index(int(np.argmax(off)), off.shape)
-    if off[row, k] <= REPORTED:
+    off = np.abs(lengths - 1.0)
+    if (off <= REPORTED).all():
         return None
+    off = np.nan_to_num(off, nan=np.inf)
+    row, k = np.unravel_index(int(np.argmax(off)), off.shape)
     what = f"the quaternion of {turning[k].name} has the length {lengths[row, k]:.6g} at t = {t[row]:.6g} s"
     return Violation(float(off[row, k]), what, float(t[row]))
