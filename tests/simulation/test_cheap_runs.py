@@ -47,10 +47,10 @@ def calls(work: Callable[[], object]) -> int:
 @pytest.mark.parametrize(
     ("name", "method", "budget"),
     [
-        ("symmetric_top", "taylor", 114),
-        ("symmetric_top", "rk4", 109),
-        ("symmetric_top", "generalized_alpha", 109),
-        ("robot_arm", "rk4", 118),  # with inputs, as rows
+        ("symmetric_top", "taylor", 103),
+        ("symmetric_top", "rk4", 98),
+        ("symmetric_top", "generalized_alpha", 98),
+        ("robot_arm", "rk4", 102),  # with inputs, as rows
     ],
 )
 def test_a_run_whose_last_state_is_read_costs_few_calls(name: str, method: str, budget: int) -> None:
@@ -64,6 +64,30 @@ def test_a_run_whose_last_state_is_read_costs_few_calls(name: str, method: str, 
     assert calls(run) <= budget
 
 
+@pytest.mark.parametrize(
+    ("name", "method", "success", "message", "with_estimate"),
+    [
+        ("symmetric_top", "taylor", 316, 667, 1917),
+        ("symmetric_top", "rk4", 340, 956, 3822),
+        ("robot_arm", "generalized_alpha", 335, 870, 3477),
+        ("four_bar", "generalized_alpha", 491, 880, 5172),
+    ],
+)
+def test_the_judgement_of_a_run_costs_few_calls(
+    name: str, method: str, success: int, message: int, with_estimate: int
+) -> None:
+    model = model_of(name, method)
+    step = 0.1 * model.library.layout["defaults"]["step"]
+    asked: tuple[tuple[Callable[[], object], int], ...] = (
+        (lambda: model.simulate(10 * step, step).success, success),
+        (lambda: model.simulate(10 * step, step, error_estimate=False).message, message),
+        (lambda: model.simulate(10 * step, step).message, with_estimate),
+    )
+    for work, budget in asked:
+        work()  # what is kept for the next one
+        assert min(calls(work) for _ in range(3)) <= budget  # a busy machine makes parts of a run shorter
+
+
 def test_inputs_that_are_numbers_cost_few_calls_and_are_rows_of_them() -> None:
     model = model_of("robot_arm", "generalized_alpha")
     given = {name: 0.1 * k for k, name in enumerate(model.inputs)}
@@ -71,7 +95,7 @@ def test_inputs_that_are_numbers_cost_few_calls_and_are_rows_of_them() -> None:
     np.testing.assert_array_equal(
         model.simulate(0.01, 1e-3, inputs=given).q, model.simulate(0.01, 1e-3, inputs=tables).q
     )
-    assert calls(lambda: model.simulate(0.01, 1e-3, inputs=given)) <= 185
+    assert calls(lambda: model.simulate(0.01, 1e-3, inputs=given)) <= 173
 
 
 @pytest.mark.parametrize("option", [{"t_start": 0.3}, {"method": "generalized_alpha"}])
@@ -79,8 +103,8 @@ def test_other_times_and_methods_cost_as_little_at_the_second_call(option: dict[
     model = model_of("symmetric_top", "rk4")
     start = float(option.get("t_start", 0.0))
     model.simulate(start + 0.01, 1e-3, **option)
-    assert calls(lambda: model.simulate(start + 0.01, 1e-3, **option)) <= 108
-    assert calls(lambda: model.simulate(start + 0.02, 5e-4, **option)) <= 190  # a grid that was not seen before
+    assert calls(lambda: model.simulate(start + 0.01, 1e-3, **option)) <= 97
+    assert calls(lambda: model.simulate(start + 0.02, 5e-4, **option)) <= 167  # a grid that was not seen before
 
 
 def test_other_initial_states_and_parameters_cost_few_calls() -> None:
@@ -92,7 +116,7 @@ def test_other_initial_states_and_parameters_cost_few_calls() -> None:
         model.simulate(0.01, 1e-3, initial=initial, parameters={name: value * (1.0 + 1e-3 * k)})
 
     run(1)
-    assert calls(lambda: run(2)) <= 400
+    assert calls(lambda: run(2)) <= 254
 
 
 def test_what_nobody_asks_for_is_not_evaluated(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -178,6 +202,18 @@ def test_a_table_is_the_one_of_the_call() -> None:
     table[:] = -100.0
     np.testing.assert_array_equal(run.inputs[name], 0.5)
     assert run.message == model.simulate(0.05, 1e-3, inputs={name: np.full(51, 0.5)}).message
+
+
+def test_states_that_a_caller_writes_to_are_not_those_that_are_judged() -> None:
+    model = model_of("symmetric_top")
+    run, other = (model.simulate(0.05, 1e-3) for _ in range(2))
+    for name in ("t", "q", "v", "a", "multipliers", "z"):
+        getattr(run, name)[:] = 100.0
+    for name, values in other.energy.items():
+        np.testing.assert_array_equal(run.energy[name], values)
+    for name, values in other.outputs.items():
+        np.testing.assert_array_equal(run.outputs[name], values)
+    assert run.message == other.message and run.error.relative == other.error.relative
 
 
 def test_a_run_that_stops_is_judged_at_once(tmp_path: Path) -> None:
