@@ -13,18 +13,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tests.oracles.interpreter import jets
-from tests.oracles.interpreter.jets import Jet, cross, dot, jet, rotated, stack
+from tests.oracles.interpreter.jets import Jet, cross, dot, jet, rotated, rotation_vector
 from tests.oracles.interpreter.machine import skew
 
 Array = NDArray[Any]
-
-
-def rotation_vector(R: Jet) -> Jet:
-    pairs = ((2, 1), (0, 2), (1, 0))
-    axis = stack([0.5 * (R[..., i, j] - R[..., j, i]) for i, j in pairs])
-    cosine = 0.5 * (R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2] - 1.0)
-    sine = jets.sqrt(dot(axis, axis))
-    return axis * (jets.atan2(sine, cosine) / sine)[..., None]
 
 
 def pose_logarithm(R: Jet, x: Jet) -> tuple[Jet, Jet]:

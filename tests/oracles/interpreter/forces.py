@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tests.oracles.interpreter import jets
 from tests.oracles.interpreter.beam_inertia import beam_places
 from tests.oracles.interpreter.formulas import Names, evaluated
-from tests.oracles.interpreter.jets import Jet, dot, jet, rotated, stack
+from tests.oracles.interpreter.jets import Jet, jet, rotated, rotation_vector, stack
 from tests.oracles.interpreter.machine import ANGLES, COORDINATES, Motion
 from tests.oracles.interpreter.water import slices
 
@@ -143,11 +142,7 @@ def deformation(state: State, entry: Data, motion: Motion) -> Jet:
     first, second = state.frame(entry["first"], motion), state.frame(entry["second"], motion)
     R = first.R.transposed() @ second.R @ state.machine.rotation(entry.get("rest_rotation")).T
     travel = rotated(first.R.transposed(), second.x - first.x) - state.machine.values(entry.get("rest", [0, 0, 0]))
-    pairs = ((2, 1), (0, 2), (1, 0))
-    axis = stack([0.5 * (R[..., i, j] - R[..., j, i]) for i, j in pairs])
-    cosine = 0.5 * (R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2] - 1.0)
-    sine = jets.sqrt(dot(axis, axis))
-    turned = axis * (jets.atan2(sine, cosine) / sine)[..., None]
+    turned = rotation_vector(R)
     return Jet(*(np.concatenate([a, b], axis=-1) for a, b in zip(turned.c, travel.c, strict=True)))
 
 

@@ -219,3 +219,28 @@ def dot(a: Any, b: Any) -> Jet:
 def rotated(R: Any, x: Any) -> Jet:
     """R x for matrices (..., 3, 3) and vectors (..., 3)."""
     return jet(R)._product(x, lambda A, b: np.einsum("...ij,...j->...i", A, b))
+
+
+def rotation_vector(R: Any) -> Jet:
+    """Rotation vector (..., 3) of matrices (..., 3, 3), angle in (0, pi), by the row of 4 p p^T of largest diagonal
+    entry, p the quaternion: digits are kept up to half a turn."""
+    R = jet(R)
+    xx, yy, zz = (R[..., i, i] for i in range(3))
+    x, y, z = (R[..., j, i] - R[..., i, j] for i, j in ((1, 2), (2, 0), (0, 1)))
+    xy, xz, yz = (R[..., i, j] + R[..., j, i] for i, j in ((0, 1), (0, 2), (1, 2)))
+    rows = (
+        (1.0 + xx + yy + zz, x, y, z),
+        (x, 1.0 + xx - yy - zz, xy, xz),
+        (y, xy, 1.0 + yy - xx - zz, yz),
+        (z, xz, yz, 1.0 + zz - xx - yy),
+    )
+    best = np.argmax(np.stack([row[i].value for i, row in enumerate(rows)], axis=-1), axis=-1)
+    p = stack([_chosen([row[i] for row in rows], best) for i in range(4)])
+    p = p * np.where(p.value[..., :1] < 0.0, -1.0, 1.0)
+    length = sqrt(dot(p[..., 1:], p[..., 1:]))
+    return p[..., 1:] * (2.0 * atan2(length, p[..., 0]) / length)[..., None]
+
+
+def _chosen(values: list[Jet], best: Array) -> Jet:
+    """Return by place the value of the number ``best``."""
+    return Jet(*(np.choose(best, np.broadcast_arrays(*parts)) for parts in zip(*(v.c for v in values), strict=True)))
