@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.compiled.coordinates import rotated
 from eomgen.compiled.terms import Inputs
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.lie.numeric import rotated
 from eomgen.system.description import BASE, WORLD, Wheel
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 
 from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.arrays import Array
-from eomgen.compiled.coordinates import rotated
+from eomgen.lie.numeric import rotated
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import check_name, check_place, components
-from eomgen.compiled.coordinates import quaternion_product, rotated
 from eomgen.compiled.terms import Evaluated, Extensible, Parameters
 from eomgen.errors import Problem, UsageError
+from eomgen.lie.numeric import quaternion_product, rotated
 from eomgen.system.description import BASE, WORLD, FixedFrame
 
 #: What is compiled together where one of them is not there.

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.lie.numeric import rotated, unit
 from eomgen.lie.product import Factor
 from eomgen.system.description import Coordinates, component_names
 
@@ -82,24 +83,3 @@ def with_unit_quaternions(factors: Sequence[Factor], q: Array) -> Array:
             part = slice(factor.q_start, factor.q_start + 4)
             result[..., part] = unit(q[..., part])
     return result
-
-
-def unit(quaternion: Array) -> Array:
-    """Return a quaternion divided by its length."""
-    scaled: Array = quaternion / np.sqrt(np.sum(quaternion * quaternion, axis=-1, keepdims=True))
-    return scaled
-
-
-def rotated(quaternion: Array, r: Array) -> Array:
-    """Return R(quaternion) r, (..., 3), for unit quaternions."""
-    w, axis = quaternion[..., :1], quaternion[..., 1:]
-    twice = 2.0 * np.cross(axis, r)
-    result: Array = r + w * twice + np.cross(axis, twice)
-    return result
-
-
-def quaternion_product(p: Array, r: Array) -> Array:
-    """Return the Hamilton product p r of quaternions (w, x, y, z), (..., 4)."""
-    w = p[..., :1] * r[..., :1] - np.sum(p[..., 1:] * r[..., 1:], axis=-1, keepdims=True)
-    vector = p[..., :1] * r[..., 1:] + r[..., :1] * p[..., 1:] + np.cross(p[..., 1:], r[..., 1:])
-    return np.concatenate([w, vector], axis=-1)

@@ -8,12 +8,42 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.lie import rotations
 from eomgen.lie.algebra import NumpyAlgebra
 from eomgen.lie.groups import Group
 from eomgen.lie.rotations import Rows
 
 Array = NDArray[Any]
 _ALGEBRA = NumpyAlgebra()
+
+
+def unit(quaternion: Array) -> Array:
+    """Return quaternions (..., 4) divided by their lengths."""
+    scaled: Array = quaternion / np.sqrt(np.sum(quaternion * quaternion, axis=-1, keepdims=True))
+    return scaled
+
+
+def quaternion_product(p: Array, r: Array) -> Array:
+    """Return the Hamilton product p r of quaternions (w, x, y, z), (..., 4)."""
+    return _join(rotations.quaternion_product(_split(p), _split(r)))
+
+
+def rotated(quaternion: Array, r: Array) -> Array:
+    """Return R(quaternion) r, (..., 3), for unit quaternions."""
+    w, axis = quaternion[..., :1], quaternion[..., 1:]
+    twice = 2.0 * np.cross(axis, r)
+    result: Array = r + w * twice + np.cross(axis, twice)
+    return result
+
+
+def rotation_matrix(quaternion: Array) -> Array:
+    """Return R (..., 3, 3) of unit quaternions (..., 4), body axes to reference axes."""
+    return _matrix(rotations.rotation_matrix(_split(quaternion)), quaternion)
+
+
+def skew(x: Array) -> Array:
+    """Return the matrices (..., 3, 3) of the cross product with vectors x (..., 3)."""
+    return _matrix(rotations.skew(_split(x)), x)
 
 
 def exp(group: Group, theta: Array) -> Array:

@@ -124,7 +124,7 @@ def _absolute_start(derivation: Derivation, p: Mapping[str, NDArray[Any]]) -> tu
     q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(derivation.tree.nv, dtype=angles.dtype)
     for link, factor, offset in zip(derivation.tree.links, derivation.tree.factors, offsets, strict=True):
         pose, twist = poses[numbers[link.name]], twists[numbers[link.name]]
-        R = _matrix(pose[:4])
+        R = numeric.rotation_matrix(pose[:4])
         velocity = twist[3:] + np.cross(twist[:3], offset)
         position, speed = slice(factor.q_start, None), slice(factor.v_start, None)
         match factor.group:
@@ -162,15 +162,4 @@ def _bodies_at_start(scene: Scene, p: Mapping[str, NDArray[Any]]) -> tuple[NDArr
         evaluate(tree.tape, pose.refs, inputs).reshape(-1, 7),
         evaluate(tree.tape, twist.refs, inputs).reshape(-1, 6),
         evaluate(tree.tape, angles, inputs).reshape(-1),
-    )
-
-
-def _matrix(quaternion: NDArray[Any]) -> NDArray[Any]:
-    w, x, y, z = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
     )

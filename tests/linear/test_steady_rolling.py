@@ -14,7 +14,7 @@ import eomgen
 from eomgen import NumericalError
 from eomgen.analysis.steady_motion import SteadyMotion, _conditions
 from eomgen.analysis.symmetries import symmetries
-from eomgen.compiled.coordinates import rotated
+from eomgen.lie.numeric import rotated
 from eomgen.system.terms import PURPOSES
 from tests.oracles.similarity import BINARY, UnitsOf, in_units
 

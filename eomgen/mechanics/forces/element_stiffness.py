@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from eomgen.lie.numeric import skew
 from eomgen.symbolic.scalar import Algebra, Scalar, dot
 
 Rows = Sequence[Sequence[Scalar]]
@@ -74,7 +75,7 @@ def with_linear_moments(
 
 def _adjoint(twist: Sequence[float]) -> np.ndarray:
     """Return ad of a twist, rotations first."""
-    turned, shifted = (np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) for x, y, z in (twist[:3], twist[3:]))
+    turned, shifted = (skew(np.array(part)) for part in (twist[:3], twist[3:]))
     return np.block([[turned, np.zeros((3, 3))], [shifted, turned]])
 
 

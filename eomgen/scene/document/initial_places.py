@@ -9,8 +9,9 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol
+from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.forces.tyres import Tyre
-from eomgen.scene.geometry.rotations import about_axis, of_quaternion
+from eomgen.scene.geometry.rotations import about_axis
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, Point
@@ -66,7 +67,7 @@ def _moved(joint: Joint) -> tuple[Array, Array] | None:
     if not any(q):
         return np.eye(3), np.zeros(3)
     if joint.type == "free":
-        return of_quaternion(*q[:4]), np.array(q[4:])
+        return rotation_matrix(np.array(q[:4])), np.array(q[4:])
     if joint.type == "prismatic":
         return np.eye(3), q[0] * axis
     if joint.type == "revolute":

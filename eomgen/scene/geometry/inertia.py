@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array, Flags, Numbers
 
 _RELATIVE = 1e-6  # inertias are written with few digits; a violation below this is rounding
+_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 #: A moment of inertia below this part of the largest is none.
 NO_INERTIA = 1e-12
 
@@ -30,22 +31,51 @@ class Inertia:
 
     def moved(self, orientation: Array, position: Array) -> Inertia:
         """Return the inertia in a frame in which the present one sits at ``position`` and ``orientation``."""
-        turned = orientation @ self.about_center @ orientation.T
-        return Inertia(self.mass, orientation @ self.center + position, (turned + turned.T) / 2.0)
+        about = tensor(turned(orientation, entries_of(self.about_center)))
+        return Inertia(self.mass, orientation @ self.center + position, about)
 
     def about_origin(self) -> Array:
         """Return the (3, 3) inertia about the frame's origin (Steiner)."""
-        center = self.center
-        return self.about_center + self.mass * (center @ center * np.eye(3) - np.outer(center, center))
+        return self.about_center + tensor(steiner(self.mass, self.center.tolist()))
 
 
 NOTHING = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
 
 
-def tensor(entries: Sequence[float]) -> Array:
+def tensor(entries: Sequence[Numbers]) -> Array:
     """Return the (3, 3) matrix of (xx, yy, zz, xy, xz, yz)."""
     xx, yy, zz, xy, xz, yz = entries
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def entries_of(matrix: Array) -> list[Numbers]:
+    """Return (xx, yy, zz, xy, xz, yz) of a symmetric (3, 3) matrix."""
+    return [matrix[i, j].item() for i, j in _ENTRIES]
+
+
+def turned(rotation: Array, entries: Sequence[Numbers]) -> list[Numbers]:
+    """Return the entries of R I R^T for a symmetric I by its entries (xx, yy, zz, xy, xz, yz), numbers or batches."""
+    rows = rotation.tolist()
+    along = [times(entries, row) for row in rows]
+    return [dot(rows[i], along[j]) for i, j in _ENTRIES]
+
+
+def times(entries: Sequence[Numbers], vector: Sequence[float]) -> tuple[Numbers, Numbers, Numbers]:
+    """Return the product of a symmetric matrix by its entries (xx, yy, zz, xy, xz, yz) and a vector."""
+    xx, yy, zz, xy, xz, yz = entries
+    x, y, z = vector
+    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+
+
+def dot(first: Sequence[Numbers], second: Sequence[Numbers]) -> Numbers:
+    """Return the product of two vectors of three components, numbers or batches."""
+    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
+
+
+def steiner(mass: Numbers, arm: Sequence[Numbers]) -> list[Numbers]:
+    """Return the entries (xx, yy, zz, xy, xz, yz) of m (|r|^2 1 - r r^T) for a mass at r, numbers or batches."""
+    x, y, z = arm
+    return [mass * part for part in (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)]
 
 
 def combined(parts: Sequence[Inertia]) -> Inertia:
@@ -59,8 +89,7 @@ def combined(parts: Sequence[Inertia]) -> Inertia:
     center = sum((part.mass * part.center for part in present), np.zeros(3)) / mass
     about = np.zeros((3, 3))
     for part in present:
-        offset = part.center - center
-        about = about + part.about_center + part.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        about = about + part.about_center + tensor(steiner(part.mass, (part.center - center).tolist()))
     return Inertia(mass, center, about)
 
 

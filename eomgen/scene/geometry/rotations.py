@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.lie.numeric import quaternion_product, skew, unit
 
 SNAP = 1e-10
 #: Components of unit vectors and quaternions that differ by less say the same.
@@ -95,9 +96,7 @@ def unit_axis(axis: Sequence[float]) -> Array | None:
 def about_axis(axis: Array, angle: float) -> Array:
     """Return the matrix of a rotation by ``angle`` about a unit ``axis`` (Rodrigues)."""
     sine, cosine = math.sin(angle), math.cos(angle)
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return cosine * np.eye(3) + sine * cross + (1.0 - cosine) * np.outer(axis, axis)
+    return cosine * np.eye(3) + sine * skew(axis) + (1.0 - cosine) * np.outer(axis, axis)
 
 
 def sequence(rotations: Iterable[tuple[Array, float]]) -> Array:
@@ -130,25 +129,14 @@ def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Array:
     return about_axis(z, yaw) @ about_axis(y, pitch) @ about_axis(x, roll)
 
 
-def of_quaternion(w: float, x: float, y: float, z: float) -> Array:
-    """Return the matrix of a unit quaternion (w, x, y, z); not snapped."""
-    vector = np.array([x, y, z])
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    matrix: Array = (w * w - vector @ vector) * np.eye(3) + 2.0 * np.outer(vector, vector) + 2.0 * w * cross
-    return matrix
-
-
 def quaternion_of(rotations: Iterable[tuple[Array, float]]) -> tuple[float, float, float, float]:
     """Return the unit quaternion (w, x, y, z) of intrinsic rotations, in order."""
     quaternion = np.array([1.0, 0.0, 0.0, 0.0])
     for axis, angle in rotations:
-        w, vector = quaternion[0], quaternion[1:]
-        cosine, turned = math.cos(angle / 2.0), math.sin(angle / 2.0) * axis
-        quaternion = np.array(
-            [w * cosine - vector @ turned, *(w * turned + cosine * vector + np.cross(vector, turned))]
-        )
-    quaternion /= np.linalg.norm(quaternion)
-    return float(quaternion[0]), float(quaternion[1]), float(quaternion[2]), float(quaternion[3])
+        turn = np.array([math.cos(angle / 2.0), *(math.sin(angle / 2.0) * axis)])
+        quaternion = quaternion_product(quaternion, turn)
+    w, x, y, z = unit(quaternion).tolist()
+    return w, x, y, z
 
 
 def is_rotation(matrix: Array) -> bool:

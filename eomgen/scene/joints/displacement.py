@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.scene.geometry.rotations import about_axis, of_quaternion
+from eomgen.lie.numeric import rotation_matrix, skew
+from eomgen.scene.geometry.rotations import about_axis
 from eomgen.scene.joint_types import Connection, ElementaryMotion
 
 Vector = Sequence[float] | Array
@@ -45,9 +46,9 @@ def _moved(motion: ElementaryMotion, axes: Array, q: Vector, pitch: float) -> tu
     none = np.zeros(3)
     match motion.kind:
         case "ball":
-            return of_quaternion(*q[:4]), none, np.eye(6)[:, :3]
+            return rotation_matrix(np.asarray(q[:4])), none, np.eye(6)[:, :3]
         case "free":
-            return of_quaternion(*q[:4]), np.asarray(q[4:7]), np.eye(6)
+            return rotation_matrix(np.asarray(q[:4])), np.asarray(q[4:7]), np.eye(6)
     x = np.array([q[k] for k in motion.components])
     if motion.kind == "travel":
         return np.eye(3), x @ axes, np.hstack([np.zeros_like(axes), axes]).T
@@ -55,13 +56,7 @@ def _moved(motion: ElementaryMotion, axes: Array, q: Vector, pitch: float) -> tu
     return about_axis(axes[0], x[0]), x[0] * along, np.concatenate([axes[0], along])[:, np.newaxis]
 
 
-def cross_matrix(vector: Array) -> Array:
-    """Return the matrix of the cross product with a vector (3,)."""
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
 def twist_transform(rotation: Array, position: Array) -> Array:
     """Return what makes of a body's twist (6,) that of a frame placed on it, each in its own axes."""
     R = rotation.T
-    return np.block([[R, np.zeros((3, 3))], [-R @ cross_matrix(position), R]])
+    return np.block([[R, np.zeros((3, 3))], [-R @ skew(position), R]])

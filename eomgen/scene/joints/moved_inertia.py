@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.arrays import Array, Flags, Numbers
 from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.geometry.inertia import NO_INERTIA, singular
+from eomgen.scene.geometry.inertia import NO_INERTIA, dot, singular, steiner, times, turned
 from eomgen.scene.joint_types import AXIS, JOINTS, Connection
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
@@ -58,7 +58,7 @@ def _placed(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[Placed]:
         origins.append(origin)
         mass, center, inertia = numbers[part.start], numbers[part.start + 1 :][:3], numbers[part.start + 4 :][:6]
         if part.carrier is not None:
-            center, inertia = _turned(part.orientation, center), _turned_inertia(part.orientation, inertia)
+            center, inertia = _turned(part.orientation, center), turned(part.orientation, inertia)
         found.append(Placed(mass, _plus(origin, center), inertia))
     return found
 
@@ -77,31 +77,13 @@ def _turned(rotation: Array, vector: Sequence[Numbers]) -> Triple:
     )
 
 
-def _turned_inertia(rotation: Array, entries: Sequence[Numbers]) -> Sequence[Numbers]:
-    """Return R I R^T."""
-    rows = rotation.tolist()
-    along = [_times(entries, row) for row in rows]
-    return [_dot(rows[i], along[j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-
-
-def _times(entries: Sequence[Numbers], vector: Sequence[float]) -> Triple:
-    """Return the product of a symmetric matrix and a vector."""
-    xx, yy, zz, xy, xz, yz = entries
-    x, y, z = vector
-    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
-
-
-def _dot(first: Sequence[Numbers], second: Sequence[Numbers]) -> Numbers:
-    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
-
-
 def _about(point: Sequence[Numbers], bodies: Sequence[Placed]) -> list[Numbers]:
     """Return the inertia of bodies about a point (Steiner)."""
     total: list[Numbers] = [0.0] * 6
     for body in bodies:
-        x, y, z = (own - other for own, other in zip(body.center, point, strict=True))
-        steiner = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
-        total = [whole + own + body.mass * arm for whole, own, arm in zip(total, body.inertia, steiner, strict=True)]
+        arm = [own - other for own, other in zip(body.center, point, strict=True)]
+        parts = zip(total, body.inertia, steiner(body.mass, arm), strict=True)
+        total = [whole + own + moved for whole, own, moved in parts]
     return total
 
 
@@ -142,7 +124,7 @@ class Movable:
             nothing = nothing & np.equal(number, 0.0)
         causes: list[tuple[Flags, str]] = [(nothing, "it carries neither mass nor inertia")]
         axis, second, _ = self.axes.tolist()
-        about_axis = _dot(axis, _times(about_origin, axis)) + rotors[0]
+        about_axis = dot(axis, times(about_origin, axis)) + rotors[0]
         none: Flags
         turns, travels = len(self.kind.turned_about), self.kind.travels
         across = bool(turns) and any(axis != AXIS for axis in travels)
@@ -155,14 +137,14 @@ class Movable:
         if travels and not across:
             causes.append((mass + rotors[-1] == 0.0, "what it carries has no mass"))
         if turns == 2:
-            about_second = _dot(second, _times(about_origin, second)) + rotors[1]
-            mean, coupling = 0.5 * (about_axis + about_second), _dot(axis, _times(about_origin, second))
+            about_second = dot(second, times(about_origin, second)) + rotors[1]
+            mean, coupling = 0.5 * (about_axis + about_second), dot(axis, times(about_origin, second))
             radius = np.hypot(0.5 * (about_axis - about_second), coupling)
             none = mean - radius <= NO_INERTIA * (mean + radius)
             causes.append((none, "what it carries lacks inertia about two axes through its centre"))
         if across:
             moment = _first_moment(bodies)
-            couplings = [_dot(np.cross(self.axes[k], axis).tolist(), moment) for k in travels]
+            couplings = [dot(np.cross(self.axes[k], axis).tolist(), moment) for k in travels]
             diagonal = [about_axis, *(mass + rotor for rotor in rotors[1:]), 1.0][:3]
             scales = [np.sqrt(np.where(np.greater(x, 0.0), x, 1.0)) for x in diagonal]
             # moments and masses are compared by no unit: each row and column by the root of its diagonal

@@ -13,9 +13,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.lie.numeric import skew
 from eomgen.scene.geometry.inertia import Inertia
 from eomgen.scene.joint_types import GROUPS
-from eomgen.scene.joints.displacement import cross_matrix, displaced, twist_transform
+from eomgen.scene.joints.displacement import displaced, twist_transform
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import led_or_following
 from eomgen.scene.reading.values import Values
@@ -140,7 +141,7 @@ def _spatial(inertia: Inertia | None, section: str, size: float) -> Array:
     """
     if inertia is None or section == "beams":
         return np.eye(6)
-    arm = cross_matrix(inertia.mass * inertia.center) / size
+    arm = skew(inertia.mass * inertia.center) / size
     return np.block([[inertia.about_origin() / size**2, arm], [arm.T, inertia.mass * np.eye(3)]])
 
 

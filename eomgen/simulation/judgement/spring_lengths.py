@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.compiled.coordinates import rotated
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
+from eomgen.lie.numeric import rotated
 from eomgen.results.finding import Finding
 from eomgen.system.description import BASE, WORLD
 

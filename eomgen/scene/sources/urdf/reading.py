@@ -15,8 +15,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.geometry.inertia import NOTHING, Inertia, tensor
-from eomgen.scene.geometry.rotations import SNAP, of_quaternion, roll_pitch_yaw, snapped_rotation
+from eomgen.scene.geometry.rotations import SNAP, roll_pitch_yaw, snapped_rotation
 from eomgen.scene.joint_types import JOINTS, TYPES
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.xml import Element
@@ -312,7 +313,7 @@ class _Reader:
             self.report.add_at(origin.line, key, what, "x, y, z and w of a unit quaternion")
             return None
         self.out.quaternions.append((origin.line, name))
-        return of_quaternion(w / length, x / length, y / length, z / length)
+        return rotation_matrix(np.array([w, x, y, z]) / length)
 
     def link(self, name: str, element: Element) -> Link:
         key = f"links.{name}"

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.compiled.coordinates import configuration_rate, rotated
+from eomgen.compiled.coordinates import configuration_rate
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.lie.numeric import rotated
 from eomgen.lie.product import Factor
 from eomgen.scene.scene import Scene
 from eomgen.studies.verification.claims.claim import Claim, Space, along_motion, column, fixed
