@@ -8,6 +8,7 @@ exceptions' arguments, annotations, decorators and sizes of drawings are left al
 from __future__ import annotations
 
 import ast
+import bisect
 from dataclasses import dataclass
 
 COMPARISONS: dict[type[ast.cmpop], tuple[str, tuple[str, ...]]] = {
@@ -102,7 +103,7 @@ class _Walk(ast.NodeVisitor):
 
     def _add(self, operator: str, start: int, end: int, new: str) -> None:
         function = self.functions[-1][0] if self.functions else ""
-        line = self.source.count(b"\n", 0, start) + 1
+        line = bisect.bisect_right(self.starts, start)
         old = self.source[start:end].decode()
         self.found.append(Mutant(self.file, line, function, operator, start, end, old, new))
 

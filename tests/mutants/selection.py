@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -118,19 +118,24 @@ def _digest(test: str) -> str:
 
 def _called(test: str, expression: str) -> set[str]:
     """Run a test file under probes, and return the functions that it and its child processes called."""
+    return called_by(["-m", "pytest", test, "-m", expression, "-p", "no:cacheprovider"], ROOT)
+
+
+def called_by(arguments: Sequence[str], tree: Path) -> set[str]:
+    """Return the functions of the package in a tree that a Python process and its children called."""
     with tempfile.TemporaryDirectory() as folder:
         calls = Path(folder) / "calls"
         calls.mkdir()
         environment = {
             **os.environ,
-            "PYTHONPATH": os.pathsep.join((str(ROOT), str(Path(__file__).parent / "probe"))),
+            "PYTHONPATH": os.pathsep.join((str(tree), str(Path(__file__).parent / "probe"))),
             "EOMGEN_CACHE": str(Path(folder) / "cache"),
             "EOMGEN_PROBE_FOLDER": str(calls),
-            "EOMGEN_PROBE_PACKAGE": str(ROOT / "eomgen"),
+            "EOMGEN_PROBE_PACKAGE": str(tree / "eomgen"),
         }
         subprocess.run(
-            [sys.executable, "-m", "pytest", test, "-m", expression, "-p", "no:cacheprovider"],
-            cwd=ROOT,
+            [sys.executable, *arguments],
+            cwd=tree,
             env=environment,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -38,13 +38,13 @@ class Scratch:
     then on.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, tree: Path = ROOT) -> None:
         self.folder = folder / "tree"
         self.cache = folder / "cache"
         self.report = folder / "report.json"
         self.sound: set[str] = set()
         self.unsound: set[str] = set()
-        shutil.copytree(ROOT, self.folder, ignore=shutil.ignore_patterns(*LEFT))
+        shutil.copytree(tree, self.folder, ignore=shutil.ignore_patterns(*LEFT))
 
     def judge(self, mutant: Mutant, tier: str, tests: Sequence[str], limit: float) -> Outcome:
         """Run test files against a mutant up to the first failure, for ``limit`` seconds of processor time."""

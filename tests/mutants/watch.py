@@ -22,7 +22,7 @@ def _processor_time() -> float:
 
 
 def pytest_configure() -> None:
-    ceiling = int(2.0 * LIMIT) + 60
+    ceiling = int(3.0 * LIMIT) + 5
     resource.setrlimit(resource.RLIMIT_CPU, (ceiling, ceiling))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 

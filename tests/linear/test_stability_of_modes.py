@@ -1,0 +1,57 @@
+"""The verdict on stability, and the other answers that modes draw from their eigenvalues, of oscillators by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from eomgen.linear.modes import Modes, modes
+
+
+def _oscillators(*pairs: tuple[float, float]) -> Modes:
+    """Return the modes of x" + damping x' + stiffness x = 0, one mass for each pair (damping, stiffness)."""
+    damping, stiffness = np.array(pairs).T
+    n = len(pairs)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(stiffness), -np.diag(damping)]])
+    return modes(A, np.eye(n, 2 * n), [f"x{k}" for k in range(n)], np.ones(n))
+
+
+@pytest.mark.parametrize(
+    ("pairs", "verdict"),
+    [
+        ([(0.2, 4.0)], "stable"),
+        ([(0.0, 4.0)], "marginal"),
+        ([(-0.2, 4.0)], "unstable"),
+        ([(0.0, -4.0)], "unstable"),
+        ([(1.0, 0.0)], "marginal"),
+        ([(0.0, 0.0)], "marginal"),
+        ([(0.2, 4.0), (0.3, 9.0)], "stable"),
+        ([(0.2, 4.0), (0.0, 9.0)], "marginal"),
+        ([(0.2, 4.0), (-1e-6, 9.0)], "unstable"),
+        ([(0.0, 4.0), (-0.2, 9.0)], "unstable"),
+    ],
+)
+def test_the_verdict_follows_from_damping_and_stiffness(pairs: list[tuple[float, float]], verdict: str) -> None:
+    found = _oscillators(*pairs)
+    assert found.stability == verdict
+    assert f", {verdict}" in repr(found)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_verdict_is_whether_a_solution_grows_or_dies_out(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    pairs = [(float(d), float(k)) for d, k in zip(rng.uniform(-0.1, 0.5, 2), rng.uniform(1.0, 9.0, 2), strict=True)]
+    damping, stiffness = np.array(pairs).T
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.diag(stiffness), -np.diag(damping)]])
+    late = np.linalg.norm(scipy.linalg.expm(2e3 * A), 2)
+    assert _oscillators(*pairs).stability == ("unstable" if late > 1.0 else "stable")
+
+
+def test_oscillations_frequencies_and_the_band_are_of_the_modes_that_are_not_zero() -> None:
+    found = _oscillators((0.0, 0.0), (0.4, 4.0), (0.0, 100.0))
+    assert found.oscillating.tolist() == [False] * (len(found) - 2) + [True, True]
+    assert found.frequency[-2:] == pytest.approx([2.0 / (2.0 * np.pi), 10.0 / (2.0 * np.pi)])
+    assert found.damping_ratio[-2:] == pytest.approx([0.1, 0.0], abs=1e-12)
+    assert found.band == pytest.approx((0.1 * 2.0 / (2.0 * np.pi), 10.0 * 10.0 / (2.0 * np.pi)))
+    assert _oscillators((0.0, 0.0)).band == (0.01, 100.0)

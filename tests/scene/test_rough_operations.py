@@ -1,0 +1,40 @@
+"""Operations that may have no derivative are named by text: two of them, and the number of the others."""
+
+from __future__ import annotations
+
+import pytest
+
+from eomgen.formula.rough_operations import rough_operations
+from eomgen.scene.formula.parser import read_formula
+from eomgen.scene.formula.scope import EVERYTHING, Names
+
+NAMES = Names(parameters={"k": True}, inputs=("torque",), joints={"hinge": "revolute"})
+
+
+def _named(*texts: str) -> str:
+    return rough_operations(read_formula(text, NAMES, EVERYTHING) for text in texts)
+
+
+@pytest.mark.parametrize("count", range(6))
+def test_two_are_named_and_the_others_counted(count: int) -> None:
+    found = _named(*(f"sqrt(q.hinge + {number})" for number in range(3, 3 + count)))
+    named = [f"sqrt(q.hinge + {number})" for number in range(3, 3 + min(count, 2))]
+    assert found == ", ".join(named) + (f" and {count - 2} more" if count > 2 else "")
+
+
+def test_the_same_operation_is_named_once() -> None:
+    assert _named("sqrt(t)", "2*sqrt(t)", "1 + sqrt(t)") == "sqrt(t)"
+
+
+@pytest.mark.parametrize(
+    "text", ["sqrt(k)", "q.hinge**2", "q.hinge**1", "sin(q.hinge)", "k**0.5", "exp(q.hinge)", "sqrt(2)*t"]
+)
+def test_operations_with_a_derivative_or_of_parameters_alone_are_not_named(text: str) -> None:
+    assert _named(text) == ""
+
+
+@pytest.mark.parametrize(
+    "text", ["q.hinge**0.5", "q.hinge**k", "log(v.hinge)", "asin(t)", "acos(torque)", "atan2(q.hinge, v.hinge)"]
+)
+def test_roots_logarithms_powers_and_angles_of_moving_quantities_are_named(text: str) -> None:
+    assert _named(f"sin(1 + {text})") != ""
