@@ -44,6 +44,21 @@ OPERATORS = (
 #: Calls that only make a text, and calls whose first arguments are types.
 TEXTS = ("Error", "Problem", "Warning", "warn", "echo", "print")
 TYPED = ("isinstance", "issubclass", "cast", "TypeVar", "field")
+#: Functions that give the same for arguments in either order, or nearly so.
+SYMMETRIC = (
+    "max",
+    "min",
+    "maximum",
+    "minimum",
+    "hypot",
+    "plus",
+    "dot",
+    "add",
+    "mul",
+    "isclose",
+    "allclose",
+    "array_equal",
+)
 #: Keyword arguments that only style a drawing.
 STYLES = ("alpha", "color", "dpi", "figsize", "fontsize", "labelsize", "linewidth", "lw", "markersize", "pad", "zorder")
 #: Floats below are tolerances, which a factor of 1.5 would hardly change.
@@ -244,7 +259,11 @@ class _Walk(ast.NodeVisitor):
         if name.endswith(TEXTS):
             return
         first = node.args[:2]
-        if len(first) == 2 and name not in TYPED and not any(isinstance(one, ast.Starred) for one in first):
+        if (
+            len(first) == 2
+            and name not in (*TYPED, *SYMMETRIC)
+            and not any(isinstance(one, ast.Starred) for one in first)
+        ):
             left, right = (self._text(one) for one in first)
             start, end = self._span(first[0])[0], self._span(first[1])[1]
             gap = self.source[self._span(first[0])[1] : self._span(first[1])[0]].decode()

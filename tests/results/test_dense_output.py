@@ -12,6 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.lie import product
+from eomgen.results.dense_output import Rows, state_at
 from tests.models.scenes import absolute, flyer, flyer_scene, pendulum
 
 TIMES = np.linspace(0.013, 0.387, 29)
@@ -230,3 +231,17 @@ def test_what_has_no_state_is_refused() -> None:
         fast.at(0.05)
     with pytest.raises(eomgen.UsageError, match="interpolation_error: seven rows are needed, not 2"):
         pendulum().simulate(0.01, 0.01).interpolation_error()
+
+
+def test_two_rows_are_enough_and_one_gives_its_own_time_alone() -> None:
+    """The cubic of Hermite through two rows is q = t^3 itself."""
+    t = np.array([1.0, 3.0])
+    column = t[:, np.newaxis]
+    rows = Rows(t, column**3, 3.0 * column**2, 6.0 * column, np.zeros((2, 0)))
+    metadata = {"factors": [("R", 0, 1, 0, 1)]}
+    found = state_at(rows, metadata, np.array([1.0, 1.5, 2.9, 3.0]))
+    assert found.q[:, 0] == pytest.approx(np.array([1.0, 1.5, 2.9, 3.0]) ** 3, rel=1e-14)
+    one = Rows(*(array[:1] for array in rows))
+    assert state_at(one, metadata, 1.0).q == pytest.approx([1.0])
+    with pytest.raises(eomgen.UsageError, match="the solution has 1 row, two are needed; try: a run that made a step"):
+        state_at(one, metadata, 1.5)
