@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import TypeVar
 
 from eomgen.errors import Problem, UsageError
@@ -34,3 +37,15 @@ def broken(entry: EntryPoint, fault: str) -> UsageError:
     who = entry.dist.name if entry.dist is not None else entry.value.partition(":")[0]
     where = f"the entry point {shown(entry.name)} ({entry.value}) in {entry.group} of the distribution {who}"
     return UsageError(Problem(entry.group, f"{where} {fault}", f"another version of {who}, or uninstall it"))
+
+
+def code_stamp(kind: type) -> str:
+    """Return a digest of the file or package of another distribution's class; empty for eomgen's own classes."""
+    if kind.__module__.partition(".")[0] == __name__.partition(".")[0]:
+        return ""
+    file = Path(inspect.getfile(kind))
+    in_package = "." in kind.__module__ or file.name == "__init__.py"
+    files = (
+        sorted(path for path in file.parent.rglob("*") if path.suffix in (".py", ".jinja")) if in_package else [file]
+    )
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in files)).hexdigest()

@@ -8,32 +8,43 @@ import sys
 from pathlib import Path
 
 from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.builder_methods import signature_of
+from eomgen.scene.section import Section
+from eomgen.scene.sections import OWN
 
 COMMAND = "python -m tests.builder_keys eomgen/scene/builder_keys.pyi"
-_HEAD = f'''"""Types of the keys of the methods of SceneBuilder, for type checkers: from the schema, by
+_HEAD = f'''"""Methods of SceneBuilder from the register of sections, and keys of other methods, for type checkers, by
 ``{COMMAND}``."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Required, TypedDict
+from typing import Any, Self, TypedDict
 
 from eomgen.scene.builder_methods import Rotations, Value
 '''
 
 
 def stub() -> str:
-    """Return the text of the stub: a class for each method that takes keys."""
+    """Return the text of the stub: a class of the sections' methods, and a class of keys for each other method."""
     text = _HEAD
-    for name, method in vars(SceneBuilder).items():
-        if name.startswith("_") or name == "build":
-            continue
-        signature = inspect.signature(method)
-        text += f"\nclass {name.title().replace('_', '')}Keys(TypedDict, total=False):\n"
-        keys = [item for item in signature.parameters.values() if item.kind is inspect.Parameter.KEYWORD_ONLY]
-        for key in keys:
-            required = key.default is inspect.Parameter.empty
-            text += f"    {key.name}: {f'Required[{key.annotation}]' if required else key.annotation}\n"
-        text += "" if keys else "    pass\n"
-    return text
+    for name in ("include", "simulation"):
+        text += f"\nclass {name.title()}Keys(TypedDict, total=False):\n"
+        for key in inspect.signature(getattr(SceneBuilder, name)).parameters.values():
+            if key.kind is inspect.Parameter.KEYWORD_ONLY:
+                text += f"    {key.name}: {key.annotation}\n"
+    text += "\nclass SectionMethods:\n"
+    return text + "".join(_method(row) for row in OWN)
+
+
+def _method(row: Section) -> str:
+    lines, by_name = [], False
+    for item in signature_of(row).parameters.values():
+        if item.kind is inspect.Parameter.KEYWORD_ONLY and not by_name:
+            lines.append("*")
+            by_name = True
+        default = "" if item.default is inspect.Parameter.empty else " = ..."
+        lines.append(item.name if item.name == "self" else f"{item.name}: {item.annotation}{default}")
+    arguments = "".join(f"        {line},\n" for line in lines)
+    return f"    def {row.method_name}(\n{arguments}    ) -> Self: ...\n"
 
 
 if __name__ == "__main__":

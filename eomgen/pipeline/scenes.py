@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from operator import attrgetter
 from typing import TYPE_CHECKING
 
+from eomgen.extensions import code_stamp
 from eomgen.mechanics.describe import describe
 from eomgen.pipeline.front_end import Build, FrontEnd
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
@@ -96,4 +96,10 @@ def _every_row(scene: Scene) -> EveryRow:
     return partial(constrained, mechanics.derive(scene, PURPOSES["initial_assembly"], ()))
 
 
-SCENES = FrontEnd("mechanics", Scene, describe, _derive, _prepared, _start, _gains, _every_row, attrgetter("digest"))
+def _content(scene: Scene) -> bytes:
+    """Return the digest of a scene, with the code of the force elements that other distributions bring."""
+    stamps = {code_stamp(kind) for kind in dict.fromkeys(type(element) for element in scene.elements)} - {""}
+    return scene.digest and scene.digest + "".join(sorted(stamps)).encode()
+
+
+SCENES = FrontEnd("mechanics", Scene, describe, _derive, _prepared, _start, _gains, _every_row, _content)

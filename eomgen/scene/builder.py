@@ -3,51 +3,55 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MethodType
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
-from eomgen.calls import checked_calls, unknown_attribute
+from eomgen.calls import checked_call, checked_calls, unknown_attribute
 from eomgen.errors import Problem
-from eomgen.scene.builder_methods import Rotations, Value, enters
+from eomgen.scene.builder_methods import (
+    Rotations,  # noqa: F401  # in the types of signatures, which get_type_hints looks for here
+    Value,
+    describe,
+    documentation_of,
+    enters,
+    signature_of,
+)
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import GRAVITY, Scene
+from eomgen.scene.section import Section
+from eomgen.scene.sections import OWN, others
 from eomgen.text import key_of
 
 if TYPE_CHECKING:
-    from eomgen.scene.builder_keys import (
-        BaseKeys,
-        BeamKeys,
-        BodyKeys,
-        BushingKeys,
-        ConstraintKeys,
-        ControllerKeys,
-        CurveKeys,
-        DistributedLoadKeys,
-        EffortKeys,
-        EventKeys,
-        ForceKeys,
-        FrameKeys,
-        HullKeys,
-        IncludeKeys,
-        InputKeys,
-        JointKeys,
-        ModeKeys,
-        OutputKeys,
-        ParameterKeys,
-        PointKeys,
-        RandomKeys,
-        ReactionKeys,
-        ReferenceKeys,
-        SimulationKeys,
-        SpringKeys,
-        StateKeys,
-        TorsionSpringKeys,
-        TyreKeys,
-        WavesKeys,
-    )
+    from eomgen.scene.builder_keys import IncludeKeys, SectionMethods, SimulationKeys
+else:
+    SectionMethods = object
 
 _PACKAGE = __name__.partition(".")[0]
+
+
+def _method(row: Section) -> Callable[..., SceneBuilder]:
+    """Return the method that adds an entry of a section, or the section itself if it is one table."""
+    signature = signature_of(row)
+    keys = {name: field.alias or name for name, field in row.entry.model_fields.items()}
+
+    def called(self: SceneBuilder, /, *args: Any, **kwargs: Any) -> SceneBuilder:
+        given = signature.bind(self, *args, **kwargs).arguments
+        return self._enter(row.key, given.get("name", ""), **{keys[name]: given[name] for name in keys.keys() & given})
+
+    called.__name__ = row.method_name
+    called.__qualname__ = f"SceneBuilder.{row.method_name}"
+    describe(called, signature, documentation_of(row.method_documentation, row.entry))
+    return called
+
+
+def _with_sections(kind: type[SceneBuilder]) -> type[SceneBuilder]:
+    """Add a method for each section of the register."""
+    for row in OWN:
+        setattr(kind, row.method_name, _method(row))
+    return kind
 
 
 @checked_calls(
@@ -69,7 +73,8 @@ _PACKAGE = __name__.partition(".")[0]
     damping_ratio="damping (of joints and springs), or stiffness_damping = 2 ratio / w (of beams, s)",
     mass_damping="stiffness_damping (of beams, s): none goes with the mass",
 )
-class SceneBuilder:
+@_with_sections
+class SceneBuilder(SectionMethods):
     """Collects the entries of a scene; ``build`` checks them all at once.
 
     Every method returns the builder. Numbers may be formulas, or texts with a unit such as "250 mm", wherever a scene
@@ -121,7 +126,11 @@ class SceneBuilder:
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 
         def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
+            rows = () if name.startswith("_") else others().values()
+            row = next((row for row in rows if row.method_name == name), None)
+            if row is None:
+                raise unknown_attribute(self, name)
+            return MethodType(checked_call()(_method(row)), self)
 
     @enters("include", others=True)
     def include(self, name: str, file: str | Path, **keys: Unpack[IncludeKeys]) -> Self:
@@ -136,200 +145,6 @@ class SceneBuilder:
     def simulation(self, **keys: Unpack[SimulationKeys]) -> Self:
         """Set the defaults of ``simulate`` (steps and durations in seconds)."""
         return self._enter("simulation", "", **keys)
-
-    @enters("base")
-    def base(
-        self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = (), **keys: Unpack[BaseKeys]
-    ) -> Self:
-        """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and
-        parameters. ``follow`` waves to go with their surface.
-        """
-        return self._enter("base", "", position=position, rotation=rotation, **keys)
-
-    @enters("bodies")
-    def body(self, name: str, mass: Value, **keys: Unpack[BodyKeys]) -> Self:
-        """Add a rigid body: mass (kg), centre of mass in its frame (m), inertia about it (kg m^2; 3, 6, table or 3x3).
-
-        ``group`` is for absolute coordinates: SE3 (the default) suits bodies jointed to the ground or to slow bodies,
-        R3xSO3 those that spin fast and freely.
-        """
-        return self._enter("bodies", name, mass=mass, **keys)
-
-    @enters("beams")
-    def beam(self, name: str, length: Value | None = None, **keys: Unpack[BeamKeys]) -> Self:
-        """Add an elastic beam along x of its frame, from ``start`` on (m), with mass_per_length (kg/m) or a section.
-
-        Each way to deform is a table; those that are not given do not happen. Joints carry a beam as any body.
-        """
-        return self._enter("beams", name, length=length, **keys)
-
-    @enters("joints")
-    def joint(self, name: str, type: str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Self:
-        """Add a joint of type fixed, revolute, prismatic, helical, cylindrical, universal, planar, spherical or free.
-
-        Its placement is in the parent's frame; what joints of several coordinates have in each is a list, angles first.
-        """
-        return self._enter("joints", name, type=type, parent=parent, child=child, **keys)
-
-    @enters("constraints")
-    def constraint(
-        self,
-        name: str,
-        type: str,
-        first: str | Mapping[str, Any],
-        second: str | Mapping[str, Any],
-        **keys: Unpack[ConstraintKeys],
-    ) -> Self:
-        """Add a constraint that closes a loop between two frames.
-
-        A frame is a point's name, or a table with body and position (or point) and with axis, the frame's z (x_axis
-        too where the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical, helical
-        (with pitch), prismatic, planar, fixed, distance (with length), point_on_line, rolling (with radius, and shape
-        disc or sphere).
-        """
-        return self._enter("constraints", name, type=type, first=first, second=second, **keys)
-
-    @enters("reactions")
-    def reaction(self, name: str, **keys: Unpack[ReactionKeys]) -> Self:
-        """Say where, and in which axes, ``reaction.NAME`` is told: of a joint or of a constraint."""
-        return self._enter("reactions", name, **keys)
-
-    @enters("points")
-    def point(
-        self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0), **keys: Unpack[PointKeys]
-    ) -> Self:
-        """Add a point fixed in a body, in the ``base``, or in the ``world`` (what rests while the base moves)."""
-        return self._enter("points", name, body=body, position=position, **keys)
-
-    @enters("frames")
-    def frame(
-        self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0), **keys: Unpack[FrameKeys]
-    ) -> Self:
-        """Add a frame fixed in a body, in the ``base`` or in the ``world``; its origin is a point of that name."""
-        return self._enter("frames", name, body=body, position=position, **keys)
-
-    @enters("parameters")
-    def parameter(self, name: str, value: Value, **keys: Unpack[ParameterKeys]) -> Self:
-        """Add a named number, or a text of a number and its unit; a tunable one can be changed without recompiling."""
-        return self._enter("parameters", name, value=value, **keys)
-
-    @enters("inputs")
-    def input(self, name: str, formula: Value | None = None, **keys: Unpack[InputKeys]) -> Self:
-        """Add an input; the given formula is its value unless the caller specifies another.
-
-        ``formula`` is of time and parameters; ``road`` has the keys speed (m/s), where needed offset (m), and one of
-        class (A to H, ISO 8608), table, points and bump; besides, one of table, points and wave says its shape.
-        """
-        return self._enter("inputs", name, formula=formula, **keys)
-
-    @enters("random")
-    def random(self, name: str, type: str | None = None, **keys: Unpack[RandomKeys]) -> Self:
-        """Add a stationary random process, which formulas use by its name; its standard normal variables are tunable
-        parameters. ``road_class`` is a scene file's ``class``.
-        """
-        values: dict[str, Any] = dict(keys)
-        return self._enter("random", name, type=type, **{"class": values.pop("road_class", None)}, **values)
-
-    @enters("waves")
-    def waves(self, name: str, **keys: Unpack[WavesKeys]) -> Self:
-        """Add waves, of a ``spectrum`` or ``regular`` ones, which formulas ask for elevation, slope, velocity and
-        acceleration of the water.
-        """
-        return self._enter("waves", name, **keys)
-
-    @enters("curves")
-    def curve(self, name: str, **keys: Unpack[CurveKeys]) -> Self:
-        """Add a function of one number: table, points, wave, bump or road as in a scene file, interpolation and
-        outside.
-        """
-        return self._enter("curves", name, **keys)
-
-    @enters("states")
-    def state(self, name: str, rate: Value | None = None, **keys: Unpack[StateKeys]) -> Self:
-        """Add an internal state: ``rate``, a formula of everything but accelerations, is its time derivative; or
-        ``sample`` in s and ``formula`` of one that is sampled.
-        """
-        return self._enter("states", name, rate=rate, **keys)
-
-    @enters("controllers")
-    def controller(self, name: str, type: str, signal: Value | None = None, **keys: Unpack[ControllerKeys]) -> Self:
-        """Add a controller, filter or actuator of type pi, pid, low_pass, lead_lag, state_feedback, skyhook or sampled.
-
-        Formulas use its output by its name.
-        """
-        return self._enter("controllers", name, type=type, signal=signal, **keys)
-
-    @enters("references")
-    def reference(self, name: str, **keys: Unpack[ReferenceKeys]) -> Self:
-        """Add a reference motion of joints, for which formulas ask the inverse dynamics: ``tau.elbow(name)``."""
-        return self._enter("references", name, **keys)
-
-    @enters("outputs")
-    def output(self, name: str, **keys: Unpack[OutputKeys]) -> Self:
-        """Add an output: formulas, a point's position, velocity or acceleration (world axes), or an energy."""
-        return self._enter("outputs", name, **keys)
-
-    @enters("modes")
-    def mode(self, name: str, value: float, **keys: Unpack[ModeKeys]) -> Self:
-        """Add a number that only events change, ``mode.name`` in formulas."""
-        return self._enter("modes", name, value=value, **keys)
-
-    @enters("events")
-    def event(self, name: str, when: Value, **keys: Unpack[EventKeys]) -> Self:
-        """Add an event at the roots of a formula."""
-        return self._enter("events", name, when=when, **keys)
-
-    @enters("springs")
-    def spring(self, name: str, first: str, second: str, **keys: Unpack[SpringKeys]) -> Self:
-        """Add a spring, damper or actuator along the line between two points; ``force`` is a tension."""
-        return self._enter("springs", name, first=first, second=second, **keys)
-
-    @enters("torsion_springs")
-    def torsion_spring(self, name: str, first: str, second: str = "", **keys: Unpack[TorsionSpringKeys]) -> Self:
-        """Add a torsion spring between two joints' angles, or between one and its rest angle."""
-        return self._enter("torsion_springs", name, first=first, second=second, **keys)
-
-    @enters("bushings")
-    def bushing(
-        self, name: str, first: str | Mapping[str, Any], second: str | Mapping[str, Any], **keys: Unpack[BushingKeys]
-    ) -> Self:
-        """Add a spring and damper in six directions between two frames (as of constraints), in the first one's axes.
-
-        Stiffnesses and dampings are given along and about x, y, z, or as 6 x 6 matrices, rotations first. At ``rest``
-        and ``rest_rotation``, the second frame's place in the first, only the preload acts on the second frame.
-        """
-        return self._enter("bushings", name, first=first, second=second, **keys)
-
-    @enters("hulls")
-    def hull(self, name: str, body: str, **keys: Unpack[HullKeys]) -> Self:
-        """Add a slender part of a rigid body in water: buoyancy, added mass and drag."""
-        return self._enter("hulls", name, body=body, **keys)
-
-    @enters("tyres")
-    def tyre(self, name: str, center: str, **keys: Unpack[TyreKeys]) -> Self:
-        """Add a tyre, a point contact below a wheel's centre that can lift off.
-
-        ``road`` is the height of the road, a formula of time, inputs and the centre's x and y; stiffnesses of ``slip``
-        are per load, one value or longitudinal and lateral.
-        """
-        return self._enter("tyres", name, center=center, **keys)
-
-    @enters("forces")
-    def force(self, name: str, body: str, **keys: Unpack[ForceKeys]) -> Self:
-        """Add a force (N) and torque (N m) on a body at a point of its frame, in ``world`` or ``body`` axes."""
-        return self._enter("forces", name, body=body, **keys)
-
-    @enters("distributed_loads")
-    def distributed_load(
-        self, name: str, beam: str, force: Sequence[Value], **keys: Unpack[DistributedLoadKeys]
-    ) -> Self:
-        """Add a force per length (N/m) on a beam, times a polynomial along it, in ``world`` or ``beam`` axes."""
-        return self._enter("distributed_loads", name, beam=beam, force=force, **keys)
-
-    @enters("efforts")
-    def effort(self, name: str, joint: str, effort: Value, **keys: Unpack[EffortKeys]) -> Self:
-        """Add a generalized force on one component of a joint."""
-        return self._enter("efforts", name, joint=joint, effort=effort, **keys)
 
     def build(self) -> Scene:
         """Return the checked scene.

@@ -16,6 +16,7 @@ from eomgen.scene.document import schema
 from eomgen.scene.reading import kinds
 from eomgen.scene.reading.key_metadata import Table, every_unit, inner_table, meaning_of
 from eomgen.scene.reading.rotation_schema import Rotations as RotationList
+from eomgen.scene.section import Section
 
 #: A number, a formula, or a number with a unit.
 Value = float | str
@@ -41,7 +42,7 @@ _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")
 def enters(
     section: str, *, others: bool = False
 ) -> Callable[[Callable[Concatenate[Builder, P], R]], Callable[Concatenate[Builder, P], R]]:
-    """Return a decorator for a method ``(self, name, ..., **keys)`` that enters keys of a section of the scene file.
+    """Return a decorator for a method ``(self, ..., **keys)`` that enters keys of a table of the scene file.
 
     The keys that the method does not name itself become arguments by name of its signature, with defaults, types and
     meanings from the schema; a call with other arguments is a TypeError.
@@ -49,9 +50,9 @@ def enters(
     Parameters
     ----------
     section : str
-        Of the scene file: ``bodies``, ``base``.
+        Of the scene file: ``simulation``.
     others : bool
-        Whether further keys are passed on: those that only a file can tell.
+        Whether further keys are passed on: keys that only a file can tell.
     """
 
     def decorated(method: Callable[Concatenate[Builder, P], R]) -> Callable[Concatenate[Builder, P], R]:
@@ -59,33 +60,56 @@ def enters(
         assert table is not None, section  # sections are named in this package only, never by a user
         written = inspect.signature(method)
         *given, open_ones = written.parameters.values()
-        named = [parameter.name for parameter in given]
-        added = {name: field for name, field in table.model.model_fields.items() if name not in named}
-        types = _types(table.model)
-        by_name = inspect.Parameter.KEYWORD_ONLY
-        keys = [
-            inspect.Parameter(name, by_name, default=_default(field), annotation=types[name])
-            for name, field in added.items()
-        ]
         rest = [open_ones.replace(annotation="Any")] if others else []
-        signature = written.replace(parameters=[*given, *keys, *rest])
+        signature = written.replace(parameters=[*given, *_keys(table.model, [item.name for item in given]), *rest])
 
         @functools.wraps(method)
         def called(self: Builder, /, *args: P.args, **kwargs: P.kwargs) -> R:
             signature.bind(self, *args, **kwargs)
             return method(self, *args, **kwargs)
 
-        meanings = "".join(_meaning(name, types[name], field) for name, field in table.model.model_fields.items())
-        parameters = indent(f"\n\nParameters\n----------\n{meanings}", " " * 8)
-        called.__doc__ = (method.__doc__ or "").rstrip() + parameters.rstrip()
-        called.__annotations__ = {
-            item.name: item.annotation for item in signature.parameters.values() if item.name != "self"
-        }
-        called.__annotations__["return"] = written.return_annotation
-        called.__signature__ = signature  # type: ignore[attr-defined]
+        describe(called, signature, documentation_of(method.__doc__ or "", table.model))
         return called
 
     return decorated
+
+
+def signature_of(row: Section) -> inspect.Signature:
+    """Return the signature of the builder's method of a section: the name, keys by position, keys by name."""
+    by_position = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    given = [inspect.Parameter("self", by_position)]
+    given += [] if row.single else [inspect.Parameter("name", by_position, annotation="str")]
+    every = {item.name: item for item in _keys(row.entry)}
+    given += [every.pop(name).replace(kind=by_position) for name in row.positional]
+    return inspect.Signature([*given, *every.values()], return_annotation="Self")
+
+
+def documentation_of(text: str, table: type[Table]) -> str:
+    """Return the documentation of a method: its own lines, and the parameters from the schema."""
+    types = _types(table)
+    meanings = "".join(_meaning(name, types[name], field) for name, field in table.model_fields.items())
+    own = indent(inspect.cleandoc(text), " " * 8).strip()
+    return own + indent(f"\n\nParameters\n----------\n{meanings}", " " * 8).rstrip()
+
+
+def describe(method: Callable[..., Any], signature: inspect.Signature, documentation: str) -> None:
+    """Give a function the signature and the documentation that ``help`` shows."""
+    method.__doc__ = documentation
+    method.__annotations__ = {
+        item.name: item.annotation for item in signature.parameters.values() if item.name != "self"
+    }
+    method.__annotations__["return"] = signature.return_annotation
+    method.__signature__ = signature  # type: ignore[attr-defined]
+
+
+def _keys(table: type[Table], named: Sequence[str] = ()) -> list[inspect.Parameter]:
+    """Return the keys of a table, except for ``named``, as arguments by name."""
+    types = _types(table)
+    return [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_default(field), annotation=types[name])
+        for name, field in table.model_fields.items()
+        if name not in named
+    ]
 
 
 def _types(table: type[Table]) -> dict[str, str]:
@@ -115,7 +139,8 @@ def _type(annotation: Any) -> str:
     if origin is Literal:
         return "str"
     if isinstance(annotation, type) and issubclass(annotation, Table):
-        return "Mapping[str, Any]"
+        short = "str | " if "point" in annotation.model_fields else ""  # of a frame: the name of a point
+        return f"{short}Mapping[str, Any]"
     return "None" if annotation is NoneType else str(annotation.__name__)
 
 

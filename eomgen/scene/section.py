@@ -59,7 +59,7 @@ class Section:
     singular : noun of an entry on the reference page; by default the key without its last letter
     method : name of the builder's method; by default ``singular``
     positional : keys of an entry that the builder's method takes by position, behind the name
-    documentation : of the builder's method; by default "Add" and the documentation of ``entry``
+    documentation : of the builder's method; by default it follows from the documentation of ``entry``
     bare : noun of an entry, ``a parameter``, if formulas call it by its name alone
     single : whether the section is one table in place of entries by name
     after : sections that are read before this one; they fix the order of messages and requirements, too
@@ -87,6 +87,16 @@ class Section:
     def title(self) -> str:
         """Noun of an entry: ``torsion spring``."""
         return self.singular or self.key.removesuffix("s").replace("_", " ")
+
+    @property
+    def method_name(self) -> str:
+        """Name of the builder's method."""
+        return self.method or self.title.replace(" ", "_")
+
+    @property
+    def method_documentation(self) -> str:
+        """First lines of the documentation of the builder's method."""
+        return self.documentation or f"Add an entry of the section ``{self.key}``: {self.entry.__doc__}"
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         """Return the names that formulas may mention, by field of ``Names``: tuples and dictionaries, which are joined

@@ -1,0 +1,153 @@
+"""The register of sections: its rows fit together, and another distribution brings a section without a line in the
+package."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import DescriptionError, UsageError
+from eomgen.pipeline.scenes import SCENES
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.document.json_schema import schema
+from eomgen.scene.document.reference import renewed
+from eomgen.scene.document.schema import Document, document_for, every_document
+from eomgen.scene.load import load_toml
+from eomgen.scene.section import in_reading_order
+from eomgen.scene.sections import OWN, others
+from tests.models import drags_for_eomgen as drags
+
+MASS, COEFFICIENT, GRAVITY = 80.0, 0.25, 9.81
+FALL = f"""
+format = 1
+name = "fall"
+[bodies.jumper]
+mass = {MASS}
+[joints.down]
+type = "prismatic"
+parent = "base"
+child = "jumper"
+axis = [0, 0, -1]
+[points.chute]
+body = "jumper"
+[drags.air]
+point = "chute"
+coefficient = "{COEFFICIENT} kg/m"
+[outputs.pull]
+formula = "drag.air"
+[simulation]
+method = "rk4"
+step = 1e-2
+"""
+
+
+def test_predecessors_are_sections_and_observers_come_last() -> None:
+    keys = [row.key for row in OWN]
+    order = in_reading_order(OWN)
+    assert len(set(keys)) == len(keys) and sorted(keys) == sorted(row.key for row in order)
+    for row in OWN:
+        assert all(order.index(row) > [other.key for other in order].index(key) for key in row.after), row.key
+    assert [row.last for row in order] == sorted(row.last for row in order)
+
+
+def test_fields_of_files_are_the_rows() -> None:
+    assert [name for name in Document.model_fields if name in {row.key for row in OWN}] == [row.key for row in OWN]
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Install a distribution that brings the section ``drags``."""
+    information = tmp_path / "drags_for_eomgen-1.0.dist-info"
+    information.mkdir()
+    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: drags-for-eomgen\nVersion: 1.0\n", "utf-8")
+    entry = f"[eomgen.sections]\ndrags = {drags.__name__}:DRAGS\n"
+    (information / "entry_points.txt").write_text(entry, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    others.cache_clear()
+    yield
+    others.cache_clear()
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_body_falls_with_a_drag_of_another_distribution() -> None:
+    """v = v_t tanh(g t / v_t) with v_t = sqrt(m g / c)."""
+    model = eomgen.build(load_toml(FALL), profile="quick")
+    run = model.simulate(8.0)
+    terminal = np.sqrt(MASS * GRAVITY / COEFFICIENT)
+    assert np.max(np.abs(run.v[:, 0] - terminal * np.tanh(GRAVITY * run.t / terminal))) <= 1e-8 * terminal
+    assert np.allclose(run.outputs["pull"], COEFFICIENT * run.v[:, 0] ** 2, rtol=1e-12)
+
+
+@pytest.mark.usefixtures("installed")
+def test_builders_includes_and_copies_know_it(tmp_path: Path) -> None:
+    builder = SceneBuilder("fall").body("jumper", MASS).joint("down", "prismatic", "base", "jumper", axis=[0, 0, -1])
+    scene = (
+        builder.point("chute", "jumper").drag("air", "chute", "0.25 kg/m").output("pull", formula="drag.air").build()
+    )
+    assert scene.elements == load_toml(FALL).elements
+    (tmp_path / "fall.toml").write_text(FALL, encoding="utf-8")
+    whole = load_toml('format = 1\nname = "two"\n[include.left]\nfile = "fall.toml"\n', folder=tmp_path)
+    assert [(element.name, element.section) for element in whole.elements] == [("left_air", "drags")]
+    text = FALL.replace("[drags.air]", '[repeat.r]\nindices = { i = 2 }\n[repeat.r.drags."air_{i}"]').replace(
+        "drag.air", "drag.air_1"
+    )
+    assert [element.name for element in load_toml(text).elements] == ["air_0", "air_1"]
+
+
+@pytest.mark.usefixtures("installed")
+def test_editors_and_pages_know_it() -> None:
+    assert schema()["properties"]["drags"]["additionalProperties"] == {"$ref": "#/$defs/DragEntry"}
+    assert "drags" not in Document.model_fields and "drags" in every_document().model_fields
+    row = "| `coefficient` | value of parameters, kg/m | required | force per squared velocity |\n"
+    assert row in renewed("<!-- keys of Drag -->\n<!-- end -->")
+
+
+@pytest.mark.usefixtures("installed")
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("point =", "pint ="), r"scene.toml:14 \(drags.air.pint\): the key 'pint' is unknown here; try: point"),
+        (('"chute"\nco', '"chut"\nco'), r"scene.toml:14 \(drags.air.point\): there is no point 'chut'; try: chute"),
+        (('"0.25 kg/m"', "-1"), r"\(drags.air.coefficient\): the coefficient of a drag is -1; try: 0 or more"),
+        (('"0.25 kg/m"', '"0.25 kg"'), r"\(drags.air.coefficient\): '0.25 kg' .*kg/m"),
+        (
+            ("drag.air", "drag.are"),
+            r"\(outputs.pull.formula\[0\]\): drag.are: there is no drag 'are' \(column 1\); try: air",
+        ),
+    ],
+)
+def test_mistakes_in_it_are_told_as_in_any_other(change: tuple[str, str], message: str) -> None:
+    with pytest.raises(DescriptionError, match=message):
+        load_toml(FALL.replace(*change))
+
+
+def test_without_the_distribution_the_section_is_unknown() -> None:
+    others.cache_clear()
+    with pytest.raises(DescriptionError, match=r"scene.toml:13 \(drags\): the key 'drags' is unknown here"):
+        load_toml(FALL)
+    assert document_for({"drags": {}}) is Document
+
+
+@pytest.mark.usefixtures("installed")
+def test_libraries_follow_from_its_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load_toml(FALL)
+    before = SCENES.content(scene)
+    assert before == SCENES.content(load_toml(FALL)) != scene.digest
+    changed = tmp_path / "changed" / "__init__.py"
+    changed.parent.mkdir()
+    changed.write_text("LAW = None\n", encoding="utf-8")
+    monkeypatch.setattr("inspect.getfile", lambda kind: str(changed))
+    assert SCENES.content(scene) != before
+
+
+def test_a_row_under_another_name_is_refused(installed: None, tmp_path: Path) -> None:
+    [entries] = tmp_path.glob("*.dist-info/entry_points.txt")
+    entries.write_text(f"[eomgen.sections]\nsails = {drags.__name__}:DRAGS\n", encoding="utf-8")
+    others.cache_clear()
+    match = r"the entry point 'sails' .* of the distribution drags-for-eomgen is the section \[drags\]"
+    with pytest.raises(UsageError, match=match):
+        load_toml(FALL.replace("drags", "sails"))
