@@ -56,6 +56,8 @@ _SYMBOLS: Mapping[str, str] = {
     **dict.fromkeys(("qpos",), "q"),
 }
 _MEANING = {"q": "positions", "v": "velocities"}
+#: Largest number of arguments by name of which the first one is an example.
+_FEW = 8
 #: What stands before the arguments that a caller writes.
 _OWNERS = ("self", "cls", "model")
 
@@ -165,6 +167,28 @@ def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R
             raise UsageError(problem)
 
         return called
+
+    return decorated
+
+
+def with_options_of(source: Callable[..., Any], names: Iterable[str]) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return a decorator under which ``inspect.signature`` shows options in place of ``**options``.
+
+    Parameters
+    ----------
+    source : callable
+        Function that takes the options in the end.
+    names : iterable of str
+        Options that are handed on.
+    """
+    given = inspect.signature(source).parameters
+
+    def decorated(function: Callable[P, R]) -> Callable[P, R]:
+        signature = inspect.signature(function)
+        own = [item for item in signature.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
+        others = [given[name] for name in names if name not in signature.parameters]
+        function.__signature__ = signature.replace(parameters=[*own, *others])  # type: ignore[attr-defined]
+        return function
 
     return decorated
 
@@ -307,11 +331,10 @@ def _misfit(
     in_order = [name for name in named if every[name].kind is not inspect.Parameter.KEYWORD_ONLY]
     if len(given) > len(in_order):
         by_name = [name for name in named if name not in in_order]
+        many = len(by_name) > _FEW or (takes_any and not by_name)
         what = f"{len(given)} arguments are given without a name, and {len(in_order) or 'none'} can be"
         what += f": {', '.join(in_order)}" if in_order else ""
-        hint = (
-            f"{by_name[0]}=..., and likewise for the others" if by_name else "the others by name" if takes_any else ""
-        )
+        hint = "the others by name" if many else f"{by_name[0]}=..., and likewise for the others" if by_name else ""
         return Problem(where, what, hint or "fewer arguments")
     twice = [name for name in in_order[: len(given)] if name in kwargs]
     if twice:

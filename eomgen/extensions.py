@@ -32,9 +32,14 @@ def loaded(entry: EntryPoint, kind: type[Row]) -> Row:
     return row
 
 
+def distribution(entry: EntryPoint) -> str:
+    """Return the name of the distribution of an entry point."""
+    return entry.dist.name if entry.dist is not None else entry.value.partition(":")[0]
+
+
 def broken(entry: EntryPoint, fault: str) -> UsageError:
     """Return the error for an entry point that cannot be taken."""
-    who = entry.dist.name if entry.dist is not None else entry.value.partition(":")[0]
+    who = distribution(entry)
     where = f"the entry point {shown(entry.name)} ({entry.value}) in {entry.group} of the distribution {who}"
     return UsageError(Problem(entry.group, f"{where} {fault}", f"another version of {who}, or uninstall it"))
 

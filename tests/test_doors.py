@@ -46,6 +46,7 @@ DOORS: dict[str, set[str]] = {
     "attributes_elsewhere": set(),
     "calls": {"attributes_elsewhere", "errors", "system.terms", "text"},
     "extensions": {"errors", "text"},
+    "verbs": {"errors", "extensions", "text"},
     "files": {"arrays", "errors", "text"},
     "resources": {"errors"},
     "figures": {"errors"},
@@ -198,6 +199,7 @@ DOORS: dict[str, set[str]] = {
     },
     "ensembles": {
         "arrays",
+        "calls",
         "compiled",
         "errors",
         "figures",
@@ -214,7 +216,7 @@ DOORS: dict[str, set[str]] = {
         "units",
         "version",
     },
-    "model": {"analysis", "calls", "compiled", "ensembles", "linear", "progress", "results", "simulation", "spectra"},
+    "model": {"analysis", "calls", "compiled", "ensembles", "errors", "simulation", "verbs"},
     "reliability": {"arrays", "errors"},
     "sea_states": {"arrays", "calls", "errors", "random_processes"},
     "waves": {
@@ -280,6 +282,7 @@ DOORS: dict[str, set[str]] = {
         "analysis",
         "ensembles",
         "errors",
+        "extensions",
         "files",
         "hamiltonian",
         "integrators.compositions",
@@ -300,6 +303,7 @@ DOORS: dict[str, set[str]] = {
         "text",
         "toolchain",
         "units",
+        "verbs",
         "version",
     },
     "__main__": {"cli"},
@@ -464,11 +468,6 @@ LATE: dict[str, dict[str, str]] = {
     "ensembles.ensemble": {"ensembles.plots": "matplotlib; an ensemble is used without it"},
     "mechanics.tree.beam_links": {"mechanics.shape_functions": "SciPy and mpmath; most scenes have no beams"},
     "mechanics.forces.distributed_loads": {"mechanics.shape_functions": "SciPy and mpmath; as above"},
-    "model": {
-        "analysis": "SciPy; a model is used without it",
-        "ensembles": "SciPy; a model is used without it",
-        "simulation": "a model is used without it",
-    },
     "pipeline.scenes": {
         "mechanics": "SymPy; a cached model needs none of it",
         "pipeline": "SciPy; a cached model needs none of it",

@@ -11,17 +11,22 @@ from typing import Any, get_type_hints
 import pytest
 
 import eomgen
+from eomgen.ensembles import simulate_many
 from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Sizes
 from eomgen.integrators.families.register import row_of
 from eomgen.integrators.methods import METHOD_NAMES, method_named
 from eomgen.scene.sources.register import BUILT_IN
-from eomgen.simulation import option_types, resume, simulate, start
+from eomgen.simulation import option_types
+from eomgen.simulation.sensitivities.linearise import sensitivities
+from eomgen.simulation.simulate import simulate
+from eomgen.studies import random_vibration
+from eomgen.verbs import METHODS
 
-RUNS = {
-    "simulate": (simulate.simulate, option_types.RunOptions, {"t_end", "step"}),
-    "start": (start.start, option_types.MethodOptions, {"initial", "parameters", "method", "step", "motions"}),
-    "resume": (resume.resume, option_types.ResumeOptions, {"path", "t_end"}),
+#: Functions that hand options on: their types, and the function that takes the options in the end.
+HANDED_ON = {
+    simulate_many: (option_types.EnsembleOptions, simulate),
+    random_vibration: (option_types.SensitivityOptions, sensitivities),
 }
 #: Of a scene with and without constraints and internal states.
 SIZES = (Sizes(3, 3, 0, 0, 0, 0, 0), Sizes(3, 3, 1, 1, 1, 3, 3))
@@ -31,17 +36,22 @@ def words(function: Callable[..., Any]) -> set[str]:
     return set(re.findall(r"\w+", inspect.getdoc(function) or ""))
 
 
-@pytest.mark.parametrize("name", RUNS)
-def test_options_of_runs(name: str) -> None:
-    function, typed, own = RUNS[name]
-    public = getattr(eomgen.Model, name)
-    accepted = set(inspect.signature(function).parameters) - {"model"}
-    assert accepted <= words(public), accepted - words(public)
-    assert set(inspect.signature(public).parameters) == {"self", *own, "options"}
-    hints = get_type_hints(typed)
-    assert accepted == own | set(hints)
-    for option, kind in get_type_hints(function).items():
-        assert option not in hints or kind == hints[option], option
+@pytest.mark.parametrize("name", sorted(METHODS))
+def test_methods_show_and_document_every_argument(name: str) -> None:
+    shown = set(inspect.signature(getattr(eomgen.Model, name)).parameters) - {"model"}
+    assert not {"options", "kwargs", "args"} & shown
+    assert shown <= words(getattr(eomgen.Model, name)), shown - words(getattr(eomgen.Model, name))
+
+
+@pytest.mark.parametrize("function", HANDED_ON)
+def test_options_that_are_handed_on_are_shown(function: Callable[..., Any]) -> None:
+    typed, taker = HANDED_ON[function]
+    given, taken = inspect.signature(function).parameters, inspect.signature(taker).parameters
+    assert set(typed.__annotations__) <= set(given)
+    kinds = get_type_hints(taker)
+    for option, kind in get_type_hints(typed).items():
+        assert kind == kinds[option], option
+        assert given[option].default == taken[option].default, option
 
 
 @pytest.mark.parametrize("method", METHOD_NAMES)

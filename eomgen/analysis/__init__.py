@@ -9,7 +9,6 @@ __all__ = [
     "equilibrium",
     "equilibrium_path",
     "linearize",
-    "operating_point",
     "path_following",
     "road_excitation",
     "root_locus",

@@ -75,7 +75,25 @@ class BaseParameters:
 
 
 def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed: int = 0) -> BaseParameters:
-    """Return the base parameters; see ``Model.base_parameters``."""
+    """Return the least number of combinations of the regressor's parameters that decide inverse dynamics.
+
+    Found at random motions, and held to others. What cannot be told apart is counted with the body nearer to the
+    base. Coefficients are in SI units.
+
+    Parameters
+    ----------
+    parameters : mapping or array
+        As of ``simulate``; lengths decide the combinations.
+    seed : int
+        Of the random motions.
+
+    Raises
+    ------
+    UsageError
+        Constraints, absolute coordinates, bodies that deform.
+    NumericalError
+        Rounding does not let it be told whether some columns are independent.
+    """
     if model.multipliers:
         what = "constraints share efforts out, so fewer combinations decide a motion than those of the tree"
         raise UsageError(Problem("base_parameters", what, "the scene without its constraints"))

@@ -70,7 +70,29 @@ def buckling_loads(
     t: float = 0.0,
     u: Inputs = None,
 ) -> BucklingLoads:
-    """Return linear buckling loads; see ``Model.buckling_loads``."""
+    """Return linear buckling loads: where the stiffness, extrapolated along the path of a preload, is singular.
+
+    They are as good as the structure is straight up to there; ``equilibrium_path`` finds the bifurcations and limit
+    points themselves.
+
+    Parameters
+    ----------
+    parameter : str
+        What loads the scene: a tunable parameter, an input, or ``t``.
+    at : float
+        Its value of the preload, SI.
+    count : int
+        Loads wanted, those nearest to the preload.
+    initial, parameters, t, u
+        As of ``equilibrium``, for all that is not varied.
+
+    Raises
+    ------
+    NumericalError
+        There is no equilibrium under the preload, or its stiffness is singular.
+    UsageError
+        There is no such parameter, or terms are missing.
+    """
     if count < 1:
         raise UsageError(Problem("buckling_loads", f"{count} loads are asked for", "count=4"))
     value = number_of("at", at)
@@ -85,7 +107,7 @@ def buckling_loads(
     named = tuple(components_of(model, statics, mode) for mode in np.transpose(modes))
     warning = _misleads(statics, start.rest, varied.name, value, factors)
     if warning:
-        warnings.warn(f"{model.name}: {warning}", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"{model.name}: {warning}", RuntimeWarning, stacklevel=3)
     return BucklingLoads(varied.name, varied.unit, value, value + factors, modes, named, warning)
 
 

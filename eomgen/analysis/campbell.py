@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from eomgen.analysis.linearize import linearize
+from eomgen.analysis.operating_point import EquilibriumState
 from eomgen.analysis.root_locus import state_of
 from eomgen.analysis.steady_motion import motion_along
 from eomgen.analysis.symmetries import KnownSymmetries
 from eomgen.compiled.arguments import check_finite, numbers
+from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.campbell import Campbell
-from eomgen.linear.campbell_search import campbell
+from eomgen.linear.campbell_search import campbell as diagram
 from eomgen.linear.linearization import Linearization
 from eomgen.progress import Progress
 from eomgen.progress import shown as shown_progress
@@ -28,18 +30,56 @@ ORDERS = (1.0,)
 _SPEED = "rad/s"
 
 
-def campbell_over(
+def campbell(
     model: CompiledModel,
     speed: str,
     values: Sequence[float],
-    orders: Sequence[float] | None,
-    whirl: Sequence[tuple[str, str]],
-    velocities: Mapping[str, float],
-    coordinates: Mapping[str, ArrayLike],
+    *,
+    orders: Sequence[float] | None = None,
+    whirl: Sequence[tuple[str, str]] = (),
+    velocities: Mapping[str, float] | None = None,
+    coordinates: Mapping[str, ArrayLike] | None = None,
     progress: Progress | bool | None = None,
-    **options: Any,
+    at: str | EquilibriumState | None = None,
+    initial: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    t: float = 0.0,
+    u: Inputs = None,
+    any_kind: bool = False,
 ) -> Campbell:
-    """Return the diagram; see ``Model.campbell``."""
+    """Return the frequencies of oscillations over the speed of a rotor, their whirl, and the critical speeds.
+
+    Parameters
+    ----------
+    speed : str
+        A tunable parameter, or a component of the velocity (``spin``) that a steady motion is found for.
+    values : (n,)
+        Increasing; rad/s of a speed.
+    orders : sequence of float
+        Excitations of these multiples of the speed, whose crossings with modes are found to round-off; 1 where
+        none are given and the unit is rad/s.
+    whirl : sequence of pairs of str
+        Outputs or coordinates that are deflections along two axes that do not turn with the rotor, the second a
+        quarter turn from the first in the sense of the spin: ``[("x", "y")]``. Where they orbit in the sense of the
+        spin, a mode whirls forward.
+    velocities, coordinates : mappings
+        What else is given of the steady motion, as of ``steady_motion``.
+    progress : function of (steps done, all steps), or True for a bar
+    at, initial, parameters, t, u, any_kind : as of ``linearize``
+
+    Returns
+    -------
+    Campbell
+        After Ctrl-C, which ``interrupted`` tells, with the values and crossings found so far.
+
+    Raises
+    ------
+    UsageError
+        A name that is neither, values that do not increase, pairs that are none.
+    EomgenError
+        As of ``linearize`` and ``steady_motion``, with the value at which it was raised. Values without a linear
+        model are left out with a warning as long as two are kept.
+    """
     array = numbers("values", values)
     if array.ndim != 1 or len(array) < 2:
         what = f"the shape is {array.shape}, and two values and more are needed"
@@ -68,26 +108,25 @@ def campbell_over(
     if wrong:
         what = f"{shown(wrong[0])} is no pair of deflections"
         raise UsageError(Problem("whirl", what, '[("x", "y")], the second a quarter turn from the first'))
-    given = dict(options)
-    parameters = given.pop("parameters", None) or {}
-    initial, t, u = given.pop("initial", None), given.pop("t", 0.0), given.pop("u", None)
+    held = coordinates or {}
     found_once = KnownSymmetries()
 
     def linearized(value: float, before: Linearization | None) -> Linearization:
-        near = None if before is None or options.get("at") == "initial" else state_of(before)
+        near = None if before is None or at == "initial" else state_of(before)
         if is_parameter:
-            changed = {**parameters, speed: value}
-            return linearize(model, {}, t, u, parameters=changed, initial=near or initial, **given)
-        moving = {**velocities, speed: value}
+            changed = {**(parameters or {}), speed: value}
+            start = near or initial
+            return linearize(model, t=t, u=u, parameters=changed, at=at, initial=start, any_kind=any_kind)
+        moving = {**(velocities or {}), speed: value}
         first = near is None and found_once.fields is None
         try:
-            motion = motion_along(model, found_once, moving, coordinates, near or initial, parameters or None, t, u)
+            motion = motion_along(model, found_once, moving, held, near or initial, parameters or None, t, u)
         except NumericalError:
             if first:
                 raise
             found_once.forget()
-            motion = motion_along(model, found_once, moving, coordinates, initial, parameters or None, t, u)
-        return linearize(model, {}, t, u, at=motion, parameters=parameters or None)
+            motion = motion_along(model, found_once, moving, held, initial, parameters or None, t, u)
+        return linearize(model, t=t, u=u, at=motion, parameters=parameters or None)
 
     with shown_progress(progress, f"{model.name}: {speed}") as report:
-        return campbell(speed, unit, array.tolist(), linearized, orders, whirl, report)
+        return diagram(speed, unit, array.tolist(), linearized, orders, whirl, report)

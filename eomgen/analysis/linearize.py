@@ -27,7 +27,7 @@ from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, number_of
 from eomgen.compiled.state import State as RunState
-from eomgen.compiled.terms import Inputs, Parameters
+from eomgen.compiled.terms import Inputs, Parameters, States
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import update
 from eomgen.linear.freedom import Measures, freedom, singular_mechanism
@@ -50,10 +50,14 @@ _IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
 
 def linearize(
     model: CompiledModel,
-    given: Mapping[str, Any],
-    t: float,
-    u: Inputs,
+    q: ArrayLike | None = None,
+    v: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    t: float = 0.0,
+    u: Inputs = None,
     *,
+    z: States = None,
+    multipliers: ArrayLike | None = None,
     parameters: Parameters = None,
     base: ArrayLike | None = None,
     at: str | EquilibriumState | None = None,
@@ -61,7 +65,39 @@ def linearize(
     any_kind: bool = False,
     independent: Sequence[str] = (),
 ) -> Linearization:
-    """Return the linear model about a state; see ``Model.linearize``. ``given``: q, v, a, z and multipliers."""
+    """Return the linear model about a state: second order, state space, modes, frequency responses.
+
+    Without a state: about the static equilibrium near the initial state at ``t``, with the base held; on a base
+    that moves at t about rest relative to it, where that lasts; where there is neither, about the initial state
+    itself. What depends on time is frozen at ``t``.
+
+    Parameters
+    ----------
+    q, v, a : (nq,), (nv,), (nv,)
+        A state; v is 0 and a is that of forward dynamics where they are not given.
+    t, u, z, parameters, base : as of the model's functions
+    multipliers : (rows,)
+        Those of the state where they are not given.
+    at : str, or a result of ``equilibrium`` or ``steady_motion``
+        ``equilibrium`` or ``steady`` (an error where there is none), or ``initial``. What was found with other
+        inputs and parameters than the scene's needs them here again.
+    initial : mapping
+        As of ``simulate``: where to start, or to look for equilibrium.
+    any_kind : bool
+        Whether an unstable equilibrium will do: the nearest.
+    independent : sequence of str
+        Components (``hinge``, ``ball[2]``) to be independent coordinates, where constraints leave a choice.
+
+    Raises
+    ------
+    UsageError
+        Arguments that cannot be taken; a state that does not meet the constraints.
+    ModelError
+        Constraints depend on each other in this state.
+    NumericalError
+        No equilibrium was found where one was asked for, or partials are not finite.
+    """
+    given: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
     p = model.evaluator.one_set(parameters)
     able = able_to_linearize(model)
     operating_point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
@@ -193,7 +229,7 @@ def _warn_of_change(model: CompiledModel, state: State, operating_point: Operati
             f"linear about the {state.what}: the linear model changes with the turn of {drives(model, state.v)}, so it"
             " holds at this instant only; try: a scene that is symmetric about what turns, or simulate"
         )
-        warnings.warn(what, RuntimeWarning, stacklevel=5)
+        warnings.warn(what, RuntimeWarning, stacklevel=4)
 
 
 def _warn_of_acceleration(model: CompiledModel, found: Linearization) -> None:
@@ -205,7 +241,7 @@ def _warn_of_acceleration(model: CompiledModel, found: Linearization) -> None:
         name, unit = model.v_names[k].removeprefix("v."), model.v_units[k].replace("/s", "/s^2")
         what = f"linear about a state that does not rest: {name} accelerates with {a[k]:.4g} {unit}"
         hint = 'linearize() for an equilibrium, at="initial", or the a of the state if it is meant'
-        warnings.warn(f"{what}, so modes are those of this instant; try: {hint}", RuntimeWarning, stacklevel=5)
+        warnings.warn(f"{what}, so modes are those of this instant; try: {hint}", RuntimeWarning, stacklevel=4)
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:

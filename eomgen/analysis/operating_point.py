@@ -141,13 +141,13 @@ def found_state(
                 unsteady = unsteady or error.problems[0].what
     if evenly:
         what = f"linear about an equilibrium with the base held, which turns, for there is no steady motion: {unsteady}"
-        warnings.warn(f'{what}; try: at="equilibrium" if it is meant', RuntimeWarning, stacklevel=5)
+        warnings.warn(f'{what}; try: at="equilibrium" if it is meant', RuntimeWarning, stacklevel=4)
     if at in (None, "equilibrium"):
         try:
             found = equilibrium(model, *where, any_kind=any_kind)
             if cautions := found.warnings(any_kind=any_kind):
                 what = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)}"
-                warnings.warn(what, RuntimeWarning, stacklevel=5)
+                warnings.warn(what, RuntimeWarning, stacklevel=4)
             return as_found("equilibrium", found, operating_point)
         except (NumericalError, ModelError) as error:
             if at == "equilibrium":
@@ -159,10 +159,10 @@ def found_state(
         q, v = consistent.q, consistent.v
         if at is None and driven:
             what = f"linear about the initial state, which does not last: {reason}"
-            warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=5)
+            warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=4)
     if reason and operating_point.u is not None and not (model.multipliers and driven):
         what = f"linear about the initial state, with the inputs that are given: {reason}"
-        warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=5)
+        warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=4)
     return State("initial state", q, v, start.z), operating_point
 
 
@@ -171,7 +171,7 @@ def as_found(what: str, found: EquilibriumState, operating_point: OperatingPoint
     if np.any(found.a):
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"
-        warnings.warn(f"linear about a {what}: {how}; try: {hint}", RuntimeWarning, stacklevel=5)
+        warnings.warn(f"linear about a {what}: {how}; try: {hint}", RuntimeWarning, stacklevel=4)
     state = State(what, found.q, found.v, found.z, found.a, found.multipliers)
     return state, replace(
         operating_point, t=found.t, base=found.base if operating_point.base is None else operating_point.base

@@ -58,8 +58,41 @@ def equilibrium_path(
     stability: bool = True,
     progress: Progress | bool | None = None,
 ) -> EquilibriumPath:
-    """Return equilibria connected with the one at ``start`` while a parameter goes to a value; see
-    ``Model.equilibrium_path``."""
+    """Return equilibria along a parameter: a load path, past limit points, with bifurcations marked.
+
+    The path starts at the equilibrium to which load steps lead from the initial state at ``start``, and is followed
+    by steps of arc length until the parameter is ``to``, however often it turns round on the way (Riks 1972, Keller
+    1977).
+
+    Parameters
+    ----------
+    parameter : str
+        A tunable parameter, an input, or ``t``, the time in formulas: loads and drives are then followed as slowly
+        as rest asks for.
+    to, start : float
+        Its values at the end and at the start, in SI units.
+    initial, parameters, t, u
+        As of ``equilibrium``, for all that is not varied.
+    max_step : float
+        Largest displacement of a step, rad or lengths of the scene.
+    max_points : int
+        Equilibria at most.
+    stability : bool
+        Whether stiffnesses next to zero are looked at, and limit points and bifurcations located.
+    progress : function of (steps done, all steps), or True for a bar
+
+    Returns
+    -------
+    EquilibriumPath
+        With ``success`` and ``message``: where it ends, and why; after Ctrl-C as far as it came.
+
+    Raises
+    ------
+    NumericalError
+        There is no equilibrium at ``start``.
+    UsageError
+        There is no such parameter, or terms are missing.
+    """
     first, last = number_of("start", start), number_of("to", to)
     if first == last:
         what = f"{parameter} is to go from {first:.6g} to the same value"

@@ -19,8 +19,23 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-def road_excitation(model: CompiledModel, road: Road | None, speed: float | None) -> RoadExcitation:
-    """Return the roads that the inputs of a scene are; see ``Model.road_excitation``."""
+def road_excitation(model: CompiledModel, road: Road | None = None, speed: float | None = None) -> RoadExcitation:
+    """Return the random or measured roads of the scene's inputs as an excitation of its linear models.
+
+    Wheels of the same seed, or on the same profile, run in the same track, each by its offset behind the first;
+    different tracks are independent. A profile has its spectrum by Welch's method, see ``MeasuredRoad``; speeds are
+    those at the default parameters.
+
+    Parameters
+    ----------
+    road, speed : Road of ``eomgen.spectra``, m/s
+        Others than those of the scene.
+
+    Raises
+    ------
+    UsageError
+        No input is a road, or they differ in class, profile or speed where none is given.
+    """
     under = {item.name: item.road for item in model.description.inputs if item.road is not None}
     if not under and (measured := _measured(model)):
         return _over_profile(measured, road, speed)

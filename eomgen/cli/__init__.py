@@ -10,7 +10,6 @@ import sys
 import traceback
 import warnings
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TextIO
 
@@ -18,57 +17,57 @@ import click
 
 from eomgen.cli.options import debug_option
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
+from eomgen.extensions import distribution
+from eomgen.verbs import BUILT_IN, Verb, others
 from eomgen.version import __version__
 
 INTERRUPTED = 130
 
-#: Each verb with its line in the list of commands, and the module that holds it: only the one asked for is imported.
-VERBS: dict[str, tuple[str, str]] = {
-    "info": ("Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info"),
-    "generate": ("Write the model and its stepper as a folder of C.", "eomgen.cli.generate"),
-    "savings": ("Costs as asked, against more than is asked for.", "eomgen.cli.savings"),
-    "check": ("Hold every closed form against differences and complex steps.", "eomgen.cli.check"),
-    "equilibrium": ("Find where a scene comes to rest.", "eomgen.cli.equilibrium"),
-    "linearize": ("Modes, stability and responses of the linear model.", "eomgen.cli.linearize"),
-    "simulate": ("Integrate, and save the solution with plots.", "eomgen.cli.simulate"),
-    "ensemble": ("Run many samples of what varies: statistics and sensitivities.", "eomgen.cli.ensemble"),
-    "random": ("Distribution of an output under random processes, and its tails.", "eomgen.cli.random"),
-    "identify": ("Unknown parameters of a scene from measured runs, with intervals.", "eomgen.cli.identify"),
-    "sample": ("Sample fields on a mesh from their posterior, by Hamiltonian Monte Carlo.", "eomgen.cli.sample"),
-    "animate": ("Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate"),
-    "tradeoff": ("Measure speed against accuracy: methods, formulations, steps.", "eomgen.cli.tradeoff"),
-    "tune": ("Find the cheapest settings that meet a demand on the error.", "eomgen.cli.tune"),
-    "extremes": ("Map what holds, is said and fails under extreme conditions.", "eomgen.cli.extremes"),
-    "schema": ("Print the JSON Schema of scene files.", "eomgen.cli.schema"),
-    "doctor": ("Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.doctor"),
-}
+#: eomgen's own verbs with a command, in the order of the list.
+VERBS: dict[str, Verb] = {verb.name: verb for verb in BUILT_IN if verb.command}
 
 
 class _Verbs(click.Group):
     """A group that imports a command when it is called; the list of commands needs none of them."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(VERBS)
+        return list(_every_verb())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in VERBS:
+        verb = _verb_named(cmd_name)
+        if verb is None:
             return None
-        command = getattr(import_module(VERBS[cmd_name][1]), cmd_name)
-        return command if isinstance(command, click.Command) else None
+        command: click.Command = verb.imported(verb.command, lambda it: isinstance(it, click.Command), "click.Command")
+        return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args and args[0] not in VERBS and not args[0].startswith("-"):
+        if args and not args[0].startswith("-") and _verb_named(args[0]) is None:
             from eomgen.cli.mistakes import of_verb  # noqa: PLC0415  # for a mistake only
             from eomgen.text import shown  # noqa: PLC0415
 
-            raise UsageError(Problem("eomgen", f"there is no verb {shown(args[0])}", of_verb(args[0], VERBS)))
+            raise UsageError(Problem("eomgen", f"there is no verb {shown(args[0])}", of_verb(args[0], _every_verb())))
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
-            formatter.write_dl([(verb, text) for verb, (text, _) in VERBS.items()])
+            formatter.write_dl([(name, verb.summary) for name, verb in _every_verb().items()])
+        for fault in others().faults.values():
+            click.echo(f"left out: {fault.report()}", err=True)
+
+
+def _every_verb() -> dict[str, Verb]:
+    return VERBS | {name: verb for name, verb in others().verbs.items() if verb.command}
+
+
+def _verb_named(name: str) -> Verb | None:
+    """Return a verb with a command. Raises UsageError for one whose distribution gives no row that can be used."""
+    if name in VERBS:
+        return VERBS[name]
+    if name in others().faults:
+        raise others().faults[name]
+    return _every_verb().get(name)
 
 
 @click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"]})
@@ -139,10 +138,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if "--debug" in words:
             traceback.print_exc()
         click.echo(
-            f"internal error: {type(error).__name__}: {error}; this is a fault of eomgen; try: the same with --debug",
+            f"internal error: {type(error).__name__}: {error}; this is a fault of {_author(words)}; try: the same with"
+            " --debug",
             err=True,
         )
         return 1
+
+
+def _author(words: Sequence[str]) -> str:
+    """Return the distribution of the verb in a command line."""
+    verb = others().verbs.get(next((word for word in words if not word.startswith("-")), ""))
+    return "eomgen" if verb is None or verb.entry is None else distribution(verb.entry)
 
 
 def _drop_what_cannot_be_written() -> None:

@@ -10,12 +10,13 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, contextmanager, nullcontext, suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
+from eomgen.calls import with_options_of
 from eomgen.compiled.arguments import count_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.ensembles.cluster import connected
@@ -42,6 +43,7 @@ from eomgen.locks import sole_use
 from eomgen.progress import Progress, shown
 from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution
+from eomgen.simulation.option_types import EnsembleOptions
 from eomgen.simulation.row_times import row_times
 from eomgen.simulation.side_by_side import Alike
 from eomgen.simulation.simulate import simulate
@@ -65,6 +67,7 @@ _KEPT_AS = ("npz", "parquet")
 _MOST_COLUMNS = 12
 
 
+@with_options_of(simulate, EnsembleOptions.__annotations__)
 def simulate_many(
     model: CompiledModel,
     t_end: float | None = None,
@@ -85,9 +88,68 @@ def simulate_many(
     cluster: object = None,
     progress: Progress | bool | None = None,
     error_estimate: bool = True,
-    **options: Any,
+    **options: Unpack[EnsembleOptions],
 ) -> Ensemble:
-    """Run samples of varied quantities; options and errors as of ``Model.simulate_many``."""
+    """Run samples of what varies, reduced as they come: statistics over time, extremes of each sample.
+
+    What is not varied is as in ``simulate``, whose options these are. A sample that fails is kept with its reason
+    and its values, and enters no statistics. The numbers have the same bits with any number of workers, and after
+    any interruption; sample k of ``monte_carlo``, ``sobol`` and ``halton`` is the same in a larger ensemble.
+    Memory does not grow with the number of samples where there is a folder, but for reading ``values`` and
+    ``results`` back.
+
+    Parameters
+    ----------
+    t_end, step : as of ``simulate``
+    vary : mapping
+        Name -> distribution: tunable parameters, inputs (constant over a run), ``seed.road`` and ``scale.road`` of
+        the law that the scene gives an input, ``q.hinge``, ``v.hinge`` and internal states of the initial state.
+        Distributions as texts with numbers in the scene's units or with units of their own: ``normal(mean,
+        deviation)``, ``truncated_normal(mean, deviation, low, high)``, ``lognormal(mean, deviation)`` of the number
+        itself, ``uniform(low, high)``, ``loguniform(low, high)``, ``triangular(low, mode, high)``,
+        ``exponential(mean)``, ``weibull(scale, shape)``, ``gumbel(location, scale)``, ``integers(low, high)``; a
+        deviation may be a percentage of the mean. Lists: ``values(1, 2, 4)``, ``linspace(low, high, count)``,
+        ``logspace(low, high, count)``.
+    table : mapping or DataFrame
+        Name -> column (samples,), in place of ``vary`` and a design.
+    samples : int
+        Of random designs; of ``saltelli`` those of each of its parts, (2 + varied) times as many in all.
+    design : str
+        ``monte_carlo`` (the default), ``latin_hypercube``, ``sobol``, ``halton``, ``saltelli`` for Sobol' indices,
+        or ``grid`` (the default of lists): all combinations of lists.
+    seed : int
+    columns : sequence of str
+        Outputs or columns of ``Solution.columns()`` that are looked at; all outputs by default, or coordinates
+        where there are none.
+    points : int
+        Times that statistics are made for, at most.
+    keep : sequence of int
+        Numbers of samples whose solutions are written to the folder, ``runs``.
+    keep_as : str
+        ``npz``, or ``parquet`` for their columns alone.
+    folder : path
+        Where samples and statistics are kept as they come.
+    resume : bool
+        Go on with what the folder holds.
+    workers : int
+        Threads, or processes of the cluster ``dask``; one for each processor by default.
+    cluster : str, path or object
+        Dask's, to run samples on, with the same bits: ``dask`` for processes of this machine, the address of a
+        scheduler, its file, or a ``distributed.Client`` or cluster object.
+    progress : callable or True
+        As of ``simulate``, called with samples.
+    error_estimate : bool
+        As of ``simulate``, of examined samples.
+    method, rho_inf, alpha, beta, gamma, order, tolerance, initial, parameters, inputs, controllers, record_every,
+    t_start, settings, start : as of ``simulate``
+
+    Raises
+    ------
+    UsageError
+        Anything that is wrong before the first sample, by name; of a cluster also later.
+    FileError
+        The folder holds another ensemble, or one that is not to be gone on with; a cluster is lost.
+    """
     _check_options(options, folder, resume=resume)
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)
     items, drawn, name = _designed(model, vary, table, samples, design, seed)

@@ -153,7 +153,7 @@ def campbell(
         raise next(iter(failures.values()))
     for kind in _alike([str(failure) for failure in failures.values()]):
         more = f", and {len(kind) - 1} more values for the same reason" if len(kind) > 1 else ""
-        warnings.warn(f"Campbell diagram: left out: {kind[0]}{more}", RuntimeWarning, stacklevel=5)
+        warnings.warn(f"Campbell diagram: left out: {kind[0]}{more}", RuntimeWarning, stacklevel=4)
     columns, count = _followed(nodes)
     found = [node.oscillations for node in nodes]
     eigenvalues = np.full((len(found), count), complex(np.nan, np.nan))
@@ -182,7 +182,7 @@ def campbell(
             speed = float(brentq(excess, low, high, xtol=_ACCURACY * max(abs(low), abs(high)), rtol=_ACCURACY))
             excess(speed)
         except (ModelError, NumericalError) as error:
-            warnings.warn(f"Campbell diagram: a crossing with {order:g}x is left out: {error}", RuntimeWarning, 6)
+            warnings.warn(f"Campbell diagram: a crossing with {order:g}x is left out: {error}", RuntimeWarning, 5)
             return None
         word = {1: "forward", -1: "backward"}.get(int(last["whirl"]), "")
         return Crossing(order, speed, float(last["eigenvalue"].imag), places[number], word)
@@ -204,7 +204,7 @@ def campbell(
                 report(len(values) + len(values) * number // len(candidates), all_steps)
     except KeyboardInterrupt:
         interrupted = True
-    doubts.warn(stacklevel=6)
+    doubts.warn(stacklevel=5)
     kept = sorted((item for item in crossings if item is not None), key=lambda item: (item.order, item.speed))
     wanted = [row for row, node in enumerate(nodes) if node.wanted]
     given = np.array([nodes[row].value for row in wanted])

@@ -3,7 +3,6 @@
 __all__ = [
     "automatic_method",
     "checkpoint",
-    "motions",
     "option_types",
     "resume",
     "row_times",
@@ -11,7 +10,6 @@ __all__ = [
     "sensitivities",
     "side_by_side",
     "simulate",
-    "simulator",
     "start",
     "timing",
 ]

@@ -1,25 +1,15 @@
-"""Keyword options of runs, as type checkers and editors know them; ``Model`` documents them."""
+"""Keyword options that studies hand on to runs, for type checkers and editors; ``simulate`` documents them."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from typing import Any, TypedDict
 
 from eomgen.compiled.terms import Parameters
-from eomgen.progress import Progress
 from eomgen.simulation.stepping.controllers import Controller
 from eomgen.simulation.stepping.inputs import LawOverTime, Signal
 
-__all__ = [
-    "Continuation",
-    "EnsembleOptions",
-    "LawOverTime",
-    "MethodOptions",
-    "ResumeOptions",
-    "RunOptions",
-    "SensitivityOptions",
-]
+__all__ = ["EnsembleOptions", "LawOverTime", "SensitivityOptions"]
 
 #: What others call options of runs, and their names here.
 KNOWN_ELSEWHERE: Mapping[str, str] = {
@@ -34,52 +24,28 @@ KNOWN_ELSEWHERE: Mapping[str, str] = {
 }
 
 
-class MethodOptions(TypedDict, total=False):
-    """Parameters of methods, settings of steppers, and where a motion starts."""
+class EnsembleOptions(TypedDict, total=False):
+    """Options of ``simulate`` that ``Model.simulate_many`` hands on."""
 
+    method: str | None
     rho_inf: float | None
     alpha: float | None
     beta: float | None
     gamma: float | None
     order: int | None
     tolerance: float | None
+    initial: Mapping[str, Any] | None
+    parameters: Parameters
     inputs: Mapping[str, Signal] | None
     controllers: Mapping[str, Controller] | None
+    record_every: int | None
     t_start: float
     settings: Mapping[str, float] | None
     start: str | None
 
 
-class Continuation(TypedDict, total=False):
-    """Progress, checkpoints, and the estimate of the error."""
-
-    progress: Progress | bool | None
-    checkpoint: str | os.PathLike[str] | None
-    checkpoint_every: int | None
-    error_estimate: bool
-
-
-class RunOptions(MethodOptions, Continuation, total=False):
-    """Of ``Model.simulate``, besides the end and the step."""
-
-    method: str | None
-    initial: Mapping[str, Any] | None
-    parameters: Parameters
-    record_every: int | None
-
-
-class EnsembleOptions(MethodOptions, total=False):
-    """Of ``Model.simulate_many``, besides what varies."""
-
-    method: str | None
-    initial: Mapping[str, Any] | None
-    parameters: Parameters
-    record_every: int | None
-    error_estimate: bool
-
-
 class SensitivityOptions(TypedDict, total=False):
-    """Of ``Model.sensitivities``, besides the end, the step and what is differentiated."""
+    """Options of ``Model.sensitivities`` that ``random_vibration`` hands on."""
 
     method: str | None
     rho_inf: float | None
@@ -92,11 +58,3 @@ class SensitivityOptions(TypedDict, total=False):
     record_every: int | None
     t_start: float
     settings: Mapping[str, float] | None
-
-
-class ResumeOptions(Continuation, total=False):
-    """Of ``Model.resume``, besides the file and the end."""
-
-    parameters: Parameters
-    inputs: Mapping[str, Signal] | None
-    controllers: Mapping[str, Controller] | None

@@ -52,7 +52,40 @@ def resume(
     checkpoint_every: int | None = None,
     error_estimate: bool = True,
 ) -> Solution:
-    """Go on with a run from its checkpoint; options and errors as of ``Model.resume``."""
+    """Go on with a run from its checkpoint: same method, step, settings, parameters, inputs and time grid,
+    to the same bits.
+
+    Parameters
+    ----------
+    path : path
+        File of ``simulate(checkpoint=...)``.
+    t_end : float
+        End of the run, s; that of the first part by default, and it may be later.
+    parameters : mapping or array
+        Not needed; refused where they are not those of the first part.
+    inputs : mapping
+        Functions of t must be given again; numbers and tables are in the file, and refused where they differ.
+    controllers : mapping
+        The functions again, whose memory the scene has to declare: a checkpoint holds nothing else.
+    progress, checkpoint, checkpoint_every
+        As in ``simulate``; checkpoints go to ``path`` by default.
+    error_estimate : bool
+        As in ``simulate``; the estimate takes the state of the checkpoint for exact.
+
+    Returns
+    -------
+    Solution
+        From the checkpoint on; ``first.followed_by(second)`` puts both parts together.
+
+    Raises
+    ------
+    FileError
+        The file cannot be read or is no checkpoint.
+    ModelError
+        It belongs to another model, or to another compilation of it.
+    UsageError
+        Other parameters or inputs; an end that is behind; a controller's function whose memory is not declared.
+    """
     file = Path(path)
     saved = Checkpoint.load(file)
     saved_run = saved.run

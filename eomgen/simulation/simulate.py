@@ -69,7 +69,107 @@ def simulate(
     start: str | None = None,
     error_estimate: bool = True,
 ) -> Solution:
-    """Integrate the equations of motion on a grid of equal steps; options and errors as of ``Model.simulate``."""
+    """Integrate the equations of motion on a grid of equal steps.
+
+    What is not given is the scene's; the method is the one that the model was built with. A numerical failure and
+    Ctrl-C end the run with the last good state: the Solution then has ``success`` False and a message; nothing is
+    raised. So it has where the motion has grown because the method is unstable at this step: see
+    ``simulation.judgement.instability``.
+
+    Parameters
+    ----------
+    t_end : float
+        End of the run, s. A last step that would pass it is shortened to end there; tables of inputs have a point
+        for its whole.
+    step : float
+        Step size, s.
+    method : str
+        The model's own by default. ``auto``: chosen once, before the run, from the eigenvalues of the equations at
+        its start, the constraints, and whether forces are smooth; the message and ``metadata["method"]`` name the
+        choice.
+
+        - Generalized-alpha, implicit, order 2: ``generalized_alpha`` (also ``chung_hulbert``); with other updates
+          of rotations ``generalized_alpha_f1``, ``generalized_alpha_f2``, ``generalized_alpha_spatial``; its cases
+          ``hht``, ``wbz``, ``newmark`` and ``trapezoidal`` (also ``average_acceleration``); with steps by a
+          tolerance ``generalized_alpha_adaptive``, ``hht_adaptive``, ``wbz_adaptive`` and ``trapezoidal_adaptive``.
+          For constraints of index 3 ``generalized_alpha_index3``, ``generalized_alpha_index3_f1``,
+          ``generalized_alpha_index3_f2``, ``generalized_alpha_index3_spatial``, ``hht_index3``, ``wbz_index3``,
+          ``newmark_index3`` and ``trapezoidal_index3``.
+        - Runge-Kutta, explicit: ``rk4`` (also ``rkmk4``, ``runge_kutta``), of order 4; ``rk45`` (also
+          ``dormand_prince``, ``dopri5``), of order 5 with steps of its own between rows that are ``step`` apart; by
+          coordinate partitioning of constrained scenes ``rk4_partitioned`` (also ``partitioned``) and
+          ``rk45_partitioned``.
+        - ``hermite``, of order 4 from accelerations and their rates, and ``taylor``, series of any order, whose
+          steps are its own and ``step`` the spacing of the time grid on which it gives states.
+        - For real time, of order 2, with one factorization a step and no iteration, on trees and loops:
+          ``rosenbrock`` and ``lsrt2``; ``corrected_predictor`` where forces are measured.
+        - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.
+          Where inertia is constant and no force depends on velocities, symplectic compositions of kicks and drifts:
+          ``leapfrog``, ``minimum_norm2`` and ``bcss3`` of order 2, ``yoshida4``, ``suzuki4``, ``omf4`` and
+          ``blanes_moan4`` of order 4, ``yoshida6``, ``suzuki6`` and ``blanes_moan6`` of order 6, ``yoshida8`` and
+          ``kahan_li8`` of order 8.
+        - For stiff motions at high accuracy, with one factorization a step and no iteration, time-discontinuous
+          Galerkin methods in passes: ``tdg1`` and ``tdg1_star`` of order 3, ``tdg2s`` of order 4, ``tdg2`` of order
+          5, ``tdg3`` of order 7; with steps by a tolerance ``tdg1_adaptive``, ``tdg1_star_adaptive``,
+          ``tdg2_adaptive`` and ``tdg3_adaptive``.
+    rho_inf : float
+        Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
+    alpha : float
+        Numerical damping of ``hht`` (0 to 1/3), ``wbz`` or ``newmark`` (0 to 1), in place of ``rho_inf``.
+    beta, gamma : float
+        Of ``newmark``; 1/4 and 1/2 by default.
+    order : int
+        Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
+    tolerance : float
+        Of the local error, relative to what the motion moves within a step: ``generalized_alpha``, ``hht``, ``wbz``
+        and ``trapezoidal`` then choose their steps between rows that are ``step`` apart, and so does ``rk45``, by
+        1e-8 by default, and so do the ``tdg`` methods but ``tdg2s``, by 1e-6. Of ``taylor``, relative to what
+        lengths and angles move within a step, or to a hundredth of the machine and of 1 rad; of z relative to the
+        largest, or to 1; 1e-12 by default. 0: each step of the time grid is one step, of the order that is given.
+    initial : mapping
+        ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity":
+        1.0}}``. Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered":
+        0.2}``.
+    parameters : mapping or array
+    inputs : mapping
+        Name -> number, function of t, or array on the step grid (steps + 1 values, linear in between).
+    controllers : mapping
+        Name -> function of the sampled controllers that the scene leaves to the caller: ``f(t, signals)``, with
+        declared memory ``f(t, signals, memory)``, gives what is held until the next sample. A class is made anew
+        for each run that the error estimate takes; a function that may keep something by itself is called in one
+        run only.
+    record_every : int
+        Steps between recorded rows; the first and the last state are always recorded.
+    t_start : float
+        Time of the initial state, s.
+    settings : mapping
+        The stepper's own, by name. Of generalized-alpha: ``rtol`` and ``atol`` of its Newton iteration,
+        ``max_iterations``, ``max_halvings`` of a step that fails, ``reuse`` of its matrix (0 or 1), and
+        ``perturb`` of a start in index 3 (0 or 1). Of ``rosenbrock``: ``damped_start`` (0 or 1). Of
+        ``corrected_predictor``: ``matrix_every`` so many steps, 0 for one matrix. Of these, ``lsrt2`` and
+        ``tdg1`` to ``tdg3``: ``stop_at_growth`` (0 or 1) that a step would damp. Of ``rosenbrock`` and ``lsrt2`` on
+        loops: the largest ``drift`` off the constraints, a share. Of ``rattlie``: ``rtol``, ``max_iterations``, and
+        which ``multipliers`` rows have (0 to 3). Of methods that choose their steps: their ``largest_step``, s; 0
+        for 64 steps of the time grid (``taylor``: 256).
+    progress : callable or True
+        Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted
+        too. True shows a bar, in notebooks and on terminals.
+    checkpoint : path
+        File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and
+        meanwhile.
+    checkpoint_every : int
+        Steps between two checkpoints; one a minute where it is not given.
+    start : str
+        ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The
+        scene's where neither this nor ``initial`` is given.
+    error_estimate : bool
+        Whether the discretisation error is estimated, by runs at other steps or tolerances: ``Solution.error``.
+
+    Raises
+    ------
+    UsageError
+        Anything that is wrong before the run starts, by name; a controller's function that fails.
+    """
     defaults = model.library.layout["defaults"]
     step = positive("step", defaults["step"] if step is None else step)
     end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)

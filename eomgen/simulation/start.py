@@ -50,7 +50,30 @@ def start(
     start: str | None = None,
     motions: Mapping[str, Target] | None = None,
 ) -> Simulator:
-    """Return a simulator at an initial state, to be stepped by the caller; as ``Model.start``."""
+    """Return a simulator at an initial state, to be stepped by the caller.
+
+    What is not given is the scene's, as in ``simulate``, whose options these are. A simulator makes none of the
+    checks of a whole run: energies, growth and the discretisation error are left to the caller.
+
+    Parameters
+    ----------
+    initial, parameters, method, step : as in ``simulate``
+    rho_inf, alpha, beta, gamma, order, tolerance, t_start, settings, start : likewise
+    inputs : mapping
+        Name -> number or function of t: what inputs are in steps that are given none.
+    controllers : as in ``simulate``; copies and ``restore`` need functions whose memory the scene declares
+    motions : mapping
+        Name -> position, rate and acceleration at the start, or a function of t that gives these three.
+
+    Raises
+    ------
+    UsageError
+        Anything that is wrong, by name.
+    ModelError
+        The method cannot run on this scene; constraints cannot be met.
+    NumericalError
+        The initial state has no finite accelerations.
+    """
     defaults = model.library.layout["defaults"]
     size = positive("step", defaults["step"] if step is None else step)
     t = number_of("t_start", t_start)

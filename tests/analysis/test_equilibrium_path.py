@@ -372,9 +372,9 @@ def test_a_deep_arch_snaps_at_its_published_load_and_linear_buckling_says_that_i
         r" (it is [-0-9.]+|there is none): the load bends the structure, so extrapolation misleads; try:"
         r" equilibrium_path, which finds limit points and bifurcations"
     )
-    with pytest.warns(RuntimeWarning, match=said):
+    with pytest.warns(RuntimeWarning, match=said) as caught:
         found = model.buckling_loads("load", count=1)
-    assert found.warning
+    assert found.warning and caught[0].filename == __file__
 
 
 @pytest.mark.long

@@ -203,7 +203,7 @@ def test_warnings_in_the_same_words_are_one_with_a_count(
         warnings.simplefilter("always")
         overhung.campbell("spin", np.linspace(10.0, 100.0, 7), orders=())
     said = [str(item.message) for item in caught if "coefficients" in str(item.message)]
-    assert len(said) == 1
+    assert len(said) == 1 and {item.filename for item in caught} == {__file__}
     assert said[0].startswith("Campbell diagram: at 7 values of spin from 10 to 100, at spin = 10 for instance: coeff")
 
 

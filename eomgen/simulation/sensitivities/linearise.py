@@ -68,7 +68,39 @@ def sensitivities(
     t_start: float = 0.0,
     settings: Mapping[str, float] | None = None,
 ) -> Sensitivities:
-    """Return derivatives of a run; as ``Model.sensitivities``."""
+    """Return derivatives of a run's outputs in parameters and the initial state, exact for its discrete steps.
+
+    The run is that of ``simulate`` with the same options. What Newton's iteration leaves of its steps is in the
+    derivatives, too: ``settings={"rtol": 1e-16, "atol": 1e-18}`` for derivatives to rounding.
+
+    Parameters
+    ----------
+    t_end, step : as of ``simulate``; whole steps
+    by : sequence of str
+        Tunable parameters, all of them by default; ``q.hinge``, ``v.hinge`` and internal states, ``z.filtered``,
+        of the initial state. ``q.ball[0]`` of a rotating joint turns it about its own axis x, rad. What the run
+        starts from is in the derivatives: static equilibrium of the scene's start, steps onto constraints.
+    of : sequence of str
+        Outputs; all by default.
+    method : str
+        ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``; ``tdg1``, ``tdg1_star``, ``tdg2``,
+        ``tdg2s`` or ``tdg3``.
+    rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of ``simulate``
+
+    Returns
+    -------
+    Sensitivities
+        ``derivatives`` of outputs over time, by tangents; ``gradient`` of a number of the whole run, by adjoints,
+        and its ``hessian``.
+
+    Raises
+    ------
+    UsageError
+        Names that are none, a parameter that is fixed, a method without derivatives, a scene with events, sampled
+        states or jumps of forces within the run.
+    NumericalError
+        The run fails, or its linear equations have no solution.
+    """
     defaults = model.library.layout["defaults"]
     size = positive("step", defaults["step"] if step is None else step)
     end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)

@@ -7,11 +7,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.calls import with_options_of
 from eomgen.compiled.arguments import number_of
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.reliability import (
@@ -26,7 +27,9 @@ from eomgen.reliability import (
     points_on_curve,
 )
 from eomgen.results.sample_errors import SampleErrors
+from eomgen.simulation.option_types import SensitivityOptions
 from eomgen.simulation.sensitivities.crossings import CrossedJump
+from eomgen.simulation.sensitivities.linearise import sensitivities
 from eomgen.studies.vibration.distributions import (
     against_samples,
     at_points,
@@ -82,6 +85,7 @@ _OF_STEPS = 0.03
 _SAMPLED = ("corrected", "importance_sampling", "monte_carlo")
 
 
+@with_options_of(sensitivities, SensitivityOptions.__annotations__)
 def random_vibration(
     model: Model,
     output: str,
@@ -98,7 +102,7 @@ def random_vibration(
     times: Sequence[float] = (),
     levels: Sequence[float] = (),
     seed: int = 0,
-    **options: Any,
+    **options: Unpack[SensitivityOptions],
 ) -> RandomVibration:
     """Return the distribution of an output at a time, and the cost of each method.
 
@@ -116,7 +120,8 @@ def random_vibration(
     pairs : of points of the Hermite projection
     times : s, at which the covariance with the output at ``at`` is wanted
     levels : whose first passage within the run is wanted, from below
-    options : of ``simulate``; the method is the scene's if none is given
+    method, rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of
+        ``simulate``; the method is the scene's by default
 
     Raises
     ------
