@@ -38,13 +38,13 @@ class Model(CompiledModel):
         """Return a method that another distribution adds. Raises UnknownAttribute."""
         if name.startswith("_"):
             return super().__getattr__(name)
-        found = others()
+        added = others()
         try:
-            if name in found.methods:
-                return MethodType(_method(*found.methods[name]), self)
+            if name in added.methods:
+                return MethodType(_method(*added.methods[name]), self)
             return super().__getattr__(name)
         except UsageError as error:
-            faults = [problem for fault in found.faults.values() for problem in fault.problems]
+            faults = [problem for fault in added.faults.values() for problem in fault.problems]
             raise UnknownAttribute([*error.problems, *faults]) from None
 
     def __dir__(self) -> list[str]:

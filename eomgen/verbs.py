@@ -67,14 +67,14 @@ class Verb:
         """
         module, _, name = target.partition(":")
         try:
-            found = getattr(import_module(module), name)
+            value = getattr(import_module(module), name)
         except Exception as error:  # modules of other distributions may raise anything
             if self.entry is None:
                 raise
             raise broken(self.entry, f"names {target}, which does not load: {type(error).__name__}: {error}") from error
-        if self.entry is not None and not kind(found):
+        if self.entry is not None and not kind(value):
             raise broken(self.entry, f"names {target}, which is no {wanted}")
-        return found
+        return value
 
 
 BUILT_IN: tuple[Verb, ...] = (

@@ -75,10 +75,11 @@ class BaseParameters:
 
 
 def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed: int = 0) -> BaseParameters:
-    """Return the least number of combinations of the regressor's parameters that decide inverse dynamics.
+    """Return the base parameters: the smallest set of combinations of the regressor's parameters that determines
+    inverse dynamics.
 
-    Found at random motions, and held to others. What cannot be told apart is counted with the body nearer to the
-    base. Coefficients are in SI units.
+    They are identified at random motions and checked at others. Dependent parameters are counted with the body nearer
+    to the base. Coefficients are in SI units.
 
     Parameters
     ----------
@@ -92,7 +93,7 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
     UsageError
         Constraints, absolute coordinates, bodies that deform.
     NumericalError
-        Rounding does not let it be told whether some columns are independent.
+        Rounding hides whether some columns are independent.
     """
     if model.multipliers:
         what = "constraints share efforts out, so fewer combinations decide a motion than those of the tree"

@@ -70,21 +70,21 @@ def buckling_loads(
     t: float = 0.0,
     u: Inputs = None,
 ) -> BucklingLoads:
-    """Return linear buckling loads: where the stiffness, extrapolated along the path of a preload, is singular.
+    """Return linear buckling loads, at which the stiffness, extrapolated along the path of a preload, is singular.
 
-    They are as good as the structure is straight up to there; ``equilibrium_path`` finds the bifurcations and limit
-    points themselves.
+    They are accurate if the structure bends little up to these loads; ``equilibrium_path`` finds the bifurcations and
+    limit points themselves.
 
     Parameters
     ----------
     parameter : str
-        What loads the scene: a tunable parameter, an input, or ``t``.
+        Load of the scene: a tunable parameter, an input, or ``t``.
     at : float
         Its value of the preload, SI.
     count : int
-        Loads wanted, those nearest to the preload.
+        Number of loads, the nearest to the preload.
     initial, parameters, t, u
-        As of ``equilibrium``, for all that is not varied.
+        As of ``equilibrium``; the load is not among them.
 
     Raises
     ------

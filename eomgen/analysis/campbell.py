@@ -56,14 +56,14 @@ def campbell(
     values : (n,)
         Increasing; rad/s of a speed.
     orders : sequence of float
-        Excitations of these multiples of the speed, whose crossings with modes are found to round-off; 1 where
-        none are given and the unit is rad/s.
+        Excitations of these multiples of the speed, whose crossings with modes are found to round-off; 1 by default
+        if the unit is rad/s.
     whirl : sequence of pairs of str
         Outputs or coordinates that are deflections along two axes that do not turn with the rotor, the second a
-        quarter turn from the first in the sense of the spin: ``[("x", "y")]``. Where they orbit in the sense of the
-        spin, a mode whirls forward.
+        quarter turn from the first in the sense of the spin: ``[("x", "y")]``. A mode whirls forward if they orbit
+        in the sense of the spin.
     velocities, coordinates : mappings
-        What else is given of the steady motion, as of ``steady_motion``.
+        Other given components of the steady motion, as of ``steady_motion``.
     progress : function of (steps done, all steps), or True for a bar
     at, initial, parameters, t, u, any_kind : as of ``linearize``
 

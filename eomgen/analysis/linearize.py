@@ -68,25 +68,25 @@ def linearize(
     """Return the linear model about a state: second order, state space, modes, frequency responses.
 
     Without a state: about the static equilibrium near the initial state at ``t``, with the base held; on a base
-    that moves at t about rest relative to it, where that lasts; where there is neither, about the initial state
-    itself. What depends on time is frozen at ``t``.
+    that moves at t about lasting rest relative to it; if there is neither, about the initial state itself. Functions
+    of time are frozen at ``t``.
 
     Parameters
     ----------
     q, v, a : (nq,), (nv,), (nv,)
-        A state; v is 0 and a is that of forward dynamics where they are not given.
+        A state; v is 0 by default, and a the result of forward dynamics.
     t, u, z, parameters, base : as of the model's functions
     multipliers : (rows,)
-        Those of the state where they are not given.
+        Multipliers of the constraints; by default the state's own.
     at : str, or a result of ``equilibrium`` or ``steady_motion``
-        ``equilibrium`` or ``steady`` (an error where there is none), or ``initial``. What was found with other
-        inputs and parameters than the scene's needs them here again.
+        ``equilibrium`` or ``steady`` (an error if there is none), or ``initial``. A result with other inputs and
+        parameters than the scene's needs them here again.
     initial : mapping
-        As of ``simulate``: where to start, or to look for equilibrium.
+        As of ``simulate``: the state, or the start of the search for an equilibrium.
     any_kind : bool
         Whether an unstable equilibrium will do: the nearest.
     independent : sequence of str
-        Components (``hinge``, ``ball[2]``) to be independent coordinates, where constraints leave a choice.
+        Components (``hinge``, ``ball[2]``) to be independent coordinates, as far as constraints leave a choice.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def linearize(
     ModelError
         Constraints depend on each other in this state.
     NumericalError
-        No equilibrium was found where one was asked for, or partials are not finite.
+        The equilibrium asked for was not found, or partials are not finite.
     """
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
     p = model.evaluator.one_set(parameters)

@@ -72,7 +72,7 @@ def equilibrium_path(
     to, start : float
         Its values at the end and at the start, in SI units.
     initial, parameters, t, u
-        As of ``equilibrium``, for all that is not varied.
+        As of ``equilibrium``; the varied parameter is not among them.
     max_step : float
         Largest displacement of a step, rad or lengths of the scene.
     max_points : int
@@ -84,7 +84,7 @@ def equilibrium_path(
     Returns
     -------
     EquilibriumPath
-        With ``success`` and ``message``: where it ends, and why; after Ctrl-C as far as it came.
+        With ``success`` and ``message``: its end, with the reason; after Ctrl-C the points so far.
 
     Raises
     ------

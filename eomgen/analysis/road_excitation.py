@@ -24,17 +24,17 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
 
     Wheels of the same seed, or on the same profile, run in the same track, each by its offset behind the first;
     different tracks are independent. A profile has its spectrum by Welch's method, see ``MeasuredRoad``; speeds are
-    those at the default parameters.
+    taken at the default parameters.
 
     Parameters
     ----------
     road, speed : Road of ``eomgen.spectra``, m/s
-        Others than those of the scene.
+        In place of the scene's.
 
     Raises
     ------
     UsageError
-        No input is a road, or they differ in class, profile or speed where none is given.
+        No input is a road, or the roads differ in class, profile or speed and no other is given.
     """
     under = {item.name: item.road for item in model.description.inputs if item.road is not None}
     if not under and (measured := _measured(model)):

@@ -90,13 +90,12 @@ def simulate_many(
     error_estimate: bool = True,
     **options: Unpack[EnsembleOptions],
 ) -> Ensemble:
-    """Run samples of what varies, reduced as they come: statistics over time, extremes of each sample.
+    """Run samples of varied quantities, reduced as they come: statistics over time, extremes of each sample.
 
-    What is not varied is as in ``simulate``, whose options these are. A sample that fails is kept with its reason
-    and its values, and enters no statistics. The numbers have the same bits with any number of workers, and after
-    any interruption; sample k of ``monte_carlo``, ``sobol`` and ``halton`` is the same in a larger ensemble.
-    Memory does not grow with the number of samples where there is a folder, but for reading ``values`` and
-    ``results`` back.
+    All other quantities and options are as in ``simulate``. A failed sample is kept with its reason and its values, and
+    enters no statistics. The numbers have the same bits with any number of workers, and after any interruption; sample
+    k of ``monte_carlo``, ``sobol`` and ``halton`` is the same in a larger ensemble. With a folder, memory does not grow
+    with the number of samples, except for reading ``values`` and ``results`` back.
 
     Parameters
     ----------
@@ -113,14 +112,15 @@ def simulate_many(
     table : mapping or DataFrame
         Name -> column (samples,), in place of ``vary`` and a design.
     samples : int
-        Of random designs; of ``saltelli`` those of each of its parts, (2 + varied) times as many in all.
+        Number of samples of a random design; ``saltelli`` takes (2 + varied quantities) times as many.
     design : str
         ``monte_carlo`` (the default), ``latin_hypercube``, ``sobol``, ``halton``, ``saltelli`` for Sobol' indices,
         or ``grid`` (the default of lists): all combinations of lists.
     seed : int
+        Of the design.
     columns : sequence of str
-        Outputs or columns of ``Solution.columns()`` that are looked at; all outputs by default, or coordinates
-        where there are none.
+        Outputs or columns of ``Solution.columns()`` that are reduced; all outputs by default, or coordinates in a scene
+        without outputs.
     points : int
         Times that statistics are made for, at most.
     keep : sequence of int
@@ -128,9 +128,9 @@ def simulate_many(
     keep_as : str
         ``npz``, or ``parquet`` for their columns alone.
     folder : path
-        Where samples and statistics are kept as they come.
+        Folder for samples and statistics, written as they come.
     resume : bool
-        Go on with what the folder holds.
+        Go on with the samples of the folder.
     workers : int
         Threads, or processes of the cluster ``dask``; one for each processor by default.
     cluster : str, path or object
@@ -148,7 +148,7 @@ def simulate_many(
     UsageError
         Anything that is wrong before the first sample, by name; of a cluster also later.
     FileError
-        The folder holds another ensemble, or one that is not to be gone on with; a cluster is lost.
+        The folder holds another ensemble, or the same without ``resume``; a cluster is lost.
     """
     _check_options(options, folder, resume=resume)
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)

@@ -60,13 +60,13 @@ def resume(
     path : path
         File of ``simulate(checkpoint=...)``.
     t_end : float
-        End of the run, s; that of the first part by default, and it may be later.
+        End of the run, s; the end of the first part by default, and it may be later.
     parameters : mapping or array
-        Not needed; refused where they are not those of the first part.
+        Not needed; refused if they differ from the parameters of the first part.
     inputs : mapping
-        Functions of t must be given again; numbers and tables are in the file, and refused where they differ.
+        Functions of t must be given again; numbers and tables are in the file, and refused if they differ.
     controllers : mapping
-        The functions again, whose memory the scene has to declare: a checkpoint holds nothing else.
+        The functions again; the scene has to declare their memory, because a checkpoint holds no other.
     progress, checkpoint, checkpoint_every
         As in ``simulate``; checkpoints go to ``path`` by default.
     error_estimate : bool

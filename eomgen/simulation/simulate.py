@@ -71,10 +71,9 @@ def simulate(
 ) -> Solution:
     """Integrate the equations of motion on a grid of equal steps.
 
-    What is not given is the scene's; the method is the one that the model was built with. A numerical failure and
-    Ctrl-C end the run with the last good state: the Solution then has ``success`` False and a message; nothing is
-    raised. So it has where the motion has grown because the method is unstable at this step: see
-    ``simulation.judgement.instability``.
+    Arguments default to the scene's values, the method to the one that the model was built with. A numerical failure,
+    Ctrl-C and growth of the motion by an unstable method (``simulation.judgement.instability``) raise no error: the
+    Solution then ends with the last good state, has ``success`` False and a message.
 
     Parameters
     ----------
@@ -102,9 +101,9 @@ def simulate(
         - ``hermite``, of order 4 from accelerations and their rates, and ``taylor``, series of any order, whose
           steps are its own and ``step`` the spacing of the time grid on which it gives states.
         - For real time, of order 2, with one factorization a step and no iteration, on trees and loops:
-          ``rosenbrock`` and ``lsrt2``; ``corrected_predictor`` where forces are measured.
+          ``rosenbrock`` and ``lsrt2``; ``corrected_predictor`` for measured forces.
         - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.
-          Where inertia is constant and no force depends on velocities, symplectic compositions of kicks and drifts:
+          For constant inertia and forces independent of velocities, symplectic compositions of kicks and drifts:
           ``leapfrog``, ``minimum_norm2`` and ``bcss3`` of order 2, ``yoshida4``, ``suzuki4``, ``omf4`` and
           ``blanes_moan4`` of order 4, ``yoshida6``, ``suzuki6`` and ``blanes_moan6`` of order 6, ``yoshida8`` and
           ``kahan_li8`` of order 8.
@@ -121,10 +120,10 @@ def simulate(
     order : int
         Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
     tolerance : float
-        Of the local error, relative to what the motion moves within a step: ``generalized_alpha``, ``hht``, ``wbz``
+        Of the local error, relative to the motion within a step: ``generalized_alpha``, ``hht``, ``wbz``
         and ``trapezoidal`` then choose their steps between rows that are ``step`` apart, and so does ``rk45``, by
-        1e-8 by default, and so do the ``tdg`` methods but ``tdg2s``, by 1e-6. Of ``taylor``, relative to what
-        lengths and angles move within a step, or to a hundredth of the machine and of 1 rad; of z relative to the
+        1e-8 by default, and so do the ``tdg`` methods but ``tdg2s``, by 1e-6. Of ``taylor``, relative to the changes
+        of lengths and angles within a step, or to a hundredth of the machine and of 1 rad; of z relative to the
         largest, or to 1; 1e-12 by default. 0: each step of the time grid is one step, of the order that is given.
     initial : mapping
         ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity":
@@ -135,9 +134,9 @@ def simulate(
         Name -> number, function of t, or array on the step grid (steps + 1 values, linear in between).
     controllers : mapping
         Name -> function of the sampled controllers that the scene leaves to the caller: ``f(t, signals)``, with
-        declared memory ``f(t, signals, memory)``, gives what is held until the next sample. A class is made anew
-        for each run that the error estimate takes; a function that may keep something by itself is called in one
-        run only.
+        declared memory ``f(t, signals, memory)``, gives the values that are held until the next sample. A class is
+        made anew for each run that the error estimate takes; a function that may keep something by itself is called
+        in one run only.
     record_every : int
         Steps between recorded rows; the first and the last state are always recorded.
     t_start : float
@@ -158,10 +157,10 @@ def simulate(
         File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and
         meanwhile.
     checkpoint_every : int
-        Steps between two checkpoints; one a minute where it is not given.
+        Steps between two checkpoints; one a minute by default.
     start : str
         ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The
-        scene's where neither this nor ``initial`` is given.
+        scene's if neither this nor ``initial`` is given.
     error_estimate : bool
         Whether the discretisation error is estimated, by runs at other steps or tolerances: ``Solution.error``.
 

@@ -52,15 +52,15 @@ def start(
 ) -> Simulator:
     """Return a simulator at an initial state, to be stepped by the caller.
 
-    What is not given is the scene's, as in ``simulate``, whose options these are. A simulator makes none of the
-    checks of a whole run: energies, growth and the discretisation error are left to the caller.
+    Arguments default to the scene's values, as in ``simulate``, which has the same options. A simulator makes none of
+    the checks of a whole run: energies, growth and the discretisation error are left to the caller.
 
     Parameters
     ----------
     initial, parameters, method, step : as in ``simulate``
     rho_inf, alpha, beta, gamma, order, tolerance, t_start, settings, start : likewise
     inputs : mapping
-        Name -> number or function of t: what inputs are in steps that are given none.
+        Name -> number or function of t: values of inputs in steps without inputs of their own.
     controllers : as in ``simulate``; copies and ``restore`` need functions whose memory the scene declares
     motions : mapping
         Name -> position, rate and acceleration at the start, or a function of t that gives these three.

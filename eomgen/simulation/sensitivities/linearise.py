@@ -70,16 +70,16 @@ def sensitivities(
 ) -> Sensitivities:
     """Return derivatives of a run's outputs in parameters and the initial state, exact for its discrete steps.
 
-    The run is that of ``simulate`` with the same options. What Newton's iteration leaves of its steps is in the
-    derivatives, too: ``settings={"rtol": 1e-16, "atol": 1e-18}`` for derivatives to rounding.
+    The run is the one of ``simulate`` with the same options. Residuals of Newton's iteration are in the derivatives,
+    too: ``settings={"rtol": 1e-16, "atol": 1e-18}`` for derivatives to rounding.
 
     Parameters
     ----------
     t_end, step : as of ``simulate``; whole steps
     by : sequence of str
         Tunable parameters, all of them by default; ``q.hinge``, ``v.hinge`` and internal states, ``z.filtered``,
-        of the initial state. ``q.ball[0]`` of a rotating joint turns it about its own axis x, rad. What the run
-        starts from is in the derivatives: static equilibrium of the scene's start, steps onto constraints.
+        of the initial state. ``q.ball[0]`` of a rotating joint turns it about its own axis x, rad. The way
+        to the initial state is in the derivatives: static equilibrium of the scene's start, steps onto constraints.
     of : sequence of str
         Outputs; all by default.
     method : str
