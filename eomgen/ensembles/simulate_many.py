@@ -157,6 +157,9 @@ def simulate_many(
     pilot = simulate(model, t_end, step, **with_scenes_laws(model, items, options), error_estimate=error_estimate)
     if pilot.interrupted:
         raise KeyboardInterrupt
+    if "largest_step" in pilot.metadata["settings"]:  # the run without variations decides for all samples
+        settings = {**(options.get("settings") or {}), "largest_step": pilot.metadata["settings"]["largest_step"]}
+        options = {**options, "settings": settings}
     looked_at = _columns(pilot, columns)
     times = row_times(pilot.metadata, model.library.real)
     thinned = np.unique(np.linspace(0, len(times) - 1, min(points, len(times))).astype(int))

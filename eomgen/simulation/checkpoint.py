@@ -133,6 +133,7 @@ def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
         "t_end": run.grid.end,
         "corrections": list(run.corrections),
         "start": run.begun,
+        "bounded_for": run.bounded_for,
         "inputs": {name: kind_of(signal) for name, signal in given.items()},
         "fingerprint": library.layout["fingerprint"],
         "selection": library.layout["selection"],

@@ -25,6 +25,7 @@ def run_metadata(run: Run) -> dict[str, Any]:
         "dense_output": run.method.dense_output,
         "step": settings["step"],
         "settings": dict(settings),
+        **({"bounded_for": run.bounded_for} if run.bounded_for else {}),
         "record_every": run.every,
         "t_start": run.grid.start,
         "t_end": run.grid.end,

@@ -23,6 +23,7 @@ from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.automatic_method import method_of
+from eomgen.simulation.bounded_steps import with_bounded_steps
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
 from eomgen.simulation.judgement.finished_run import Beginning
 from eomgen.simulation.motions import refuse_as_inputs
@@ -208,22 +209,43 @@ def simulate(
     overridden = _overridden(corrections) if initial else []
     turned = angles_of_several_turns(model, initial) if initial else []
     beginning = Beginning(state, at_rest, [*doubts, *overridden], choice, turned)
-    began = time.perf_counter()
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
     told = _LOG.isEnabledFor(logging.INFO)
     with nullcontext() if progress is None else shown(progress, model.name) as reported:
         wanted = ErrorEstimation(reported) if error_estimate else None
         report = wanted.shown(run, grid.steps) if wanted and reported else reported
-        trajectory = _stepped(run, stepper, beginning.state, report, writer)
-        stepper.close()
-        outcome = Outcome(run, stepper, trajectory, time.perf_counter() - began, writer, wanted, beginning)
+        outcome = _outcome(run, stepper, beginning, report, writer, wanted)
+        if chosen.finds_bound and functions is None:
+
+            def again(bounded: Run) -> Outcome:
+                other = Stepper(library, bounded.settings, p)
+                rewritten = checkpoint_writer(bounded, library, checkpoint, checkpoint_every)
+                return _outcome(bounded, other, beginning, report, rewritten, wanted)
+
+            outcome = with_bounded_steps(outcome, again, checkpoint=writer is not None)
         called = functions is not None or any(map(callable, from_caller.values()))
         foreign = called or reported is not None or writer is not None
-        solution = outcome.solution(at_once=told or foreign or bool(trajectory.status) or trajectory.interrupted)
+        cut_short = bool(outcome.trajectory.status) or outcome.trajectory.interrupted
+        solution = outcome.solution(at_once=told or foreign or cut_short)
     if told:
         wall = solution.stats["wall_time"]
         _LOG.info("ran %s with %s in %.3g s: %s", model.name, chosen.name, wall, solution.message)
     return solution
+
+
+def _outcome(
+    run: Run,
+    stepper: Stepper,
+    beginning: Beginning,
+    report: Progress | None,
+    writer: CheckpointWriter | None,
+    estimation: ErrorEstimation | None,
+) -> Outcome:
+    """Return the outcome of a run from its beginning."""
+    began = time.perf_counter()
+    trajectory = _stepped(run, stepper, beginning.state, report, writer)
+    stepper.close()
+    return Outcome(run, stepper, trajectory, time.perf_counter() - began, writer, estimation, beginning)
 
 
 def _stepped(

@@ -7,7 +7,7 @@ evaluated when a run starts or fails, and geometry to draw. The back end does no
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from eomgen.arrays import Array, Flags, Numbers
 from eomgen.formula.evaluate import evaluate
+from eomgen.formula.features import may_be_fast, summands
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.formula.prescribed_motion import Law
 from eomgen.formula.wave_fields import WaveField
@@ -365,6 +366,18 @@ class Description:
     def values(self, tunable: Mapping[str, float]) -> dict[str, float]:
         """Return the values of all parameters."""
         return {item.name: tunable.get(item.name, item.value) for item in self.parameters}
+
+    def fast_laws(self, given: Collection[str] = ()) -> list[Formula]:
+        """Return the formulas of forces, rates and inputs that may change much within a step.
+
+        Parameters
+        ----------
+        given : names of inputs that the caller gives in the place of the scene's
+        """
+        prescribed = {law.formula for law in self.laws}
+        inputs = [item.formula for item in self.inputs if item.formula is not None and item.name not in given]
+        formulas = (formula for formula in (*self.formulas, *inputs) if formula not in prescribed)
+        return list(dict.fromkeys(part for formula in formulas for part in summands(formula) if may_be_fast(part)))
 
     @property
     def driven(self) -> tuple[str, ...]:

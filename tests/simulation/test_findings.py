@@ -19,6 +19,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate, Largest
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.results.solution import Solution
+from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
 from eomgen.simulation.judgement import doubts, remarks, start_checks
 from eomgen.simulation.judgement.check import ANY_FAILURE, Check
 from eomgen.simulation.judgement.constraint_violation import Violation
@@ -89,6 +90,10 @@ def begun(**values: Any) -> Change:
     return change
 
 
+def bounded(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
+    run.run = replace(run.run, bounded_for="it is found", settings={**run.run.settings, "largest_step": 2.0})
+
+
 FOUND = Finding(text="it is found", hint="another one", value=2.0, time=0.05)
 #: For every check: how to make it find something.
 WITNESSES: dict[str, tuple[Change, ...]] = {
@@ -119,7 +124,8 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
         having(unseen_events=FOUND),
     ),
     "fast_law": (returning(remarks, "fast_laws", FOUND),),
-    "unseen_law": (having(unseen_law=FOUND),),
+    "unseen_law": (having(passed_over=UnseenLaw(FOUND, "the formula f", 0.01)),),
+    "bounded_steps": (bounded,),
     "passed_spring": (returning(remarks, "passed_springs", FOUND),),
     "undefined_output": (returning(remarks, "undefined_outputs", FOUND),),
     "singular_passage": (statistics(singular_passages=2),),

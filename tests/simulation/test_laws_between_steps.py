@@ -191,7 +191,7 @@ def test_a_law_does_not_escape_by_what_the_examination_compares_with(escape: str
     builder = eomgen.SceneBuilder("kick", gravity=[0, 0, 0]).parameter("t0", 0.34, tunable=True).body("b", 1.0)
     builder.joint("x", "prismatic", "base", "b", axis=[1, 0, 0], initial={"velocity": velocity})
     model = eomgen.build(builder.effort("e", joint="x", effort=effort).build(), method=method, profile="quick")
-    given = {} if tolerance is None else {"tolerance": tolerance}
+    given: dict[str, Any] = {} if tolerance is None else {"tolerance": tolerance, "settings": {"largest_step": 0.0}}
     run = model.simulate(end, step, **given)
     assert "unseen_law" in {finding.name for finding in run.findings}, run.message
     resolved = model.simulate(end, 2e-4, **given)
@@ -327,7 +327,7 @@ def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet(s
 )
 def test_a_run_is_right_with_the_largest_step_that_its_message_names(law: dict[str, float], step: float) -> None:
     options: dict[str, Any] = {"parameters": law, "method": "generalized_alpha_adaptive"}
-    run = sliders().simulate(2.0, step, **options)
+    run = sliders().simulate(2.0, step, settings={"largest_step": 0.0}, **options)
     (found,) = (finding for finding in run.findings if finding.name == "unseen_law")
     named = re.match(r"largest_step = (\S+) in the settings", found.hint)
     assert named and off(run, law) > 0.1

@@ -128,6 +128,10 @@ class StepPath:
         own = ("time", "parameter")
         return all(symbol.kind in own or (symbol.kind, symbol.name) in self._places for symbol in symbols(formula))
 
+    def place(self, symbol: Symbol) -> int:
+        """Return the index of a known symbol among coordinates, velocities, internal states or inputs."""
+        return self._places[symbol.kind, symbol.name] + symbol.index
+
     def values(self, formula: Formula, blocks: StepStates) -> Array:
         """Return a formula at blocks, (n,)."""
         description, tunable = self.run.model.description, list(self.run.model.parameters)
@@ -139,7 +143,7 @@ class StepPath:
             if symbol.kind == "parameter":
                 fixed = description.fixed
                 return fixed[symbol.name] if symbol.name in fixed else blocks.p[..., tunable.index(symbol.name)]
-            place = self._places[symbol.kind, symbol.name] + symbol.index
+            place = self.place(symbol)
             return blocks.u[:, place] if symbol.kind == "input" else blocks.states[letters[symbol.kind]][:, place]
 
         return np.broadcast_to(evaluate_batch(formula, value_of, along_motion=True), blocks.t.shape)

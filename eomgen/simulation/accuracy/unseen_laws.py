@@ -9,7 +9,7 @@ Deuflhard and Bornemann, Scientific Computing with ODEs (2002), 3.2, on defects.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ from eomgen.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.features import Feature, corners, features, may_be_fast, summands
+from eomgen.formula.features import Feature, corners, features
 from eomgen.formula.infix import infix
 from eomgen.formula.nodes import Formula
 from eomgen.lie import product
@@ -30,7 +30,6 @@ from eomgen.simulation.accuracy.motion_size import differences, motion_size, sha
 from eomgen.simulation.accuracy.step_path import StepPath, StepStates
 from eomgen.simulation.accuracy.step_rows import step_rows
 from eomgen.simulation.stepping.run import Run
-from eomgen.system.description import Description
 from eomgen.toolchain.library import Library
 
 #: Maximum number of sampled steps, maximum number of samples in total, and least and greatest number per step.
@@ -46,6 +45,10 @@ _CLOSER = 24
 #: Thresholds of a finding, relative to velocities or ranges of internal states: for the accumulated defect, and for the
 #: largest defect within a step. A barrier that changes the velocity by a fourth takes about half the kinetic energy.
 _UNSEEN, _WITHIN = 0.05, 0.25
+#: Aliased laws: standard deviation from the chords over the steps, relative to that of the law, from which on (a sine
+#: with 2.2 steps to a period has it), the fraction of the steps with such deviations, and the ratio of the effect to
+#: the stated error from which it is reported.
+_HIDDEN, _MOSTLY, _UNDERSTATED = 0.8, 0.5, 3.0
 #: Fraction of the path still ahead, above which a velocity that has dropped is the scale of later defects.
 _GOES_ON = 0.1
 #: Ranges below this fraction of the largest value are rounding errors.
@@ -57,9 +60,63 @@ _RESOLVED = 8.0
 #: Refinement of the rows for a second examination of adaptive methods after a first finding: some of their steps are
 #: shorter than the average.
 _FINER = (8.0,)
+#: Number of rows behind a step in which a level is checked to hold the motion.
+_HELD = 4096
+#: Part of the change within a step over which a rate jumps: nodes lie so close at comparisons.
+_AT_ONCE = 1e-4
 _NONE: NDArray[np.intp] = np.empty(0, dtype=np.intp)
 #: Maximum length of a formula in a message, in characters.
 _LETTERS = 70
+
+
+class UnseenLaw(NamedTuple):
+    """A law that the steps of a run do not resolve.
+
+    Attributes
+    ----------
+    finding : on its effect, with the remedy
+    law : in words
+    step : s, that resolves it; 0 if the equations have no solution there, so that methods that choose their steps stop
+    """
+
+    finding: Finding
+    law: str
+    step: float
+
+
+class _Nodes(NamedTuple):
+    """Rates along the interpolant of steps.
+
+    Attributes
+    ----------
+    blocks : states at the nodes
+    rates : (nodes, nv + nz), 0 if the equations give no number
+    counts : number of nodes of each step
+    """
+
+    blocks: StepStates
+    rates: Array
+    counts: NDArray[np.intp]
+
+
+class _Held(NamedTuple):
+    """A velocity, or an internal state, that the equations hold at a level and a run takes beyond it.
+
+    Attributes
+    ----------
+    place : index among the examined steps
+    column : among velocities and internal states
+    level, time : the level, and the time at which it is reached, s
+    beyond : how far the run goes beyond the level
+    jumps : whether the rates jump there, so that no solution leads on
+    """
+
+    place: int
+    column: int
+    level: float
+    time: float
+    beyond: float
+    jumps: bool
 
 
 class _Defects(NamedTuple):
@@ -79,19 +136,6 @@ class _Defects(NamedTuple):
     times: Array
 
 
-def laws_between_steps(description: Description, given: Sequence[str] = ()) -> list[Formula]:
-    """Return the formulas of forces, rates and inputs that may change much within a step.
-
-    Parameters
-    ----------
-    given : names of inputs that the caller gives in the place of the scene's
-    """
-    prescribed = {law.formula for law in description.laws}
-    inputs = [item.formula for item in description.inputs if item.formula is not None and item.name not in given]
-    formulas = (formula for formula in (*description.formulas, *inputs) if formula not in prescribed)
-    return list(dict.fromkeys(part for formula in formulas for part in summands(formula) if may_be_fast(part)))
-
-
 def unseen_law(
     run: Run,
     library: Library,
@@ -101,8 +145,9 @@ def unseen_law(
     ends: Array,
     changes: Array,
     inputs: Array | None = None,
-) -> Finding | None:
-    """Return a finding on a law that the steps of a run do not resolve; None if the steps resolve all laws.
+    stated: Callable[[], float] | None = None,
+) -> UnseenLaw | None:
+    """Return a law that the steps of a run do not resolve; None if the steps resolve all laws.
 
     Parameters
     ----------
@@ -113,17 +158,18 @@ def unseen_law(
     ends : (n,) s, additional ends of steps at jumps or kinks of forces
     changes : (n,) s, of events that change the motion
     inputs : (n, nu), at the rows, if they are known
+    stated : returns the estimated error of the run as a part of the motion, infinite if it is not known
     """
-    known: dict[tuple[str, ...], list[Formula]] = run.model.library.kept.setdefault("laws_between_steps", {})
+    known: dict[tuple[str, ...], list[Formula]] = run.model.library.kept.setdefault("laws between steps", {})
     given = tuple(run.signals.given)
     laws = known.get(given)
     if laws is None:
-        laws = known[given] = laws_between_steps(run.model.description, given)
+        laws = known[given] = run.model.description.fast_laws(given)
     if not laws or len(rows) < 2:
         return None
     found = None
     try:
-        recorded = _Examination(StepPath(run, rows, parameters, inputs), laws, ends, changes)
+        recorded = _Examination(StepPath(run, rows, parameters, inputs), laws, ends, changes, stated=stated)
         if not recorded.looked_at:
             return None
         for finer in (1.0, *_FINER) if run.method.chooses_steps else (1.0,):
@@ -134,7 +180,7 @@ def unseen_law(
                 found = recorded.finding()
             else:
                 path = StepPath(run, taken.rows, taken.parameters)
-                again = _Examination(path, laws, ends, changes, taken.breaks).finding()
+                again = _Examination(path, laws, ends, changes, taken.breaks, stated).finding()
                 if again is None and found is not None and _another_way(run, rows, taken.rows):
                     return found  # closer rows met the law
                 found = again
@@ -208,8 +254,10 @@ class _Examination:
         ends: Array,
         changes: Array,
         breaks: NDArray[np.intp] = _NONE,
+        stated: Callable[[], float] | None = None,
     ) -> None:
         self._path, self._model = path, path.run.model
+        self._stated = stated
         self._known = [law for law in laws if path.knows(law)]
         self._opaque = len(self._known) < len(laws)
         self._features = [one for law in self._known for one in features(law) if path.knows(one.argument)]
@@ -272,19 +320,23 @@ class _Examination:
         if not len(steps):
             return []
         bent, met = np.zeros(len(steps)), self._met[steps]
+        self._aliased = False
         for inside, at_ends in self._laws(self._samples, self._path.at_rows):
             values = np.nan_to_num(self._with_ends(inside, at_ends, steps), posinf=0.0, neginf=0.0)
             span = float(np.ptp(values))
             if span > _ROUNDING * float(np.abs(values).max()):
                 line = values[:, :1] + self._grid * (values[:, -1:] - values[:, :1])
-                bent = np.maximum(bent, np.abs(values - line).max(axis=1) / span)
+                off = np.abs(values - line).max(axis=1) / span
+                bent = np.maximum(bent, off)
+                hidden = np.std((values - line)[:, 1:-1]) > _HIDDEN * np.std(values)
+                self._aliased |= bool(hidden and np.mean(off > _BENT) > _MOSTLY)
         for feature, table in zip(self._features, self._arguments, strict=True):
             met = met | (np.ptp(feature.sides(table), axis=1) >= feature.least)
         looked = np.flatnonzero((bent > _BENT) | met)
         return [int(place) for place in looked[np.lexsort((-bent[looked], ~met[looked]))]]
 
-    def finding(self) -> Finding | None:
-        """Return a finding on an unresolved law, with its remedy; None if the steps resolve all laws."""
+    def finding(self) -> UnseenLaw | None:
+        """Return an unresolved law, with the remedy; None if the steps resolve all laws."""
         if not self.looked_at:
             return None
         chosen = np.sort(np.array(self.looked_at[:_HOT], dtype=np.intp))
@@ -368,20 +420,28 @@ class _Examination:
 
     # -- defects ---------------------------------------------------------------------------------------------------
 
-    def _judged(self, steps: NDArray[np.intp], meshes: Sequence[Array], share: float) -> Finding | None:
-        defects = self._defects(steps, meshes)
+    def _judged(self, steps: NDArray[np.intp], meshes: Sequence[Array], share: float) -> UnseenLaw | None:
+        nodes = self._nodes(steps, meshes)
+        if (held := self._held(steps, nodes)) is not None:
+            return self._told_of_level(held, steps, meshes)
+        defects = self._defects(steps, meshes, nodes.rates)
         if self._excess(defects, share) <= 1.0:
             return None
         lasting = self._forgotten(defects)
         return self._told(lasting, meshes, share) if self._excess(lasting, share) > 1.0 else None
 
-    def _defects(self, steps: NDArray[np.intp], meshes: Sequence[Array]) -> _Defects:
+    def _nodes(self, steps: NDArray[np.intp], meshes: Sequence[Array]) -> _Nodes:
         h = np.diff(self._t)[steps]
         nodes = (0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0))
         places = [(mesh[:-1, np.newaxis] + np.diff(mesh)[:, np.newaxis] * nodes).ravel() for mesh in meshes]
         times = np.concatenate([self._t[s] + h[k] * x for k, (s, x) in enumerate(zip(steps, places, strict=True))])
-        rates = self._path.rates(self._path.at(times, np.repeat(steps, [len(x) for x in places])))
-        rates = np.where(np.isfinite(rates), rates, 0.0)
+        counts = np.array([len(x) for x in places], dtype=np.intp)
+        blocks = self._path.at(times, np.repeat(steps, counts))
+        rates = self._path.rates(blocks)
+        return _Nodes(blocks, np.where(np.isfinite(rates), rates, 0.0), counts)
+
+    def _defects(self, steps: NDArray[np.intp], meshes: Sequence[Array], rates: Array) -> _Defects:
+        h = np.diff(self._t)[steps]
         edges = np.concatenate([self._t[s] + h[k] * m[1:] for k, (s, m) in enumerate(zip(steps, meshes, strict=True))])
         numbers = np.repeat(steps, [len(mesh) - 1 for mesh in meshes])
         _, *inside = self._path.at(np.minimum(edges, self._t[numbers + 1]), numbers).states
@@ -403,6 +463,82 @@ class _Examination:
             when.append(self._t[step] + h[k] * mesh[place + 1])
             first = last
         return _Defects(steps, np.array(net), np.array(within), np.array(when))
+
+    # -- levels that the motion cannot pass ------------------------------------------------------------------------
+
+    def _held(self, steps: NDArray[np.intp], nodes: _Nodes) -> _Held | None:
+        """Return the level that a run passes by the largest part of the motion, though the equations hold it there.
+
+        At a jump of a force in a velocity the rates on both sides may point to the jump: no motion passes it
+        (Filippov, Differential Equations with Discontinuous Righthand Sides, 1988, 4). A step that passes both sides
+        of a narrow window evaluates no force there, and the impulse within the window is small.
+        """
+        columns = self._jumping
+        if not columns:
+            return None
+        begins = self._rates_at(steps)
+        values, inside = self._columns(self._path.at_rows), self._columns(nodes.blocks)
+        found: list[_Held] = []
+        last = np.cumsum(nodes.counts)
+        for place, step in enumerate(steps.tolist()):
+            part = slice(last[place] - nodes.counts[place], last[place])
+            for column in columns:
+                low, high = values[step : step + 2, column]
+                way = np.sign(high - low)
+                there, rates = way * inside[part, column], way * nodes.rates[part, column]
+                back = np.flatnonzero((rates < 0.0) & (there > way * low) & (there < way * high))
+                if not len(back) or way * begins[place, column] <= 0.0:
+                    continue
+                level = float(inside[part, column][back[0]])
+                if (beyond := self._beyond(step, column, float(low), level)) > 0.0:
+                    time = float(nodes.blocks.t[part][back[0]])
+                    before = float(inside[part, column][back[0] - 1]) if back[0] else float(low)
+                    jumps = abs(level - before) < _AT_ONCE * abs(float(high - low))
+                    found.append(_Held(place, column, level, time, beyond, jumps))
+        largest = max(found, key=lambda one: one.beyond / self._sizes[one.column], default=None)
+        return largest if largest and largest.beyond > _UNSEEN * self._sizes[largest.column] else None
+
+    @cached_property
+    def _jumping(self) -> list[int]:
+        """Columns of velocities and internal states of which a law with jumps or centres is a function."""
+        letters = {"v": 0, "state": self._model.nv}
+        passed = [symbol for one in self._features for symbol in symbols(one.argument) if symbol.kind in letters]
+        places = {letters[one.kind] + self._path.place(one) for one in passed}
+        return sorted(column for column in places if not self._left_out[column])
+
+    @staticmethod
+    def _columns(blocks: StepStates) -> Array:
+        """Return velocities and internal states, (n, nv + nz)."""
+        return np.hstack(blocks.states[1:])
+
+    def _beyond(self, step: int, column: int, low: float, level: float) -> float:
+        """Return how far a run goes beyond a level while the equations hold a column there; 0 if it returns.
+
+        Parameters
+        ----------
+        low : value at the beginning of the step, from which the rates lead to the level
+        """
+        way = 1.0 if level > low else -1.0
+        rows = np.arange(step, min(step + _HELD, len(self._t) - 1) + 1)
+        values = way * self._columns(self._path.at_rows)[rows, column]
+        ahead = np.flatnonzero(way * self._rates_at(rows[1:])[:, column] > 0.0)
+        if not len(ahead):
+            return 0.0
+        free = int(ahead[0]) + 2  # rows up to the first one that the rates lead on from, and the one behind it
+        if len(values) <= free or np.any(np.diff(values[: free + 1]) <= 0.0):
+            return 0.0  # forces at the level act on the run, which chatters about it
+        toward, away = (way * self._rates_at(rows, column, value)[:, column] for value in (low, level))
+        holds = (toward > 0.0) & (away < 0.0) & ((np.arange(len(rows)) < 2) | (values > way * level))
+        count = len(rows) if holds.all() else int(np.argmin(holds))
+        return float(np.max(values[1:count] - way * level)) if count > 1 else 0.0
+
+    def _rates_at(self, rows: NDArray[np.intp], column: int = -1, value: float = 0.0) -> Array:
+        """Return rates at rows, (m, nv + nz); with another value of a column, if one is given."""
+        q, v, z = (part[rows].copy() for part in self._path.at_rows.states)
+        if column >= 0:
+            part, place = (v, column) if column < self._model.nv else (z, column - self._model.nv)
+            part[:, place] = value
+        return np.nan_to_num(self._path.rates(self._path.at(self._t[rows], rows), (q, v, z)))
 
     @cached_property
     def _sizes_after(self) -> Array:
@@ -426,11 +562,21 @@ class _Examination:
         resting = ~np.isfinite(self._sizes) & ~self._left_out
         return np.where(resting & (np.abs(lacking) > 0.0), 1.0, measured)
 
+    @cached_property
+    def _least(self) -> float:
+        """Part of the motion from which the sum of defects is a finding.
+
+        Comparison runs of a run with aliased forces are aliased as well, so that its stated error leaves them out.
+        """
+        if not self._aliased or self._stated is None or self._path.run.method.chooses_steps:
+            return _UNSEEN
+        return min(_UNSEEN, max(_UNDERSTATED * self._stated(), _ROUNDING))
+
     def _excess(self, defects: _Defects, share: float) -> float:
         """Return the largest ratio of the defects to the thresholds; a finding needs a ratio above 1."""
         after = self._sizes_after[defects.steps + 1]
         summed = share * float(self._shares(np.cumsum(defects.net, axis=0), after).max())
-        return max(summed / _UNSEEN, float(self._shares(defects.within).max()) / _WITHIN)
+        return max(summed / self._least, float(self._shares(defects.within).max()) / _WITHIN)
 
     def _forgotten(self, defects: _Defects) -> _Defects:
         """Return defects whose accumulated sum is damped by stiff motion, as by an L-stable step.
@@ -485,11 +631,11 @@ class _Examination:
 
     # -- message ---------------------------------------------------------------------------------------------------
 
-    def _told(self, defects: _Defects, meshes: Sequence[Array], share: float) -> Finding:
+    def _told(self, defects: _Defects, meshes: Sequence[Array], share: float) -> UnseenLaw:
         summed = share * np.cumsum(defects.net, axis=0)
         after = self._sizes_after[defects.steps + 1]
         parts, inside = self._shares(summed, after), self._shares(defects.within)
-        within = float(inside.max()) / _WITHIN > float(parts.max()) / _UNSEEN
+        within = float(inside.max()) / _WITHIN > float(parts.max()) / self._least
         table = inside if within else parts
         row, column = (int(place) for place in np.unravel_index(int(np.argmax(table)), table.shape))
         lacking = float(np.abs((defects.within if within else summed)[row, column]))
@@ -505,14 +651,31 @@ class _Examination:
         amount = f"{name} by {lacking:.2g}{'' if unit in ('', '1') else f' {unit}'}{part}"
         change = f"within the step it changes {amount}" if within else f"it would change {amount}"
         text = f"{law} acts between the steps at t = {time:.6g} s and is not seen by them: {change}"
+        if not within and parts.max() <= _UNSEEN:
+            text += ", which the estimated error leaves out"
         value = float(table[row, column] if within else parts[:, column].max())
-        return Finding(value=value, time=time, text=text, hint=self._remedy(width / _RESOLVED))
+        step = f"{width / _RESOLVED:.2g}"
+        return UnseenLaw(Finding(value=value, time=time, text=text, hint=self._remedy(step)), law, float(step))
 
-    def _remedy(self, step: float) -> str:
-        run = self._path.run
-        if run.method.chooses_steps:
-            return f"largest_step = {step:.2g} in the settings"
-        return f"a step of {step:.2g} s"
+    def _told_of_level(self, held: _Held, steps: NDArray[np.intp], meshes: Sequence[Array]) -> UnseenLaw:
+        name = (*self._model.v_names, *self._model.z_names)[held.column]
+        unit = (*self._model.v_units, *self._model.z_units)[held.column]
+        unit = "" if unit in ("", "1") else f" {unit}"
+        law, width = self._culprit(int(steps[held.place]), meshes[held.place], name)
+        share = held.beyond / float(self._sizes[held.column])
+        beyond = f"beyond which the run goes by {held.beyond:.2g}{unit}, {100.0 * share:.3g} % of its motion"
+        what = f"{law} acts between the steps at t = {held.time:.6g} s and is not seen by them"
+        text = f"{what}: it holds {name} at {held.level:.6g}{unit}, {beyond}"
+        step = f"{width / _RESOLVED:.2g}"
+        unsolved = held.jumps and self._path.run.method.chooses_steps
+        hint = f"a method of fixed steps, of {step} s" if unsolved else self._remedy(step)
+        finding = Finding(value=share, time=held.time, text=text, hint=hint)
+        return UnseenLaw(finding, law, 0.0 if unsolved else float(step))
+
+    def _remedy(self, step: str) -> str:
+        if self._path.run.method.chooses_steps:
+            return f"largest_step = {step} in the settings"
+        return f"a step of {step} s"
 
     def _culprit(self, step: int, mesh: Array, name: str) -> tuple[str, float]:
         """Return a description of the law with the largest nonlinearity within a step, and its unresolved width, s."""

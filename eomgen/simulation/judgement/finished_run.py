@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -20,7 +21,7 @@ from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate
 from eomgen.simulation.accuracy.step_rows import step_rows
 from eomgen.simulation.accuracy.unseen_events import unseen_events
-from eomgen.simulation.accuracy.unseen_laws import unseen_law
+from eomgen.simulation.accuracy.unseen_laws import UnseenLaw, unseen_law
 from eomgen.simulation.judgement.constraint_violation import Violation, largest_violation
 from eomgen.simulation.judgement.energy_balance import APART, REPORTED, Balance, energy_balance
 from eomgen.simulation.judgement.fast_motions import unresolved_motion
@@ -225,12 +226,18 @@ class FinishedRun:
             epsilon=float(np.finfo(np.float32 if self.single else np.float64).eps),
         )
         off = balance.error is not None and balance.error > REPORTED
-        working = off and any(np.any(self.energy[name]) for name in ("power", "base_power"))
+        working = off and (self._works_between_rows or any(np.any(self.energy[one]) for one in ("power", "base_power")))
         if working and self.rows_are_sparse and untold_between_rows(self.states, self.run.model.factors):
             return Balance(None, APART)
         if working and self.error.relative < _SMALL and self.unseen_law is None:  # then the power at the rows is off
             return Balance(None, APART)
         return Balance(0.0) if off and self.at_rest else balance
+
+    @property
+    def _works_between_rows(self) -> bool:
+        """Whether narrow forces may work between rows alone, so that no row shows their power."""
+        run = self.run
+        return self.rows_are_sparse and bool(run.model.description.fast_laws(run.signals.given))
 
     @cached_property
     def between_rows(self) -> tuple[Array, Array]:
@@ -240,12 +247,18 @@ class FinishedRun:
         states = self.states if taken is None else states_of(np.concatenate([rows, taken.rows]), self.run.model)
         return states.q, states.z
 
-    @cached_property
+    @property
     def unseen_law(self) -> Finding | None:
+        """A finding on a law that acts between the steps."""
+        return None if self.passed_over is None else self.passed_over.finding
+
+    @cached_property
+    def passed_over(self) -> UnseenLaw | None:
         """A law that acts between the steps."""
         library, rows, inputs = self.stepper.library, self.trajectory.rows, self.prescribed.u
         ends, changes = self.parts.ends, self.changes
-        return unseen_law(self.run, library, rows, self.present, self.statistics, ends, changes, inputs)
+        known = library, rows, self.present, self.statistics, ends, changes, inputs
+        return unseen_law(self.run, *known, lambda: self.error.relative if self.error.available else math.inf)
 
     @cached_property
     def unseen_events(self) -> Finding | None:

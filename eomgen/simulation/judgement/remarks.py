@@ -66,6 +66,12 @@ def _unseen_law(run: FinishedRun) -> Iterator[Finding]:
         yield run.unseen_law
 
 
+def _bounded_steps(run: FinishedRun) -> Iterator[Finding]:
+    if law := run.run.bounded_for:
+        bound = run.settings["largest_step"]
+        yield Finding.of(f"the steps are at most {bound:.3g} s, since steps by the tolerance pass over {law}", bound)
+
+
 def _unknown_error(run: FinishedRun) -> Iterator[Finding]:
     if run.error.remedy:
         yield Finding(text=f"the discretisation error is not known: {run.error.reason}", hint=run.error.remedy)
@@ -132,6 +138,7 @@ ROWS = (
     Check("missed_event", _missed_event, ("complete", "events"), unless=(ANY_FAILURE,)),
     Check("fast_law", _fast_law, ("complete", "two rows")),
     Check("unseen_law", _unseen_law, ("complete", "two rows"), unless=("fast_law",)),
+    Check("bounded_steps", _bounded_steps, severity=NOTE),
     Check("passed_spring", _passed_spring, ("complete", "two rows", "lines")),
     Check("undefined_output", _undefined_output, ("complete", "outputs")),
     Check("singular_passage", _singular_passage, ("complete", "constraints"), severity=NOTE),

@@ -35,6 +35,7 @@ class Run:
     corrections : how the initial state was brought onto the constraints
     begun : what the run starts from, in words
     controllers : the caller's functions that samples call; None where there are none
+    bounded_for : law that the examination of the first run found, and for which ``largest_step`` is set; else empty
     """
 
     model: CompiledModel
@@ -48,6 +49,7 @@ class Run:
     corrections: Sequence[str] = ()
     begun: str = SCENE_START
     controllers: Controllers | None = None
+    bounded_for: str = ""
 
     @property
     def takes_rows(self) -> bool:
@@ -89,4 +91,5 @@ def stored_run(
     signals = InputSignals(model.inputs, given, scene_inputs(model, p), step, start, jumps_known(library))
     every, corrections = int(data["record_every"]), data.get("corrections", [])
     begun = data.get("start", SCENE_START)
-    return Run(model, data["method"], method, settings, p, signals, grid, every, corrections, begun, controllers)
+    known = corrections, begun, controllers, data.get("bounded_for", "")
+    return Run(model, data["method"], method, settings, p, signals, grid, every, *known)

@@ -104,6 +104,8 @@ class ChosenStepper:
     library : with the stepper
     settings : of the stepper, in their order; the step is the library's default
     left_to_stepper : as of ``InputSignals``
+    finds_bound : whether the run's own steps are to be bounded if they pass over a law: they are chosen by the method,
+        laws may be narrow, and neither the scene nor the caller sets ``largest_step``
     """
 
     name: str
@@ -111,6 +113,7 @@ class ChosenStepper:
     library: Library
     settings: Mapping[str, float]
     left_to_stepper: bool
+    finds_bound: bool
     _cleared: dict[TimeGrid, bool] = field(default_factory=dict)
     _starts: dict[Hashable, Any] = field(default_factory=dict)
 
@@ -176,7 +179,9 @@ def chosen_stepper(
         what = f"a mapping is needed, not {type(settings).__name__}"
         raise UsageError(Problem("settings", what, 'settings={"rtol": 1e-9}'))
     chosen = stepper_settings(library.layout["method"], defaults["step"], stepped_by, settings or {})
-    found = ChosenStepper(name, stepped_by, library, chosen, jumps_known(library))
+    bounded = "largest_step" in (settings or {}) or chosen.get("largest_step") != 0.0
+    finds_bound = stepped_by.chooses_steps and not bounded and bool(model.description.fast_laws())
+    found = ChosenStepper(name, stepped_by, library, chosen, jumps_known(library), finds_bound)
     _keep(kept, key, found)
     return found
 
