@@ -38,7 +38,9 @@ def test_steps_are_bounded_for_a_law_that_they_pass_over(law: str, method: str) 
     bound = run.metadata["settings"]["largest_step"]
     assert told.name == "bounded_steps" and told.severity == "note" and told.value == bound
     formula = "pulse if" if "kick" in law else "hill * tent("
-    assert told.text.startswith(f"the steps are at most {bound:.3g} s, since steps by the tolerance pass over the formula")
+    assert told.text.startswith(
+        f"the steps are at most {bound:.3g} s, since steps by the tolerance pass over the formula"
+    )
     assert formula in told.text and told.text in run.message
     assert run.stats["largest_step"] <= bound * (1.0 + 1e-9) < 0.002
     again = sliders().simulate(2.0, 0.1, method=method, parameters=given, settings={"largest_step": bound})
@@ -66,7 +68,9 @@ def test_a_bound_with_which_the_run_fails_is_named_and_not_taken(tmp_path: Path)
     kept = tmp_path / "run.ckpt"
     run = sliders().simulate(2.0, 0.1, checkpoint=kept, **options)
     assert run.success and names(run) == {"unseen_law"} and run.metadata["settings"]["largest_step"] == 0.0
-    assert "; try: a method of fixed steps, of 0.0029 s (with largest_step = 0.0029 it fails at t = 0.7 s)" in run.message
+    assert (
+        "; try: a method of fixed steps, of 0.0029 s (with largest_step = 0.0029 it fails at t = 0.7 s)" in run.message
+    )
     assert sliders().resume(kept, 2.5).t[-1] == 2.5  # the checkpoint is of the run that is returned
 
 

@@ -49,6 +49,8 @@ _UNSEEN, _WITHIN = 0.05, 0.25
 #: with 2.2 steps to a period has it), the fraction of the steps with such deviations, and the ratio of the effect to
 #: the stated error from which it is reported.
 _HIDDEN, _MOSTLY, _UNDERSTATED = 0.8, 0.5, 3.0
+#: Number of successive steps whose defects are summed for aliased laws.
+_SUCCESSIVE = 256
 #: Fraction of the path still ahead, above which a velocity that has dropped is the scale of later defects.
 _GOES_ON = 0.1
 #: Ranges below this fraction of the largest value are rounding errors.
@@ -64,6 +66,8 @@ _FINER = (8.0,)
 _HELD = 4096
 #: Part of the change within a step over which a rate jumps: nodes lie so close at comparisons.
 _AT_ONCE = 1e-4
+#: Least rate at which a level attracts the motion that chatters about it, in 1/steps.
+_STIFF = 0.5
 _NONE: NDArray[np.intp] = np.empty(0, dtype=np.intp)
 #: Maximum length of a formula in a message, in characters.
 _LETTERS = 70
@@ -108,6 +112,7 @@ class _Held(NamedTuple):
     column : among velocities and internal states
     level, time : the level, and the time at which it is reached, s
     beyond : how far the run goes beyond the level
+    duration : s, in which the rates beyond the level lead through the window in which they point back
     jumps : whether the rates jump there, so that no solution leads on
     """
 
@@ -116,6 +121,7 @@ class _Held(NamedTuple):
     level: float
     time: float
     beyond: float
+    duration: float
     jumps: bool
 
 
@@ -258,6 +264,8 @@ class _Examination:
     ) -> None:
         self._path, self._model = path, path.run.model
         self._stated = stated
+        #: Part of the motion from which the sum of defects is a finding.
+        self._least = _UNSEEN
         self._known = [law for law in laws if path.knows(law)]
         self._opaque = len(self._known) < len(laws)
         self._features = [one for law in self._known for one in features(law) if path.knows(one.argument)]
@@ -345,9 +353,13 @@ class _Examination:
             self._path.run.method.chooses_steps
         ):  # rows lie within its steps, so forces at rows need not act in the steps
             chosen = _without_gaps(chosen)
-        steps = self._steps[chosen]
-        meshes = self._meshes(steps, self._grid, [table[chosen] for table in self._arguments])
-        return self._judged(steps, meshes, share)
+        found = self._judged(chosen, share)
+        if found is None and self._aliased and self._stated is not None and not self._path.run.method.chooses_steps:
+            # comparison runs are aliased as well, so that the stated error leaves these forces out; sums of successive
+            # steps only: phases change from step to step
+            self._least = min(_UNSEEN, max(_UNDERSTATED * self._stated(), _ROUNDING))
+            found = self._judged(np.arange(min(len(self._steps), _SUCCESSIVE)), 1.0)
+        return found
 
     def _laws(self, blocks: StepStates, ends: StepStates) -> Iterator[tuple[Array, Array]]:
         """Yield each law's values at samples and at step ends; rates replace laws without known values."""
@@ -420,11 +432,18 @@ class _Examination:
 
     # -- defects ---------------------------------------------------------------------------------------------------
 
-    def _judged(self, steps: NDArray[np.intp], meshes: Sequence[Array], share: float) -> UnseenLaw | None:
+    def _judged(self, chosen: NDArray[np.intp], share: float) -> UnseenLaw | None:
+        """Return an unresolved law in chosen ones of the sampled steps, which stand for so many times as many."""
+        steps = self._steps[chosen]
+        meshes = self._meshes(steps, self._grid, [table[chosen] for table in self._arguments])
         nodes = self._nodes(steps, meshes)
-        if (held := self._held(steps, nodes)) is not None:
+        levels = self._levels(steps, nodes)
+        held = max(levels, key=lambda one: one.beyond / self._sizes[one.column], default=None)
+        if held is not None and held.beyond > _UNSEEN * self._sizes[held.column]:
             return self._told_of_level(held, steps, meshes)
         defects = self._defects(steps, meshes, nodes.rates)
+        for column, chatters in self._chattering(steps, nodes):  # forces there take a defect back, as stiff ones do
+            defects.net[chatters, column] = defects.within[chatters, column] = 0.0
         if self._excess(defects, share) <= 1.0:
             return None
         lasting = self._forgotten(defects)
@@ -466,8 +485,8 @@ class _Examination:
 
     # -- levels that the motion cannot pass ------------------------------------------------------------------------
 
-    def _held(self, steps: NDArray[np.intp], nodes: _Nodes) -> _Held | None:
-        """Return the level that a run passes by the largest part of the motion, though the equations hold it there.
+    def _levels(self, steps: NDArray[np.intp], nodes: _Nodes) -> list[_Held]:
+        """Return the levels that the run passes, though the equations hold the motion there.
 
         At a jump of a force in a velocity the rates on both sides may point to the jump: no motion passes it
         (Filippov, Differential Equations with Discontinuous Righthand Sides, 1988, 4). A step that passes both sides
@@ -475,7 +494,7 @@ class _Examination:
         """
         columns = self._jumping
         if not columns:
-            return None
+            return []
         begins = self._rates_at(steps)
         values, inside = self._columns(self._path.at_rows), self._columns(nodes.blocks)
         found: list[_Held] = []
@@ -490,13 +509,31 @@ class _Examination:
                 if not len(back) or way * begins[place, column] <= 0.0:
                     continue
                 level = float(inside[part, column][back[0]])
-                if (beyond := self._beyond(step, column, float(low), level)) > 0.0:
-                    time = float(nodes.blocks.t[part][back[0]])
-                    before = float(inside[part, column][back[0] - 1]) if back[0] else float(low)
-                    jumps = abs(level - before) < _AT_ONCE * abs(float(high - low))
-                    found.append(_Held(place, column, level, time, beyond, jumps))
-        largest = max(found, key=lambda one: one.beyond / self._sizes[one.column], default=None)
-        return largest if largest and largest.beyond > _UNSEEN * self._sizes[largest.column] else None
+                beyond = self._beyond(step, column, float(low), level)
+                if not beyond:
+                    continue
+                time = float(nodes.blocks.t[part][back[0]])
+                duration = float(np.ptp(there[back]) / np.abs(rates[back]).max())
+                before = float(inside[part, column][back[0] - 1]) if back[0] else float(low)
+                jumps = abs(level - before) < _AT_ONCE * abs(float(high - low))
+                found.append(_Held(place, column, level, time, beyond, duration, jumps))
+        return found
+
+    def _chattering(self, steps: NDArray[np.intp], nodes: _Nodes) -> Iterator[tuple[int, NDArray[np.bool_]]]:
+        """Yield columns, and in which of the steps (m,) rates lead from both sides to a level within reach."""
+        columns = self._jumping
+        if not columns:
+            return
+        begins = np.cumsum(nodes.counts) - nodes.counts
+        h = np.diff(self._t)[steps]
+        values, inside = self._columns(self._path.at_rows), self._columns(nodes.blocks)
+        reach = h[:, np.newaxis] * np.abs(self._rates_at(steps))
+        for column in columns:
+            ends = values[steps, column], values[steps + 1, column]
+            low = np.minimum.reduce([*ends, np.minimum.reduceat(inside[:, column], begins)]) - reach[:, column]
+            high = np.maximum.reduce([*ends, np.maximum.reduceat(inside[:, column], begins)]) + reach[:, column]
+            below, above = (self._rates_at(steps, column, value)[:, column] for value in (low, high))
+            yield column, (below > 0.0) & (above < 0.0) & ((below - above) * h > _STIFF * (high - low))
 
     @cached_property
     def _jumping(self) -> list[int]:
@@ -532,7 +569,7 @@ class _Examination:
         count = len(rows) if holds.all() else int(np.argmin(holds))
         return float(np.max(values[1:count] - way * level)) if count > 1 else 0.0
 
-    def _rates_at(self, rows: NDArray[np.intp], column: int = -1, value: float = 0.0) -> Array:
+    def _rates_at(self, rows: NDArray[np.intp], column: int = -1, value: Array | float = 0.0) -> Array:
         """Return rates at rows, (m, nv + nz); with another value of a column, if one is given."""
         q, v, z = (part[rows].copy() for part in self._path.at_rows.states)
         if column >= 0:
@@ -561,16 +598,6 @@ class _Examination:
             measured = np.abs(lacking) / (self._sizes if sizes is None else sizes)
         resting = ~np.isfinite(self._sizes) & ~self._left_out
         return np.where(resting & (np.abs(lacking) > 0.0), 1.0, measured)
-
-    @cached_property
-    def _least(self) -> float:
-        """Part of the motion from which the sum of defects is a finding.
-
-        Comparison runs of a run with aliased forces are aliased as well, so that its stated error leaves them out.
-        """
-        if not self._aliased or self._stated is None or self._path.run.method.chooses_steps:
-            return _UNSEEN
-        return min(_UNSEEN, max(_UNDERSTATED * self._stated(), _ROUNDING))
 
     def _excess(self, defects: _Defects, share: float) -> float:
         """Return the largest ratio of the defects to the thresholds; a finding needs a ratio above 1."""
@@ -666,7 +693,7 @@ class _Examination:
         beyond = f"beyond which the run goes by {held.beyond:.2g}{unit}, {100.0 * share:.3g} % of its motion"
         what = f"{law} acts between the steps at t = {held.time:.6g} s and is not seen by them"
         text = f"{what}: it holds {name} at {held.level:.6g}{unit}, {beyond}"
-        step = f"{width / _RESOLVED:.2g}"
+        step = f"{min(width, held.duration) / _RESOLVED:.2g}"
         unsolved = held.jumps and self._path.run.method.chooses_steps
         hint = f"a method of fixed steps, of {step} s" if unsolved else self._remedy(step)
         finding = Finding(value=share, time=held.time, text=text, hint=hint)

@@ -1,0 +1,182 @@
+"""Velocities that the equations hold, and forces that are aliased by the steps, are named beyond the stated error.
+
+References: SciPy's LSODA on windows with steep flanks, and eigenvectors of the linear oscillator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.arrays import Array
+from tests.simulation.test_laws_between_steps import DOUBTS
+
+EFFORT = "1 - k*q.x + (F if c - w < v.x < c + w else 0)"
+ADAPTIVE = ("rk45", "generalized_alpha_adaptive", "tdg1_adaptive")
+METHODS = ("generalized_alpha", "rk4", "rosenbrock", "trapezoidal", *ADAPTIVE)
+
+
+def model(effort: str, *parameters: str, rate: str = "0") -> eomgen.Model:
+    rail = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}
+    return eomgen.build(
+        {
+            "format": 1, "name": "held", "gravity": [0, 0, 0], "bodies": {"b": {"mass": 1.0}},
+            "joints": {"x": {**rail, "initial": {"velocity": 1.0}}},
+            "parameters": {name: {"value": 0.0, "tunable": True} for name in parameters},
+            "efforts": {"e": {"joint": "x", "effort": effort}}, "states": {"s": {"rate": rate}},
+        },
+        profile="quick",
+    )  # fmt: skip
+
+
+@cache
+def windowed() -> eomgen.Model:
+    """Return a slider pushed by 1 N, and in a window of its velocity by F more; a state s likewise."""
+    return model(EFFORT, "F", "c", "w", "k", "G", rate="1 + (G if c - w < s < c + w else 0)")
+
+
+@cache
+def driven() -> eomgen.Model:
+    return model("A*sin(om*t + phase) - k*q.x - d*v.x", "A", "om", "phase", "k", "d")
+
+
+def names(run: eomgen.Solution) -> set[str]:
+    return {finding.name for finding in run.findings}
+
+
+def through_window(p: Mapping[str, float], t: Array, speed: float) -> Array:
+    """Return [q, v] at times, with flanks of the window that are 400 times steeper than it is wide."""
+    flank = p["w"] / 200.0
+
+    def rates(_: float, y: Array) -> list[float]:
+        inside = 0.5 * (np.tanh((y[1] - p["c"] + p["w"]) / flank) - np.tanh((y[1] - p["c"] - p["w"]) / flank))
+        return [y[1], 1.0 - p["k"] * y[0] + p["F"] * inside]
+
+    longest = min(0.01, 0.2 * p["w"])
+    solved = solve_ivp(rates, (0.0, t[-1]), [0.0, speed], "LSODA", max_step=longest, rtol=1e-7, atol=1e-9)
+    return np.stack([np.interp(t, solved.t, row) for row in solved.y], axis=1)
+
+
+def oscillation(p: Mapping[str, float], t: Array) -> Array:
+    """Return [q, v] of the driven oscillator that begins at q = 0, v = 1."""
+    om = p["om"]
+    matrix = np.array([[0, 1, 0, 0], [-p["k"], -p["d"], p["A"], 0], [0, 0, 0, om], [0, 0, -om, 0]])
+    values, vectors = np.linalg.eig(matrix)
+    parts = np.linalg.solve(vectors, np.array([0.0, 1.0, np.sin(p["phase"]), np.cos(p["phase"])]))
+    return np.real(vectors @ (parts[:, np.newaxis] * np.exp(np.outer(values, t)))).T[:, :2]
+
+
+def off(run: eomgen.Solution, true: Array) -> float:
+    return float((np.abs(np.hstack([run.q, run.v]) - true).max(axis=0) / np.ptp(true, axis=0)).max())
+
+
+HELD: dict[str, tuple[dict[str, float], float, dict[str, Any], float]] = {  # parameters, velocity, options, step
+    "weak force": ({"F": -2.01, "c": 1.161, "w": 0.025}, 0.5, {"method": "rk45", "tolerance": 1e-3}, 0.1),
+    "second order": (
+        {"F": -2.01, "c": 1.161, "w": 0.025},
+        0.5,
+        {"method": "generalized_alpha", "tolerance": 1e-3},
+        0.1,
+    ),
+    "fixed steps": ({"F": -2.01, "c": 1.161, "w": 0.025}, 0.5, {"method": "generalized_alpha"}, 0.1),
+    "strong force": ({"F": -29.06, "c": 0.538, "w": 0.0229}, 0.5, {"method": "rk45", "tolerance": 1e-8}, 0.25),
+}
+
+
+@pytest.mark.parametrize("case", HELD)
+def test_a_velocity_that_the_equations_hold_is_named(case: str) -> None:
+    given, speed, options, step = HELD[case]
+    p = {**given, "k": 0.0}
+    run = windowed().simulate(2.0, step, initial={"v": [speed]}, parameters=p, **options)
+    true = through_window(p, run.t, speed)
+    assert off(run, true) > 0.5 and true[-1, 1] == pytest.approx(p["c"] - p["w"], rel=1e-3)
+    (found,) = (finding for finding in run.findings if finding.name == "unseen_law")
+    begin, share = p["c"] - p["w"], 100.0 * (run.v[-1, 0] - true[-1, 1]) / np.ptp(run.v)
+    assert f"it holds v.x at {begin:.6g} m/s, beyond which the run goes by" in found.text
+    assert found.value == pytest.approx(share / 100.0, rel=0.3) and found.time == pytest.approx(begin - speed, abs=0.02)
+    fixed = options == {"method": "generalized_alpha"}
+    assert found.hint.startswith("a step of " if fixed else "a method of fixed steps, of ")
+    named = float(found.hint.split()[-2])
+    followed = windowed().simulate(2.0, named, method="rk4", initial={"v": [speed]}, parameters=p)
+    assert followed.v[-1, 0] == pytest.approx(true[-1, 1], rel=0.02)
+    assert "unseen_law" not in names(followed)  # it chatters about the level, which is right
+
+
+@pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
+def test_a_state_that_its_rate_holds_is_named(method: str) -> None:
+    given = {"G": -1.5, "c": 1.16, "w": 0.01}
+    run = windowed().simulate(2.0, 0.08, method=method, parameters=given)
+    assert run.z[-1, 0] > 1.9  # it is held at 1.15
+    assert "it holds z.s at 1.15, beyond which the run goes by 0." in run.message
+
+
+def test_a_window_that_slows_but_lets_pass_is_not_said_to_hold() -> None:
+    run = windowed().simulate(2.0, 0.1, method="rk4", parameters={"F": -0.5, "c": 1.161, "w": 0.025})
+    assert "holds" not in run.message
+
+
+@pytest.mark.parametrize("step", [0.02, 0.05, 0.1])
+def test_an_aliased_force_beyond_the_stated_error_is_named(step: float) -> None:
+    p = {"A": 1e-3, "om": 1000.0, "phase": 0.0, "k": 1.0, "d": 0.0}
+    run = driven().simulate(5.0, step, method="rk4", parameters=p)
+    error = off(run, oscillation(p, run.t))
+    assert error > 3.0 * run.error.relative
+    (found,) = run.findings
+    assert found.name == "unseen_law" and 0.5 * error < found.value < 5.0 * error
+    assert "the formula A * sin(om * t + phase) acts between the steps" in found.text
+    assert found.text.endswith(", which the estimated error leaves out")
+    resolved = driven().simulate(5.0, 1e-3, method="rk4", parameters={**p, "om": 100.0})
+    assert not resolved.findings
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2))
+def test_windows_of_velocity_are_followed_or_named(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    for _ in range(30):
+        p = {
+            "F": random.choice([-1.0, 1.0]) * 10.0 ** random.uniform(-0.3, 1.5),
+            "c": random.uniform(0.2, 1.5),
+            "w": 10.0 ** random.uniform(-2.2, -0.7),
+            "k": random.choice([0.0, random.uniform(0.0, 1.0)]),
+        }
+        speed, method = random.choice([0.0, random.uniform(0.0, 1.0)]), str(random.choice(METHODS))
+        step = 10.0 ** random.uniform(-2.7, -0.6)
+        chooses = method in ADAPTIVE
+        options = {"tolerance": 10.0 ** random.uniform(-5.0, -3.0)} if chooses else {}
+        end = np.floor(2.0 / step) * step
+        run = windowed().simulate(end, step, method=method, parameters=p, initial={"v": [speed]}, **options)
+        if run.success:  # others end at the level, at which adaptive methods have no solution
+            error = off(run, through_window(p, run.t, speed))
+            assert error < 0.1 or names(run) & DOUBTS, (p, speed, method, step, options, run.message)
+            assert error > 0.01 or "unseen_law" not in names(run), (p, speed, method, step, options, run.message)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2))
+def test_no_aliased_force_is_understated_by_more_than_three(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    methods = ["rk4", "generalized_alpha", "rosenbrock", "tdg1", "rattlie", "trapezoidal"]
+    for _ in range(60):
+        p = {
+            "A": 10.0 ** random.uniform(-5.0, 0.0),
+            "om": 10.0 ** random.uniform(0.5, 4.0),
+            "phase": random.uniform(0.0, 6.0),
+            "k": random.uniform(0.5, 20.0),
+            "d": random.choice([0.0, 0.3]),
+        }
+        method, step = str(random.choice(methods)), 10.0 ** random.uniform(-2.7, -1.0)
+        run = driven().simulate(5.0, step, method=method, parameters=p)
+        if not run.success:
+            continue
+        true = oscillation(p, run.t)
+        error = float(np.abs(run.q[:, 0] - true[:, 0]).max() / np.ptp(true[:, 0]))
+        stated = run.error.relative if run.error.available else np.inf
+        assert error < max(3.0 * stated, 1e-6) or names(run) & DOUBTS, (p, method, step, error, run.message)
+        assert "unseen_law" not in names(run) or off(run, true) > 0.5 * stated, (p, method, step, run.message)
