@@ -371,6 +371,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "automatic_method checkpoint motions option_types row_times run_metadata simulator_state timing",
         "run_model",
         "outcome recorded_motion side_by_side",
+        "bounded_steps",
         "resume sensitivities simulate simulator",
         "start",
     ),
