@@ -353,13 +353,13 @@ class _Examination:
             self._path.run.method.chooses_steps
         ):  # rows lie within its steps, so forces at rows need not act in the steps
             chosen = _without_gaps(chosen)
-        found = self._judged(chosen, share)
-        if found is None and self._aliased and self._stated is not None and not self._path.run.method.chooses_steps:
+        law = self._judged(chosen, share)
+        if law is None and self._aliased and self._stated is not None and not self._path.run.method.chooses_steps:
             # comparison runs are aliased as well, so that the stated error leaves these forces out; sums of successive
             # steps only: phases change from step to step
             self._least = min(_UNSEEN, max(_UNDERSTATED * self._stated(), _ROUNDING))
-            found = self._judged(np.arange(min(len(self._steps), _SUCCESSIVE)), 1.0)
-        return found
+            law = self._judged(np.arange(min(len(self._steps), _SUCCESSIVE)), 1.0)
+        return law
 
     def _laws(self, blocks: StepStates, ends: StepStates) -> Iterator[tuple[Array, Array]]:
         """Yield each law's values at samples and at step ends; rates replace laws without known values."""
@@ -497,7 +497,7 @@ class _Examination:
             return []
         begins = self._rates_at(steps)
         values, inside = self._columns(self._path.at_rows), self._columns(nodes.blocks)
-        found: list[_Held] = []
+        levels: list[_Held] = []
         last = np.cumsum(nodes.counts)
         for place, step in enumerate(steps.tolist()):
             part = slice(last[place] - nodes.counts[place], last[place])
@@ -516,8 +516,8 @@ class _Examination:
                 duration = float(np.ptp(there[back]) / np.abs(rates[back]).max())
                 before = float(inside[part, column][back[0] - 1]) if back[0] else float(low)
                 jumps = abs(level - before) < _AT_ONCE * abs(float(high - low))
-                found.append(_Held(place, column, level, time, beyond, duration, jumps))
-        return found
+                levels.append(_Held(place, column, level, time, beyond, duration, jumps))
+        return levels
 
     def _chattering(self, steps: NDArray[np.intp], nodes: _Nodes) -> Iterator[tuple[int, NDArray[np.bool_]]]:
         """Yield columns, and in which of the steps (m,) rates lead from both sides to a level within reach."""
@@ -691,8 +691,8 @@ class _Examination:
         law, width = self._culprit(int(steps[held.place]), meshes[held.place], name)
         share = held.beyond / float(self._sizes[held.column])
         beyond = f"beyond which the run goes by {held.beyond:.2g}{unit}, {100.0 * share:.3g} % of its motion"
-        what = f"{law} acts between the steps at t = {held.time:.6g} s and is not seen by them"
-        text = f"{what}: it holds {name} at {held.level:.6g}{unit}, {beyond}"
+        opening = f"{law} acts between the steps at t = {held.time:.6g} s and is not seen by them"
+        text = f"{opening}: it holds {name} at {held.level:.6g}{unit}, {beyond}"
         step = f"{min(width, held.duration) / _RESOLVED:.2g}"
         unsolved = held.jumps and self._path.run.method.chooses_steps
         hint = f"a method of fixed steps, of {step} s" if unsolved else self._remedy(step)
