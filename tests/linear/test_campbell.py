@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import warnings
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from eomgen.analysis import campbell as campbell_module
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.campbell_search import campbell
 from eomgen.linear.linearization import Linearization
+from eomgen.linear.plots import plot_campbell
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -297,3 +299,20 @@ def test_the_response_to_unbalance_is_that_to_a_force_that_turns(spin: float) ->
     for output, factor in (("x", 1.0), ("y", -1j)):
         by_x, by_y = (lin.frequency_response(spin, force, output) for force in ("push_x", "push_y"))
         np.testing.assert_allclose(20 * 2e-4 * spin**2 * (by_x - 1j * by_y), factor * expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("far", "words"), [([], ""), ([100.0], "1 mode above 2.39 Hz"), ([90.0, 300.0], "2 modes above 2.39 Hz")]
+)
+def test_modes_above_the_drawn_range_are_counted(far: list[float], words: str) -> None:
+    """The range ends at one and a half times the ray of order 1 at 10 rad/s."""
+    speeds = np.linspace(0.0, 10.0, 5)
+    frequencies = np.outer(np.linspace(1.0, 1.1, 5), [1.0, 1.5, *far])
+    diagram: Any = SimpleNamespace(
+        parameter="speed", unit="rad/s", values=speeds, frequencies=frequencies, orders=(1.0,), crossings=(),
+        whirl=np.zeros(frequencies.shape, int),
+    )  # fmt: skip  # a table
+    (axis,) = plot_campbell(diagram, Figure().subplots())
+    assert [note.get_text() for note in axis.texts if note.get_text() != "1x"] == ([words] if words else [])
+    top = 15.0 / (2.0 * np.pi) if far else 1.08 * 1.65
+    assert axis.get_ylim() == pytest.approx((0.0, top)) and axis.get_xlim() == (0.0, 10.0)

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -139,3 +141,16 @@ def test_rounding_errors_are_drawn_flat() -> None:
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(eomgen.FileError, match=r"coordinates\.png: cannot be written \(No such file or directory\)"):
         plots.draw(pendulum().simulate(0.01, 1e-3), tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e-3, 1.0, 1e6])
+@pytest.mark.parametrize(("offset", "changes"), [(0.0, False), (1.0, False), (5.5, True), (-5.5, True), (1e10, False)])
+def test_energies_far_from_zero_are_drawn_as_changes_in_any_unit(unit: float, offset: float, changes: bool) -> None:
+    swing = np.sin(np.linspace(0.0, 6.0, 50)) ** 2
+    energy = {"kinetic": unit * swing, "potential": unit * (offset - swing), "base_power": np.zeros(50)}
+    curves = plots._energies(cast(Any, SimpleNamespace(energy=energy)))
+    assert [curve.name for curve in curves] == ["kinetic", "potential"]
+    assert all(("change" in curve.quantity) == changes for curve in curves)
+    for curve in curves:
+        values = energy[curve.name]
+        assert np.array_equal(curve.values, values - values[0] if changes else values)

@@ -120,6 +120,15 @@ def test_steps_that_are_not_refused_have_different_times() -> None:
         assert np.all(np.diff(times) > 0.4 * step) and grid.steps == 101
 
 
+@pytest.mark.parametrize("latest", [1.5, 1e6, -1e6, 1e12])
+def test_sixteen_neighbouring_numbers_are_the_shortest_step(latest: float) -> None:
+    apart = abs(float(np.spacing(latest)))
+    begin, end = sorted((latest, latest - np.sign(latest) * 1e4 * apart))
+    assert time_grid(begin, end, 16.0 * apart).steps == 625
+    with pytest.raises(UsageError, match="neighbouring numbers are"):
+        time_grid(begin, end, 15.9 * apart)
+
+
 def test_a_float_stepper_has_the_time_of_float() -> None:
     with pytest.raises(UsageError, match=r"at t = 10000 s neighbouring numbers are 0.000977 s apart, too far for"):
         time_grid(0.0, 1e4, 1e-3, "float")
