@@ -11,6 +11,7 @@ import pytest
 from eomgen.errors import ModelError
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.describe import describe
 from eomgen.scene.forces.efforts import Effort
 from eomgen.scene.forces.torsion_springs import TorsionSpring
 from eomgen.scene.joint_types import JOINTS
@@ -21,6 +22,7 @@ from eomgen.system.description import BASE, Point
 from eomgen.system.signals import Output
 from eomgen.system.system import System
 from tests.models.elements import elements_with
+from tests.models.scenes import flyer_scene
 from tests.oracles.constrained import absolute_state, constraint, kkt, mixed_groups, small_body, weighty
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import number, rigid_body, vector
@@ -420,3 +422,12 @@ def test_heavy_pendulum_by_hand(rng) -> None:
 def test_what_absolute_coordinates_refuse(scene: Scene, message: str) -> None:
     with pytest.raises(ModelError, match=message):
         derive(in_absolute(scene, "SE3"))
+
+
+def test_a_description_in_absolute_coordinates_has_the_factors_of_the_joints() -> None:
+    scene = flyer_scene()
+    expected = derive(scene).factors
+    assert describe(scene).joints == ()
+    assert describe(replace(scene, coordinates="absolute")).joints == expected
+    assert [factor.group for factor in expected] == ["SE3", "SO3", "R"]
+    assert expected[-1].q.stop == 7 + 4 + 1 and expected[-1].v.stop == 6 + 3 + 1

@@ -4,7 +4,7 @@ python -m tests.mutants --sample 200 --seed 1 --results out/mutants.json     the
 python -m tests.mutants --measure 600                                        which functions test files call, 10 minutes
 
 ``killed`` are mutants that a test fails for, ``survived`` ones that pass all tests which can notice them,
-``undecided`` ones that pass the tests that ran within --limit.
+``undecided`` ones that pass the tests that ran within --limit; with a larger one they are tried again.
 Write a reason into "equivalent" of an entry of the results to count it apart.
 """
 
@@ -44,7 +44,7 @@ def sampled(count: int, seed: int, under: str = "eomgen") -> list[Mutant]:
 def tried(mutant: Mutant, tiers: list[str], scratch: Scratch, calls: Calls, limit: float) -> dict[str, Any]:
     """Return the entry of a mutant in the results."""
     entry: dict[str, Any] = {**asdict(mutant), "state": "survived", "tier": "", "test": "", "equivalent": ""}
-    entry |= {"tests": 0, "seconds": 0.0}
+    entry |= {"tests": 0, "seconds": 0.0, "limit": limit}
     for tier in tiers:
         tests = chosen(mutant, tier, calls)
         if not tests:
@@ -82,6 +82,11 @@ def _short(text: str) -> str:
     return line if len(line) <= 60 else f"{line[:57]}..."
 
 
+def _key(entry: dict[str, Any]) -> tuple[object, ...]:
+    """Return the place and the new text of a mutant, from its entry in the results."""
+    return tuple(entry[name] for name in ("file", "start", "end", "new"))
+
+
 def _state_of_tree() -> str:
     """Return the commit, with the names of changed files of the package."""
     commands = (["git", "rev-parse", "HEAD"], ["git", "status", "--porcelain", "eomgen"])
@@ -110,8 +115,18 @@ def main(arguments: list[str] | None = None) -> int:
             count = calls.measure(tier, test_files(), options.measure)
             print(f"{count} test files measured in the {tier} tier, {len(calls.measured.get(tier, {}))} in all")
         return 0
-    results = json.loads(options.results.read_text(encoding="utf-8"))["mutants"] if options.results.is_file() else []
-    known = {(entry["file"], entry["start"], entry["end"], entry["new"]) for entry in results}
+    results: dict[tuple[object, ...], dict[str, Any]] = {}
+    if options.results.is_file():
+        results = {_key(entry): entry for entry in json.loads(options.results.read_text(encoding="utf-8"))["mutants"]}
+    every = sampled(options.sample, options.seed, options.under)
+    wanted = [mutant for mutant in every if _key(asdict(mutant)) not in results]
+    wanted += [
+        mutant
+        for mutant in every
+        if (entry := results.get(_key(asdict(mutant)))) is not None
+        and (entry["state"], entry["equivalent"]) == ("undecided", "")
+        and entry["limit"] < options.limit
+    ]
     options.results.parent.mkdir(parents=True, exist_ok=True)
     print(f"tiers: {', '.join(TIERS[tier] for tier in chosen_tiers)}; results: {options.results}", flush=True)
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(options.jobs) as pool:
@@ -126,22 +141,15 @@ def main(arguments: list[str] | None = None) -> int:
             finally:
                 free.put(scratch)
 
-        mutants = [
-            mutant
-            for mutant in sampled(options.sample, options.seed, options.under)
-            if (mutant.file, mutant.start, mutant.end, mutant.new) not in known
-        ]
-        for entry in pool.map(trial, mutants):
-            results.append(entry)
-            text = json.dumps({"tree": _state_of_tree(), "seed": options.seed, "mutants": results}, indent=1)
+        for entry in pool.map(trial, wanted):
+            results[_key(entry)] = entry
+            content = {"tree": _state_of_tree(), "seed": options.seed, "mutants": list(results.values())}
             beside = options.results.with_suffix(".part")
-            beside.write_text(text, encoding="utf-8")
+            beside.write_text(json.dumps(content, indent=1), encoding="utf-8")
             beside.replace(options.results)
-            print(
-                f"{entry['state']:<10}{entry['seconds']:>7.1f} s  {entry['file']}:{entry['line']}  {entry['test']}",
-                flush=True,
-            )
-    print(table(results))
+            place = f"{entry['file']}:{entry['line']}"
+            print(f"{entry['state']:<10}{entry['seconds']:>7.1f} s  {place}  {entry['test']}", flush=True)
+    print(table(list(results.values())))
     return 0
 
 

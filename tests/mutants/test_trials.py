@@ -115,22 +115,25 @@ def test_a_run_goes_on_behind_its_results(
 ) -> None:
     seen: list[Mutant] = []
 
-    def tried(mutant: Mutant, *others: Any) -> dict[str, Any]:
+    def tried(mutant: Mutant, tiers: list[str], scratch: Scratch, calls: Calls, limit: float) -> dict[str, Any]:
         seen.append(mutant)
-        state = "killed" if len(seen) % 2 else "survived"
-        return {**vars(mutant), "state": state, "tier": "", "test": "", "equivalent": "", "tests": 1, "seconds": 1.0}
+        state = ("killed", "survived", "undecided")[len(seen) % 3]
+        return {**vars(mutant), "state": state, "test": "", "equivalent": "", "seconds": 1.0, "limit": limit}
 
     monkeypatch.setattr(command, "tried", tried)
     monkeypatch.setattr(command, "Scratch", lambda folder: folder)
     results = tmp_path / "new" / "mutants.json"
     options = ["--under", "eomgen/linear/modes.py", "--results", str(results)]
-    assert command.main(["--sample", "4", *options]) == 0
+    assert command.main(["--sample", "4", *options]) == 0  # survived, undecided, killed, survived
     entries = json.loads(results.read_text(encoding="utf-8"))
-    entries["mutants"][1]["equivalent"] = "rounding"
+    entries["mutants"][0]["equivalent"] = "rounding"
     results.write_text(json.dumps(entries), encoding="utf-8")
     capsys.readouterr()
-    assert command.main(["--sample", "6", *options]) == 0
+    assert command.main(["--sample", "6", *options]) == 0  # undecided, killed
     assert len(seen) == 6 == len({(mutant.start, mutant.new) for mutant in seen})
     screen = capsys.readouterr().out
-    assert "\nall                       6       3         2          0           1\n" in screen
+    assert "\nall                       6       2         1          2           1\n" in screen
     assert "(equivalent: rounding)" in screen
+    assert command.main(["--sample", "6", "--limit", "600", *options]) == 0  # those undecided: survived, undecided
+    assert seen[6:] == [seen[1], seen[4]]
+    assert "\nall                       6       2         2          1           1\n" in capsys.readouterr().out
