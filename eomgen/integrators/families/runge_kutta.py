@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.family import (
@@ -53,7 +54,11 @@ class RungeKuttaMuntheKaas(Family):
 
     @property
     def real_stability(self) -> float:
-        return real_stability(self.A, self.b)
+        return self._real_stability
+
+    @cached_property
+    def _real_stability(self) -> float:
+        return real_stability(self.A, self.b)  # asked at every judgement: exact fractions take long to be hashed
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:

@@ -24,6 +24,7 @@ from eomgen.simulation.accuracy.comparison_runs import counted
 from eomgen.simulation.accuracy.motion_comparisons import (
     INTERRUPTED,
     Apart,
+    AtRows,
     ComparedMotion,
     Comparisons,
     NoEstimateError,
@@ -95,9 +96,18 @@ class ErrorEstimation:
         seconds: float,
         events: Events | None = None,
         statistics: Mapping[str, int | float] | None = None,
+        at_rows: AtRows | None = None,
     ) -> ErrorEstimate:
-        """Return the estimate for a run with parameters (np,), or (rows, np), events and counts of its stepper, that
-        took so many seconds."""
+        """Return the estimate for a run.
+
+        Parameters
+        ----------
+        library : with the stepper
+        parameters : (np,), or (rows, np), at the rows
+        seconds : s, duration of the run
+        statistics : counts of the stepper
+        at_rows : outputs and energy of the run at all rows; None: they are evaluated at the rows that are compared
+        """
         began = time.perf_counter()
         try:
             if trajectory.interrupted:
@@ -107,10 +117,11 @@ class ErrorEstimation:
             if run.controllers is not None and (names := run.controllers.single):
                 what = f"the function of {names} may keep something, so no second run calls it"
                 raise NoEstimateError(f"{what}; a class, or memory in the scene, can be had anew")
-            runs = Comparisons(run, library, trajectory.rows, parameters, self.progress, events, statistics or {})
+            rows, counts = trajectory.rows, statistics or {}
+            runs = Comparisons(run, library, rows, parameters, self.progress, events, counts, at_rows)
             estimated = _by_tolerance if run.method.chooses_steps else _by_steps
             found = estimated(runs)
-            if found.relative > NOTICED and _moves_between_rows(runs, library, trajectory.rows, parameters):
+            if found.relative > NOTICED and _moves_between_rows(runs, library, rows, parameters):
                 found = estimated(runs)
         except NoEstimateError as reason:
             return replace(no_estimate(run, str(reason)), remedy=reason.remedy)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -26,6 +27,10 @@ INTERRUPTED = "the runs that it is made from were interrupted"
 _ROUNDING = 1e3
 #: Part of a step within which a row is at an event.
 _AT_EVENT = 1e-9
+
+
+#: From ``outputs`` or ``energy`` to their values at all rows of a run.
+AtRows = Callable[[str], Mapping[str, Array]]
 
 
 class NoEstimateError(Exception):
@@ -75,11 +80,16 @@ class Comparisons:
         progress: Progress | None,
         events: Events | None,
         statistics: Mapping[str, int | float],
+        at_rows: AtRows | None = None,
     ) -> None:
         self.run, self._library, self._progress = run, library, progress
         self.events = "events" in library.layout["method"]
         self.span = span_of(run, rows, parameters)
-        self.own = self._motion(self.span.rows, self.span.parameters, events)._replace(statistics=statistics)
+        self._at_rows = at_rows if len(self.span.rows) == len(rows) else None
+        outputs = (
+            self._outputs(self.span.rows, self.span.parameters) if self._at_rows is None else self._at_rows("outputs")
+        )
+        self.own = self._motion(self.span.rows, outputs, events)._replace(statistics=statistics)
         turns = whole_turns(run, self.span.rows, self.span.parameters)
         self.size: MotionSize = motion_size(run.model, rows, self.own.outputs, turns, self._energies())
         begin, end = (float(t) for t in self.span.rows[[0, -1], 0])
@@ -120,7 +130,7 @@ class Comparisons:
         )
         if found.interrupted:
             raise NoEstimateError(INTERRUPTED)
-        motion = self._motion(found.rows, found.parameters, found.events)
+        motion = self._motion(found.rows, self._outputs(found.rows, found.parameters), found.events)
         return motion._replace(stopped=found.stopped, statistics=found.statistics)
 
     def same(self, apart: Apart) -> bool:
@@ -132,7 +142,7 @@ class Comparisons:
         count = self.own.statistics.get("own_steps")
         return count is not None and count == other.statistics.get("own_steps")
 
-    @property
+    @cached_property
     def rounding(self) -> float:
         """The part of the motion that rounding may be."""
         single = self.run.model.library.real == "float"
@@ -171,10 +181,13 @@ class Comparisons:
         model, run = self.run.model, self.run
         if "energy" not in model.functions or all(item["unit"] != "J" for item in model.library.layout["outputs"]):
             return 0.0
-        t, q, v, a, z = self.span.rows[:, 0], *self._states(self.span.rows)
-        u = run.signals.rows(t) if run.takes_rows else None
-        with np.errstate(all="ignore"):
-            found = model.energy(q, v, a, t, u, z=z, parameters=self.span.parameters)
+        if self._at_rows is not None:
+            found = self._at_rows("energy")
+        else:
+            t, q, v, a, z = self.span.rows[:, 0], *self._states(self.span.rows)
+            u = run.signals.rows(t) if run.takes_rows else None
+            with np.errstate(all="ignore"):
+                found = model.energy(q, v, a, t, u, z=z, parameters=self.span.parameters)
         at_work = float(np.max(found["kinetic"]) + np.ptp(found["potential"]))
         return at_work if math.isfinite(at_work) else 0.0
 
@@ -185,8 +198,8 @@ class Comparisons:
         _, q, v, a, _, z = np.split(rows, ends, axis=1)
         return q, v, a, z
 
-    def _motion(self, rows: Array, parameters: Array, events: Events | None) -> ComparedMotion:
-        return ComparedMotion(rows, self._outputs(rows, parameters), "", events, acting(events, self._library.layout))
+    def _motion(self, rows: Array, outputs: Mapping[str, Array], events: Events | None) -> ComparedMotion:
+        return ComparedMotion(rows, outputs, "", events, acting(events, self._library.layout))
 
     def _outputs(self, rows: Array, parameters: Array) -> Mapping[str, Array]:
         model, run = self.run.model, self.run

@@ -202,8 +202,11 @@ def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
 
     Times at which formulas of time alone have steps or corners are known, and steps end there.
     """
-    places = [place for formula in run.model.description.formulas for place in corners(formula)]
-    places = [place for place in places if any(symbol.kind != "time" for symbol in symbols(place))]
+    kept = run.model.library.kept
+    if "corners" not in kept:
+        every = [place for formula in run.model.description.formulas for place in corners(formula)]
+        kept["corners"] = [place for place in every if any(symbol.kind != "time" for symbol in symbols(place))]
+    places: list[Formula] = kept["corners"]
     if not places or len(rows) < 2:
         return False
     try:

@@ -148,26 +148,25 @@ def _hidden(run: FinishedRun, q: Array, z: Array) -> list[Unresolved]:
     model, error = run.run.model, run.error
     reported = noticed_error(error)
     least = 1e3 * float(np.finfo(np.float32).eps) if run.single else 1e-9
+    (q_travel, q_sizes), (z_travel, z_sizes) = (_extents(values) for values in (q, z))
     reach = {"rad": 1.0}
-    for unit, values in zip(model.q_units, q.T, strict=True):
-        reach[unit] = max(reach.get(unit, 0.0), float(np.abs(values).max()))
-    found = []
-    for factor in model.factors:
-        if factor.group == "R":
-            travel = float(np.ptp(q[:, factor.q_start]))
-            name, unit = model.q_names[factor.q_start], model.q_units[factor.q_start]
-            one = Unresolved(name, travel, float(error.increment[factor.v_start]), unit)
-            found.append((one, reach[unit]))
-    for k, (name, unit) in enumerate(zip(model.z_names, model.z_units, strict=True)):
-        one = Unresolved(name, float(np.ptp(z[:, k])), float(error.z[k]), unit)
-        found.append((one, float(np.abs(z[:, k]).max())))
+    for unit, size in zip(model.q_units, q_sizes, strict=True):
+        reach[unit] = max(reach.get(unit, 0.0), size)
+    errors, of_states = error.increment.tolist(), error.z.tolist()
+    angles = [(factor.q_start, errors[factor.v_start]) for factor in model.factors if factor.group == "R"]
+    found = [(model.q_names[k], q_travel[k], by, model.q_units[k], reach[model.q_units[k]]) for k, by in angles]
+    found += zip(model.z_names, z_travel, of_states, model.z_units, z_sizes, strict=True)
     return [
-        one._replace(unit="" if one.unit in ("", "1") else f" {one.unit}")
-        for one, largest in found
-        if (reported is None or one.name != reported.name)
-        and one.travel > least * largest
-        and HIDDEN * one.error > one.travel
+        Unresolved(name, travel, by, "" if unit in ("", "1") else f" {unit}")
+        for name, travel, by, unit, largest in found
+        if (reported is None or name != reported.name) and travel > least * largest and HIDDEN * by > travel
     ]
+
+
+def _extents(values: Array) -> tuple[list[float], list[float]]:
+    """Return the range and the largest absolute value of each column."""
+    high, low = values.max(axis=0), values.min(axis=0)
+    return (high - low).tolist(), np.maximum(high, -low).tolist()
 
 
 def _energy_balance(run: FinishedRun) -> Iterator[Finding]:

@@ -149,6 +149,9 @@ class FinishedRun:
     def energy(self) -> dict[str, Array]:
         return evaluated("energy", self.run.model, self.states, self.prescribed, self.present)
 
+    def _at_rows(self, name: str) -> Mapping[str, Array]:
+        return self.outputs if name == "outputs" else self.energy
+
     @cached_property
     def error(self) -> ErrorEstimate:
         run, trajectory = self.run, self.trajectory
@@ -156,7 +159,7 @@ class FinishedRun:
             return no_estimate(run)
         statistics = self.statistics
         estimate = self._estimation.of(
-            run, self.stepper.library, trajectory, self.present, self.wall, self.events, statistics
+            run, self.stepper.library, trajectory, self.present, self.wall, self.events, statistics, self._at_rows
         )
         if not estimate.available:
             return estimate
@@ -313,6 +316,6 @@ FACTS: Mapping[str, Callable[[FinishedRun], bool]] = {
     "controllers": lambda finished: finished.stepper.controllers is not None,
     "checkpoint": lambda finished: bool(finished.checkpoint),
     "begun": lambda finished: finished.beginning is not None,
-    "explicit": lambda finished: bool(finished.run.method.real_stability) and not finished.run.method.chooses_steps,
+    "explicit": lambda finished: not finished.run.method.chooses_steps and bool(finished.run.method.real_stability),
     "events": lambda finished: "events" in finished.stepper.layout["method"],
 }

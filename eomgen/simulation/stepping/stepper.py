@@ -23,7 +23,7 @@ class StepperPlan:
     ----------
     sizes : by the names of ``STEPPER_SIZES``
     places, row_places : slices of the quantities of the flat state and of rows
-    counted : C types of the statistics
+    counted : name, place in the flat state, and whether it is a whole number, of each statistic
     entry : of the log of events; None without events
     input_times : times of the rows of inputs of a step, in steps
     pace : s, what a step took at last; infinite before the first one
@@ -34,7 +34,9 @@ class StepperPlan:
     def __init__(self, library: Library) -> None:
         method: Mapping[str, Any] = library.layout["method"]
         self.sizes = {name: int(library.lib.eomgen_stepper_size(k)) for k, name in enumerate(STEPPER_SIZES)}
-        self.places, self.row_places, self.counted = state_layout(method), row_layout(method), statistics_kinds(method)
+        self.places, self.row_places = state_layout(method), row_layout(method)
+        kinds = statistics_kinds(method).items()
+        self.counted = [(name, self.places[name].start, kind == "long") for name, kind in kinds]
         self.entry = entry_type(library.layout, library.real) if "events" in method else None
         self.input_times = np.array(method.get("input_times", [0.0, 1.0]))
         self.input_times.setflags(write=False)
@@ -138,9 +140,8 @@ class Stepper:
     @property
     def statistics(self) -> dict[str, int | float]:
         """What the stepper counted since it was initialized."""
-        state, places = self.state.tolist(), self.places
-        values = ((name, kind, state[places[name].start]) for name, kind in self.plan.counted.items())
-        return {name: int(value) if kind == "long" else value for name, kind, value in values}
+        state = self.state.tolist()
+        return {name: int(state[place]) if whole else state[place] for name, place, whole in self.plan.counted}
 
     @property
     def count(self) -> int:
