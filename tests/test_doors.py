@@ -54,7 +54,7 @@ DOORS: dict[str, set[str]] = {
     "locks": set(),
     "progress": {"errors"},
     "random_roads": {"road_classes"},
-    "random_processes": {"arrays", "errors", "formula", "road_classes"},
+    "random_processes": {"arrays", "errors", "formula", "road_classes", "solvers.quadrature"},
     "road_classes": set(),
     "study_defaults": set(),
     "spectra": {"arrays", "calls", "errors", "figures", "html", "road_classes", "text", "units"},
@@ -217,7 +217,7 @@ DOORS: dict[str, set[str]] = {
         "version",
     },
     "model": {"analysis", "calls", "compiled", "ensembles", "errors", "simulation", "verbs"},
-    "reliability": {"arrays", "errors"},
+    "reliability": {"arrays", "errors", "solvers.quadrature"},
     "sea_states": {"arrays", "calls", "errors", "random_processes"},
     "waves": {
         "arrays",

@@ -18,6 +18,7 @@ from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.random_processes.covariance import Band, Covariance, RoadProfile, SpectrumTable
 from eomgen.road_classes import FREQUENCY_RANGE
+from eomgen.solvers.quadrature import gauss_legendre
 
 #: Nodes of a panel of frequencies; most of them in all.
 _NODES, _MOST_NODES = 16, 40_000
@@ -151,17 +152,14 @@ def _edges(covariance: Covariance) -> Sequence[float]:
 
 def _panels(borders: Array, widest: float) -> tuple[Array, Array]:
     """Return nodes and weights of Gauss's rule in panels between borders, none wider than a width."""
-    points, shares = np.polynomial.legendre.leggauss(_NODES)
     counts = [max(1, math.ceil((end - start) / widest)) for start, end in pairwise(borders)]
     if sum(counts) * _NODES > _MOST_NODES:
         return np.zeros(_MOST_NODES + 1), np.zeros(_MOST_NODES + 1)
     parts = [
         np.linspace(start, end, count + 1) for start, end, count in zip(borders[:-1], borders[1:], counts, strict=True)
     ]
-    low, high = (np.concatenate([part[k : len(part) - 1 + k] for part in parts]) for k in (0, 1))
-    half = 0.5 * (high - low)
-    nodes = (low + half)[:, None] + half[:, None] * points
-    return nodes.ravel(), (half[:, None] * shares).ravel()
+    nodes, weights = gauss_legendre(np.concatenate([*(part[:-1] for part in parts), borders[-1:]]), _NODES)
+    return nodes.ravel(), weights.ravel()
 
 
 def least_eigenvalue(coherences: Sequence[Sequence[Coherence | None]]) -> tuple[float, float]:

@@ -17,6 +17,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.formula.curves import Curve
 from eomgen.road_classes import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
+from eomgen.solvers.quadrature import gauss_legendre
 
 
 class Covariance(Protocol):
@@ -203,10 +204,8 @@ class CovarianceTable:
         """Return 4 int_0^L R cos(2 pi f tau) d tau, L the last lag, by Gauss's rule on each piece."""
         breaks = self.curve.breaks
         waves = float(np.max(frequency, initial=0.0)) * float(np.max(np.diff(breaks)))
-        node, weight = np.polynomial.legendre.leggauss(8 + math.ceil(4.0 * waves))
-        half = 0.5 * np.diff(breaks)[:, np.newaxis]
-        lag = breaks[:-1, np.newaxis] + half * (1.0 + node)
-        share = np.asarray(4.0 * half * weight * self.at(lag)).ravel()
+        lag, weight = gauss_legendre(np.asarray(breaks), 8 + math.ceil(4.0 * waves))
+        share = np.asarray(4.0 * weight * self.at(lag)).ravel()
         return np.asarray(np.cos(2.0 * math.pi * np.multiply.outer(frequency, lag.ravel())) @ share)
 
 

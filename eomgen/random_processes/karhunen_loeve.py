@@ -22,6 +22,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.random_processes.covariance import Covariance, CovarianceTable, Exponential
+from eomgen.solvers.quadrature import gauss_legendre
 
 #: Most modes: each is a table, and a variable. Loading grows with the cube of their number (9 s of processor time for
 #: 659); a step grows in proportion.
@@ -138,10 +139,9 @@ def _converged(
         function, total, values = found.function, found.total, found.eigenvalues
         if count == 1:
             return [Expansion(duration, values, total, lambda t: function(t)[:, 0], repaired=found.repaired)]
-        nodes, weights = np.polynomial.legendre.leggauss(_NODES + 1)  # none of these is one of the modes' nodes
-        starts = duration / panels * np.arange(panels)[:, np.newaxis]
-        squares = function((starts + 0.5 * duration / panels * (1.0 + nodes)).ravel()) ** 2
-        shares = squares @ np.tile(0.5 * duration / panels * weights, panels)
+        edges = np.linspace(0.0, duration, panels + 1)
+        nodes, weights = gauss_legendre(edges, _NODES + 1)  # none of these is one of the modes' nodes
+        shares = function(nodes.ravel()) ** 2 @ weights.ravel()
 
         def one(own: int) -> Expansion:
             return Expansion(duration, values, total, lambda t: function(t)[:, own], shares[:, own], found.repaired)
@@ -236,9 +236,8 @@ def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansi
 def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panels: int, repair: bool) -> Expansion:
     """Return all modes of processes that an even number of panels resolves beyond rounding; the function has a row for
     each process, (n, processes, m)."""
-    node, weight = np.polynomial.legendre.leggauss(_NODES)
     width, count = duration / panels, len(covariances)
-    own, own_weights = 0.5 * width * (1.0 + node), 0.5 * width * weight
+    own, own_weights = (rule[0] for rule in gauss_legendre(np.array([0.0, width]), _NODES))
     starts = width * np.arange(panels)
     root = np.sqrt(np.tile(own_weights, panels))
     half = panels * _NODES // 2
@@ -302,13 +301,11 @@ def _kernel(covariance: Covariance, width: float, own: Array, own_weights: Array
 
 def _across_the_kink(covariance: Covariance, width: float, own: Array) -> Array:
     """Return int_0^width R(t_i - s) L_j(s) ds, (nodes, nodes), L_j Lagrange's polynomials of a panel's nodes."""
-    node, weight = np.polynomial.legendre.leggauss(2 * _NODES)
     rows = []
     for time in own:
         row = np.zeros(len(own))
-        for start, end in ((0.0, time), (time, width)):
-            s = start + 0.5 * (end - start) * (1.0 + node)
-            row += (0.5 * (end - start) * weight * covariance.at(time - s)) @ _lagrange(own, s)
+        for s, weight in zip(*gauss_legendre(np.array([0.0, time, width]), 2 * _NODES), strict=True):
+            row += (weight * covariance.at(time - s)) @ _lagrange(own, s)
         rows.append(row)
     return np.array(rows)
 

@@ -21,6 +21,7 @@ from scipy import special
 from eomgen.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.reliability.quadratic_form import QuadraticForm
+from eomgen.solvers.quadrature import gauss_legendre
 
 Complex = NDArray[np.complex128]
 #: One quadratic form, or one for each threshold.
@@ -264,11 +265,8 @@ def _where_it_ends(generating: _Generating, number: int) -> float:
 
 def _panels(edge: float, panels: int) -> tuple[Array, Array]:
     """Return nodes and weights of Gauss and Legendre's rule in equal panels of (0, edge)."""
-    points, shares = np.polynomial.legendre.leggauss(10)
-    borders = np.linspace(0.0, edge, panels + 1)
-    half = 0.5 * np.diff(borders)
-    nodes = (borders[:-1] + half)[:, None] + half[:, None] * points
-    return nodes.ravel(), (half[:, None] * shares).ravel()
+    nodes, weights = gauss_legendre(np.linspace(0.0, edge, panels + 1), 10)
+    return nodes.ravel(), weights.ravel()
 
 
 def _flat(thresholds: ArrayLike) -> tuple[Array, tuple[int, ...]]:

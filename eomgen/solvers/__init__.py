@@ -12,6 +12,7 @@ __all__ = [
     "equilibrium_search",
     "independent_columns",
     "load_steps",
+    "quadrature",
     "redundancy",
     "rigid_beams",
     "statics",
