@@ -7,14 +7,14 @@ import logging
 import os
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from eomgen.calls import checked_call
-from eomgen.errors import DescriptionError, ModelError, Problem, ToolchainError, UsageError
+from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
 from eomgen.extensions import extensions, loaded
 from eomgen.pipeline.collection import without_search_for_circles
 from eomgen.pipeline.content import fingerprint, library_content
@@ -22,7 +22,7 @@ from eomgen.pipeline.front_end import Document, FrontEnd
 from eomgen.pipeline.hamiltonians import HAMILTONIANS, build_hamiltonian, generate_hamiltonian, hamiltonian_of
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.hamiltonian.document import OF_HAMILTONIANS, Hamiltonian
-from eomgen.scene.load import from_data
+from eomgen.scene.load import from_data, named_method
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import all_options, checked_options
 from eomgen.system.selection import Selection
@@ -106,7 +106,11 @@ def load_scene(
     from eomgen.scene import load as reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
 
     if isinstance(path, str | os.PathLike):
-        scene = reader.load(Path(path), strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
+        try:
+            scene = reader.load(Path(path), strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
+        except DescriptionError as error:
+            method = partial(reader.method_of, Path(path), strict=strict, **options)
+            raise _with_method_problems(error, method) from None
         _check_method(scene)
         return scene
     checked_options(None, options)
@@ -432,7 +436,12 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
             raise UsageError(Problem("coordinates", what, "the path or the mapping that it was read from"))
         return scene
     if isinstance(scene, Mapping):
-        return from_data(scene, coordinates=coordinates)
+        try:
+            found = from_data(scene, coordinates=coordinates)
+        except DescriptionError as error:
+            raise _with_method_problems(error, lambda: (named_method(scene), "scene")) from None
+        _check_method(found, "scene")
+        return found
     if isinstance(scene, Hamiltonian):
         raise UsageError(f"{scene.name} is a Hamiltonian system, and this is for mechanical scenes", OF_HAMILTONIANS)
     kind = type(scene).__name__
@@ -474,8 +483,8 @@ def _method_name(described: Description, method: str | None) -> str:
     return _own_method(described.simulation, described.places.get("simulation.method", described.name))
 
 
-def _check_method(scene: Scene) -> None:
-    """Raise DescriptionError if a scene names an unknown method."""
+def _check_method(scene: Scene, place: str = "") -> None:
+    """Raise DescriptionError if a scene names an unknown method; ``place`` is that of a scene without a file."""
     from eomgen.system.description import Simulation  # noqa: PLC0415
 
     if scene.simulation.method == Simulation.method:
@@ -483,7 +492,29 @@ def _check_method(scene: Scene) -> None:
     from eomgen.integrators.methods import AUTO  # noqa: PLC0415  # few scenes choose a method
 
     if scene.simulation.method != AUTO:
-        _own_method(scene.simulation, scene.source.get("simulation.method", scene.name))
+        _own_method(scene.simulation, scene.source.get("simulation.method", place or scene.name))
+
+
+def _with_method_problems(error: DescriptionError, method: Callable[[], tuple[object, str]]) -> DescriptionError:
+    """Return the error of a description, with one more problem if its method is unknown.
+
+    Parameters
+    ----------
+    method : returns what the description gives as its method, and the place of that
+    """
+    from eomgen.system.description import Simulation  # noqa: PLC0415
+
+    try:
+        name, place = method()
+    except EomgenError:  # the file cannot be read, which the error reports
+        return error
+    if not isinstance(name, str) or name == "auto" or any("(simulation.method)" in p.where for p in error.problems):
+        return error
+    try:
+        _own_method(Simulation(method=name), place)
+    except DescriptionError as unknown:
+        return DescriptionError([*error.problems, *unknown.problems])
+    return error
 
 
 def _own_method(simulation: Simulation, place: str) -> str:

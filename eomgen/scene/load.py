@@ -66,6 +66,20 @@ def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[s
     return dict(_read(_expanded(path), strict=strict, **options).data)
 
 
+def method_of(path: str | Path, *, strict: bool = False, **options: Any) -> tuple[object, str]:
+    """Return the ``simulation.method`` of a file that cannot be loaded, None if it has none, and its place for
+    messages. Errors as of ``load``."""
+    path = _expanded(path)
+    read = _read(path, strict=strict, **options)
+    return named_method(read.data), Report(shown_file(path), read.lines).place("simulation.method")
+
+
+def named_method(data: Mapping[str, Any]) -> object:
+    """Return the ``simulation.method`` of unchecked data, None if it has none."""
+    simulation = data.get("simulation")
+    return simulation.get("method") if isinstance(simulation, Mapping) else None
+
+
 def _expanded(path: str | Path) -> Path:
     """Return a path with ``~`` in words. Raises UsageError for a text that is no path."""
     if "\n" in str(path):

@@ -6,12 +6,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import eomgen
+from eomgen.cli import main
 from eomgen.scene.load import load_toml
 
 SLIDER = """\
@@ -116,6 +118,32 @@ def test_what_is_refused_says_what_to_write(
         eomgen.load(tmp_path / "scene.toml")
     assert any(what in problem.what and hint in problem.hint for problem in error.value.problems), str(error.value)
     assert all("scene.toml:" in problem.where for problem in error.value.problems)
+
+
+@pytest.mark.parametrize("verb", ["info", "load", "data"])
+def test_an_unknown_method_is_told_with_all_other_problems(
+    verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken = SLIDER.replace("mass = ", "mas = ") + '[simulation]\nmethod = "ode45"\n'
+    line = broken.splitlines().index('method = "ode45"') + 1
+    path = tmp_path / "scene.toml"
+    path.write_text(broken)
+    if verb == "info":
+        assert main(["info", str(path)]) == 3
+        told = capsys.readouterr().err
+    else:
+        with pytest.raises(eomgen.DescriptionError) as error:
+            eomgen.load(path if verb == "load" else tomllib.loads(broken))  # type: ignore[arg-type]
+        told = str(error.value)
+        assert [problem.where.endswith("(simulation.method)") for problem in error.value.problems].count(True) == 1
+    where = "scene (simulation.method)" if verb == "data" else f"scene.toml:{line} (simulation.method)"
+    assert f"{where}: there is no method 'ode45'; try: rk45, or taylor for small errors" in told and "mas" in told
+
+
+def test_an_unknown_method_of_nested_data_is_refused_before_the_build() -> None:
+    data = tomllib.loads(SLIDER + '[simulation]\nmethod = "ode45"\n')
+    with pytest.raises(eomgen.DescriptionError, match=r"scene \(simulation.method\): there is no method 'ode45'"):
+        eomgen.load(data)
 
 
 @pytest.mark.parametrize("points", ["[0, 0, 0], [1, 0, 0], [0, 0, 0]", "[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 0, 0.01]"])
