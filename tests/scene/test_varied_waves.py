@@ -305,3 +305,14 @@ def test_info_shows_waves_and_hulls(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert (sea["waves"], sea["bound_waves"], sea["depth"], sea["level"]) == (10, 100, 30.0, 0.5)
     assert sea["height"] == pytest.approx(3.0, rel=1e-12)
     assert hull == {"name": "hull", "body": "buoy", "waves": "sea", "stations": 2, "moves_water": True}
+
+
+def test_a_standard_normal_variable_that_nothing_draws_is_noted() -> None:
+    model = eomgen.build(from_data(_data(variables=True)))
+    run = model.simulate(0.02, 0.01, parameters={"sea_z1": -1000.0, "sea_z3": 20.0, "Hs": 9.0}, error_estimate=False)
+    assert list(run.metadata["notes"]) == [
+        "sea_z1 is 1000 standard deviations out: it is a standard normal variable of a random process or sea (2"
+        " variables beyond 8)"
+    ]
+    usual = model.simulate(0.02, 0.01, parameters={"sea_z1": 4.0, "Hs": 9.0}, error_estimate=False)
+    assert not usual.metadata["notes"]

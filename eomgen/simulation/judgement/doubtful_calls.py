@@ -4,13 +4,19 @@ gives."""
 from __future__ import annotations
 
 from collections.abc import Collection
+from operator import itemgetter
 
+import numpy as np
+
+from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.stepping.time_grid import WHOLE, TimeGrid
-from eomgen.text import listed
+from eomgen.text import counted, listed
 
 #: A step of so many runs is more likely their end.
 _EXCHANGED = 100.0
+#: Standard deviations that a standard normal variable exceeds with a probability of 1e-15.
+_IMPROBABLE = 8.0
 
 
 def exchanged_times(grid: TimeGrid) -> list[str]:
@@ -23,12 +29,13 @@ def exchanged_times(grid: TimeGrid) -> list[str]:
     return [what + (exchanged if grid.step >= _EXCHANGED * span else "")]
 
 
-def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str]) -> list[str]:
+def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], p: Array) -> list[str]:
     """Return one sentence for each doubt about a run.
 
     Parameters
     ----------
     given : names of the inputs that the caller gives
+    p : (np,) parameters
     """
     description, notes = model.description, []
     span = grid.end - grid.start
@@ -48,4 +55,20 @@ def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str]) 
         many = len(silent) > 1
         what = f"the inputs {listed(silent)} are 0" if many else f"the input {silent[0]} is 0"
         notes.append(f"{what}: neither the scene nor the run gives {'them' if many else 'it'}")
-    return notes
+    return [*notes, *_improbable_variables(model, p)]
+
+
+def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
+    """Return a sentence on variables of random processes and waves that no draw of a normal distribution gives."""
+    large = np.flatnonzero(np.abs(p) > _IMPROBABLE).tolist()
+    if not large:
+        return []
+    description, names = model.description, tuple(model.parameters)
+    normal = {name for item in description.inputs if item.random is not None for name in item.random.variables}
+    normal |= {name for waves in description.waves for name in waves.variables}
+    found = [(names[k], abs(float(p[k]))) for k in large if names[k] in normal]
+    if not found:
+        return []
+    name, value = max(found, key=itemgetter(1))
+    what = f"{name} is {value:.6g} standard deviations out: it is a standard normal variable of a random process or sea"
+    return [what + (f" ({counted(len(found), 'variable')} beyond {_IMPROBABLE:g})" if len(found) > 1 else "")]

@@ -119,7 +119,7 @@ def _exchanged_times(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _doubtful_call(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, doubtful_call(run.run.model, run.run.grid, run.run.signals.given))
+    yield from map(Finding.of, doubtful_call(run.run.model, run.run.grid, run.run.signals.given, run.run.parameters))
 
 
 ROWS = (
