@@ -163,22 +163,38 @@ def _cell(where: str, word: str) -> float | str:
         raise FileError(Problem(where, what, "numbers in the scene's units, or with units: 250 mm")) from None
 
 
+#: Designs whose samples are not drawn, or not one by one.
+_NOT_INDEPENDENT = ("grid", "table", "saltelli")
+
+
 def _print(found: Ensemble) -> None:
     good = found.done - len(found.failed)
     if not good:
         return
     rows: list[tuple[str, ...]] = []
-    quantiles = found.reduction.has_quantiles
+    quantiles, random = found.reduction.has_quantiles, found.design not in _NOT_INDEPENDENT
     for column in found.columns:
         low, high = found.envelope(column)
-        of_column = [found.mean(column)[-1], found.deviation(column)[-1], low[-1]]
+        deviation = found.deviation(column)[-1]
+        of_column = [deviation, low[-1]]
         if quantiles:
             of_column += found.quantile(column, (0.05, 0.5, 0.95))[:, -1].tolist()
         unit = found.units.get(column, "")
         error = found.error.columns.get(column, math.nan)
         told = "-" if math.isnan(error) else f"{error:.2g}"
-        rows.append((column, unit if unit != "1" else "", *(f"{x:.5g}" for x in (*of_column, high[-1])), told))
+        mean = f"{found.mean(column)[-1]:.5g}", f"{deviation / math.sqrt(good):.2g}" if random else "-"
+        rows.append((column, unit if unit != "1" else "", *mean, *(f"{x:.5g}" for x in (*of_column, high[-1])), told))
     title = f"{found.scene}: {counted(good, 'sample')}, {found.design}, at t = {found.t[-1]:.9g} s"
     middle = ("5 %", "median", "95 %") if quantiles else ()
-    header = ("column", "unit", "mean", "deviation", "smallest", *middle, "largest", "error of steps")
+    header = (
+        "column",
+        "unit",
+        "mean",
+        "error of\nmean",
+        "deviation",
+        "smallest",
+        *middle,
+        "largest",
+        "error of\nsteps",
+    )
     print_table(title, header, rows, numeric=tuple(range(2, len(header))))

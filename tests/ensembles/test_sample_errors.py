@@ -78,7 +78,10 @@ def test_samples_that_the_steps_spoil_are_told_by_the_command_too(
     command = ["ensemble", str(scene), "--t-end", "60", "--vary", "k=uniform(99, 101)", "--samples", "16", "--no-plots"]
     assert main([*command, "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr()
-    assert "error of steps" in said.out and "the run without variations: the estimated error is" in said.err
+    assert re.search(r" error of\n.* steps\n", said.out)
+    assert "the run without variations: the estimated error is" in said.err
+    row = next(line.split() for line in said.out.splitlines() if line.startswith("output.x "))
+    assert float(row[3]) == pytest.approx(float(row[4]) / 4.0, rel=0.02)  # of 16 samples: error of mean, deviation
     written = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["error"]
     assert written["available"] and written["relative"] > 0.5
     rows = (tmp_path / "out" / "samples.csv").read_text(encoding="utf-8").splitlines()
