@@ -335,7 +335,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "linear_parameters",
         "describe extent laws shape_functions",
         "discontinuities tree",
-        "beam_axes kinematics summary",
+        "beam_axes kinematics overshoots summary",
         "forces",
         "constants constraints dynamics rates",
         "reactions",

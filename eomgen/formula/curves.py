@@ -173,6 +173,18 @@ class Curve:
             if jump or kink
         ]
 
+    def farthest(self) -> tuple[float, float]:
+        """Return the place and the value of a spline farthest outside the range of its points, between these.
+
+        A point within the range is returned if the spline stays there. Pieces are sampled at ninths.
+        """
+        share = np.arange(1, 9) / 9.0
+        local = np.diff(self.breaks)[:, np.newaxis] * share
+        value = np.polynomial.polynomial.polyval(local, self.coefficients.T[..., np.newaxis], tensor=False)
+        beyond = np.maximum(value - np.max(self.y), np.min(self.y) - value)
+        piece, number = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
+        return float(self.breaks[piece] + local[piece, number]), float(value[piece, number])
+
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
         """Return the curve, or a derivative of it, at x (...); with complex x, for complex-step differentiation."""
         x = np.asarray(x)

@@ -13,6 +13,7 @@ from eomgen.mechanics.discontinuities import discontinuities, validity
 from eomgen.mechanics.extent import extent
 from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
+from eomgen.mechanics.overshoots import overshoots
 from eomgen.mechanics.rates.drivers import base_rates, input_rates
 from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse
@@ -153,7 +154,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         facts=facts,
         kept=kept,
         dropped=dropped,
-        notes=scene.notes,
+        notes=(*scene.notes, *overshoots(scene.curves)),
         events=event_rows(derivation) if scene.events else (),
         modes=modes(derivation),
         sampled=sample_rows(derivation),

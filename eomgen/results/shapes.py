@@ -104,12 +104,14 @@ def draw_rest(
     figure = new_figure((6.5 * len(planes), 5.0))
     enlarged = f"displacements {factor:.4g} times" if factor > 1.0 else "displacements to scale"
     figure.suptitle(f"{model.name} at rest, {enlarged}", fontsize=11)
-    for axis, plane in zip(np.atleast_1d(figure.subplots(1, len(planes))), planes, strict=True):
+    axes = np.atleast_1d(figure.subplots(1, len(planes)))
+    for axis, plane in zip(axes, planes, strict=True):
         _draw(axis, lines, 0, plane, color=_THIN, linewidth=1.0, label="initial shape")
         _draw(axis, lines, 1, plane, color=_THICK, linewidth=2.4, label="at rest")
         _supports(axis, lines, plane)
         _arrows(axis, lines, loads, plane)
-        axis.legend(loc="best", fontsize=8, frameon=False)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
     return saved(figure, path)
 
 

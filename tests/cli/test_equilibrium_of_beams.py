@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from matplotlib.image import imread
 
+from eomgen import figures
 from eomgen.cli import main
+from eomgen.results import shapes
 
 LENGTH, LOAD, BENDING = 2.0, 3.0, 5e3
 SCENE = f"""
@@ -39,12 +42,18 @@ foot = {{ reaction_force = "clamp" }}
 """
 
 
-def test_equilibrium_tells_what_an_engineer_looks_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_equilibrium_tells_what_an_engineer_looks_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Deflection q l^4 / 8 EI + P l^3 / 3 EI, moment q l^2 / 2 + P l and shear q l + P at the clamp."""
     scene, figure, rest = tmp_path / "scene.toml", tmp_path / "rest.png", tmp_path / "rest.json"
     scene.write_text(SCENE, encoding="utf-8")
     arguments = ["equilibrium", str(scene), "--profile", "quick", "--plot", str(figure), "--out", str(rest)]
+    drawn: list[Any] = []
+    monkeypatch.setattr(shapes, "saved", lambda figure, path: drawn.append(figure) or figures.saved(figure, path))
     assert main(arguments) == 0
+    legend = drawn[0].legends[0].get_window_extent()
+    assert not any(legend.overlaps(axis.get_window_extent()) for axis in drawn[0].axes)
     told = capsys.readouterr()
     text = told.out + told.err
     assert "q.arm.1" not in text and "28 coordinates of nodes of beams are left out; --all shows them" in text
