@@ -65,6 +65,7 @@ class Section:
     after : sections that are read before this one; they fix the order of messages and requirements, too
     last : whether it observes a motion, and is read after all sections that do not
     attached : whether entries have places on bodies, which are nodes on geometrically exact beams
+    scene_field : field of the Scene that holds the items; empty if ``fields`` says more
     always : whether the digest of a scene's content names the section if it has no entries
     bounds : bound of each value by itself, by key within the entry; None for any number
     """
@@ -80,6 +81,7 @@ class Section:
     after: tuple[str, ...] = ()
     last: bool = False
     attached: bool = False
+    scene_field: str = ""
     always: bool = False
     bounds: Mapping[str, Bound | None] = field(default_factory=dict)
 
@@ -103,6 +105,14 @@ class Section:
         over all sections; dictionaries may be filled while sections are read."""
         return {self.key: reading.names_in(self.key)} if self.key in _NAMES else {}
 
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        """Return the fault of a legal name of an entry, and a hint; two empty texts if there is none."""
+        return "", ""
+
+    def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:
+        """Return names that entries add to those that formulas call, with descriptions for messages."""
+        return {}
+
     def parameters(self, entries: Mapping[str, Any]) -> Sequence[Parameter]:
         """Return the parameters that entries are, or make."""
         return ()
@@ -112,7 +122,12 @@ class Section:
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
         """Return the items of the Scene that entries become, by name; problems go to the report of ``reading``."""
-        return {}
+        entries = reading.document.section(self.key).items()
+        return {name: self.read_entry(name, entry, reading) for name, entry in entries}
+
+    def read_entry(self, name: str, entry: Any, reading: Reading) -> Any:
+        """Return the item that one entry becomes."""
+        return entry
 
     def check(self, reading: Reading) -> None:
         """Report faults between entries, after they are read."""
@@ -124,7 +139,7 @@ class Section:
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         """Return the fields of the Scene that follow from the section; tuples and mappings of several sections are
         joined in the order of the register."""
-        return {}
+        return {self.scene_field: tuple(reading.items[self.key].values())} if self.scene_field else {}
 
 
 class Reading:

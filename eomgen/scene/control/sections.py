@@ -8,18 +8,46 @@ from typing import Any
 from eomgen.scene.control.controllers import (
     Controllers,
     check_loops,
+    made_by_controller,
     made_parameters,
     outputs_of_controllers,
     read_controllers,
     states_of_controllers,
 )
+from eomgen.scene.control.model import Reference
 from eomgen.scene.control.references import ReferenceEntry, read_reference
 from eomgen.scene.control.schema import Controller
-from eomgen.scene.section import Reading, Section
+from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.signals import Parameter
+from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, shown
 
 
 class _Controllers(Section):
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        """Return the fault of the names that a controller makes."""
+        entries: Mapping[str, Controller] = document.section("controllers")
+        if name not in entries:
+            return "", ""
+        others = {made: other for other in entries if other != name for _, made in _made(other, entries[other])}
+        nouns = {row.key: row.bare for row in rows if row.bare}
+        for section, made in _made(name, entries[name]):
+            maker = f"the controller makes {nouns[section]}"
+            if not is_legal(made):
+                fault = f"{maker} {shown(made)}, whose name is"
+                too_long = len(made) > NAME_LENGTH
+                return (f"{fault} too long", "a shorter name") if too_long else (f"{fault} not legal", NAME_RULE)
+            if made in others:
+                fault = f"the controllers {name} and {others[made]} both make {nouns[section]} {made}"
+                return fault, "another name for one of them"
+            for other, noun in nouns.items():
+                if made in document.section(other):
+                    return f"{maker} {made}, and there is {noun} of that name", "another name for one of them"
+        return "", ""
+
+    def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:
+        names = ((name, made) for name, entry in entries.items() for _, made in _made(name, entry))
+        return {made: f"what the controller {name} makes" for name, made in names}
+
     def names(self, reading: Reading) -> Mapping[str, Any]:
         entries, refused = reading.document.section("controllers"), sorted(reading.refused["controllers"])
         return {
@@ -48,21 +76,20 @@ class _Controllers(Section):
         }
 
 
+def _made(name: str, entry: Controller) -> list[tuple[str, str]]:
+    """Return the names that a controller makes beside its own, each with its section."""
+    return [(section, made) for section, names in made_by_controller(name, entry).items() for made in names]
+
+
 def check_controllers(reading: Reading) -> None:
     """Report algebraic loops among controllers and tensions of springs."""
     check_loops(reading.kept(Controllers).outputs, tuple(reading.items["springs"].values()), reading.values)
 
 
 class _References(Section):
-    def read(self, reading: Reading) -> Mapping[str, Any]:
+    def read_entry(self, name: str, entry: ReferenceEntry, reading: Reading) -> Reference:
         followers = frozenset(joint.name for joint in reading.items["joints"].values() if joint.mimic is not None)
-        return {
-            name: read_reference(name, entry, followers, reading.values)
-            for name, entry in reading.document.section("references").items()
-        }
-
-    def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"references": tuple(reading.items["references"].values())}
+        return read_reference(name, entry, followers, reading.values)
 
 
 CONTROLLERS = _Controllers(
@@ -81,6 +108,7 @@ CONTROLLERS = _Controllers(
 REFERENCES = _References(
     key="references",
     entry=ReferenceEntry,
+    scene_field="references",
     after=("reactions",),
     last=True,
     documentation="""

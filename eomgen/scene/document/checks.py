@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from itertools import takewhile
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
-from eomgen.random_processes import MOST_MODES
-from eomgen.scene.control.controllers import made_by_controller, outputs_of_controllers, states_of_controllers
+from eomgen.scene.control.controllers import outputs_of_controllers, states_of_controllers
 from eomgen.scene.control.sections import check_controllers
-from eomgen.scene.document.schema import Document, section_keys
+from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.frames import check_two_bodies
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.values import Values
-from eomgen.scene.section import Reading
-from eomgen.scene.sections import OWN
+from eomgen.scene.section import Reading, Section
 from eomgen.scene.signals.sections import CURVES
 from eomgen.scene.tree.beam_attachments import check_places
 from eomgen.scene.tree.sections import Tree
-from eomgen.system.description import BASE, WORLD
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
 from eomgen.system.random_processes import variables_of
-from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
+from eomgen.text import NAME_RULE, is_legal, key_of, listed, nearest, shown
 
 
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
@@ -33,119 +31,31 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
     if not is_legal(document.name):
         report.add("name", f"the name {shown(document.name)} is not legal", NAME_RULE)
     kept: dict[str, object] = {}
-    for section in section_keys(type(document)):
-        entries = document.section(section)
-        for name in [*entries, *sorted(refused[section])]:
-            fault, hint = _fault(section, name, document)
+    rows = sorted(document.rows, key=lambda row: row is CURVES)  # their names count as the last ones
+    for row in document.rows:
+        if row.single:
+            continue
+        entries = document.section(row.key)
+        for name in [*entries, *sorted(refused[row.key])]:
+            fault, hint = _fault(row, name, document, rows)
             if fault:
-                report.add(key_of(section, name), fault, hint)
-                refused[section].add(name)
-        kept[section] = {name: entry for name, entry in entries.items() if name not in refused[section]}
+                report.add(key_of(row.key, name), fault, hint)
+                refused[row.key].add(name)
+        kept[row.key] = {name: entry for name, entry in entries.items() if name not in refused[row.key]}
     return document.model_copy(update=kept)
 
 
-#: Nouns of entries by section, of sections whose entries formulas call by their names alone. Of two entries of one name
-#: the entry in the later section is reported; curves count as last.
-_BARE = {row.key: row.bare for row in sorted(OWN, key=lambda row: row is CURVES) if row.bare}
-
-
-def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
+def _fault(row: Section, name: str, document: Document, rows: Sequence[Section]) -> tuple[str, str]:
+    """Return the fault of a name of an entry, and a hint; two empty texts if there is none."""
     if not is_legal(name):
         return f"the name {shown(name)} is not legal", NAME_RULE
-    if section in ("bodies", "beams") and name == BASE:
-        return f"the name {BASE} is reserved for the frame that carries the tree", "another name"
-    if section in ("bodies", "beams") and name == WORLD:
-        return f"the name {WORLD} is reserved for what rests while the base moves", "another name"
-    if section == "beams" and name in document.section("bodies"):
-        return f"the name {name} is both a body and a beam", "another name for one of them"
-    if section == "beams" and name in document.section("joints"):
-        return f"the name {name} is both a joint and a beam, and q.{name} would be both", "another name for one of them"
-    if section == "frames" and name in document.section("points"):
-        return f"the name {name} is both a point and a frame", "the frame alone: its origin is a point"
-    if section == "frames" and (name in document.section("bodies") or name in document.section("beams")):
-        return f"the name {name} is both a body and a frame", "another name for the frame"
-    if section == "constraints" and name in document.section("joints"):
-        return f"the name {name} is both a joint and a constraint", "another name for one of them"
-    if section in _BARE and name in RESERVED:
+    if row.bare and name in RESERVED:
         return f"the name {name} is a word of formulas", f"{name}_value"
-    for other, what in _BARE.items():  # formulas call all of them by their bare names
-        if section not in _BARE or other == section:
-            break
-        if name in document.section(other):
-            return f"the name {name} is both {what} and {_BARE[section]}", "another name for one of them"
-    if section == "inputs" and name in document.section("inputs") and document.section("inputs")[name].motion:
-        return _fault_of_motion(name, document)
-    if section == "random" and name in document.section("random"):
-        return _fault_of_variables("random process", name, MOST_MODES, document)
-    if section == "waves" and name in document.section("waves") and document.section("waves")[name].variables:
-        if name in document.section("random"):
-            what = f"the name {name} is both a random process and waves with variables of their own"
-            return what, "another name for one of them"
-        sea = document.section("waves")[name]
-        count = 2 * sea.components * (1 if sea.spreading is None else sea.spreading.directions)
-        return _fault_of_variables("sea", name, count, document)
-    if section == "modes" and mode_parameter(name) in document.section("parameters"):
-        return f"the mode {name} is the parameter {mode_parameter(name)}, and there is one of that name", "another name"
-    if section == "controllers" and name in document.section("controllers"):
-        return _fault_of_made(name, document)
-    return "", ""
-
-
-def _fault_of_motion(name: str, document: Document) -> tuple[str, str]:
-    """Return what is wrong with the names of the parameters that a motion has."""
-    others = {entry: what for section, what in _BARE.items() for entry in document.section(section)}
-    others |= {mode_parameter(mode): f"that of the mode {mode}" for mode in document.section("modes")}
-    for other, entry in document.section("controllers").items():
-        made = (made for names in made_by_controller(other, entry).values() for made in names)
-        others |= dict.fromkeys(made, f"what the controller {other} makes")
-    for parameter in motion_parameters(name):
-        if len(parameter) > NAME_LENGTH:
-            return f"the motion {name} has the parameter {parameter}, whose name is too long", "a shorter name"
-        if parameter in others:
-            fault = f"the motion {name} has the parameter {parameter}, and there is {others[parameter]} of that name"
-            return fault, "another name for one of them"
-    return "", ""
-
-
-def _fault_of_variables(what_it_is: str, name: str, count: int, document: Document) -> tuple[str, str]:
-    """Return what is wrong with the names of the parameters that a random process, or a sea, has."""
-    last = variables_of(name, count)[-1]
-    if len(last) > NAME_LENGTH:
-        return f"the {what_it_is} {name} has parameters such as {last}, whose names are too long", "a shorter name"
-    every = set(variables_of(name, count))
-    for section, what in _BARE.items():
-        for taken in every.intersection(document.section(section)):
-            fault = f"the {what_it_is} {name} has the parameter {taken}, and there is {what} of that name"
-            return fault, "another name for one of them"
-    return "", ""
-
-
-def _fault_of_made(name: str, document: Document) -> tuple[str, str]:
-    """Return what is wrong with the names that a controller makes."""
-    others = {
-        made: other
-        for other, entry in document.section("controllers").items()
-        if other != name
-        for names in made_by_controller(other, entry).values()
-        for made in names
-    }
-    for section, names in made_by_controller(name, document.section("controllers")[name]).items():
-        for made in names:
-            if not is_legal(made):
-                fault = f"the controller makes {_BARE[section]} {shown(made)}, whose name is"
-                return (
-                    (f"{fault} too long", "a shorter name")
-                    if len(made) > NAME_LENGTH
-                    else (f"{fault} not legal", NAME_RULE)
-                )
-            if made in others:
-                fault = f"the controllers {name} and {others[made]} both make {_BARE[section]} {made}"
-                return fault, "another name for one of them"
-            for other, what in _BARE.items():
-                if made in document.section(other):
-                    fault = f"the controller makes {_BARE[section]} {made}, and there is {what} of that name"
-                    return fault, "another name for one of them"
-    return "", ""
+    bare = [other for other in rows if other.bare] if row.bare else []  # formulas call all of them by their bare names
+    for other in takewhile(lambda other: other is not row, bare):
+        if name in document.section(other.key):
+            return f"the name {name} is both {other.bare} and {row.bare}", "another name for one of them"
+    return row.fault_of_name(name, document, rows)
 
 
 def _check_task_frames(document: Document, reading: Reading) -> None:

@@ -5,14 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eomgen.scene.events.model import Event
 from eomgen.scene.events.reading import read_event
-from eomgen.scene.events.schema import Event, Mode
-from eomgen.scene.section import Reading, Section
+from eomgen.scene.events.schema import Event as WrittenEvent
+from eomgen.scene.events.schema import Mode
+from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.events import mode_parameter
 from eomgen.system.signals import Parameter
 
 
 class _Modes(Section):
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        parameter = mode_parameter(name)
+        if parameter in document.section("parameters"):
+            return f"the mode {name} is the parameter {parameter}, and there is one of that name", "another name"
+        return "", ""
+
+    def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:
+        return {mode_parameter(name): f"that of the mode {name}" for name in entries}
+
     def parameters(self, entries: Mapping[str, Any]) -> Sequence[Parameter]:
         return [
             Parameter(mode_parameter(name), mode.value, True, "", mode.description) for name, mode in entries.items()
@@ -23,16 +34,9 @@ class _Modes(Section):
 
 
 class _Events(Section):
-    def read(self, reading: Reading) -> Mapping[str, Any]:
+    def read_entry(self, name: str, entry: WrittenEvent, reading: Reading) -> Event:
         joints, modes = reading.items["joints"], reading.names.modes
-        absolute = reading.document.coordinates == "absolute"
-        return {
-            name: read_event(name, entry, joints, modes, absolute, reading.values)
-            for name, entry in reading.document.section("events").items()
-        }
-
-    def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"events": tuple(reading.items["events"].values())}
+        return read_event(name, entry, joints, modes, reading.document.coordinates == "absolute", reading.values)
 
 
 MODES = _Modes(
@@ -43,7 +47,8 @@ MODES = _Modes(
 )
 EVENTS = _Events(
     key="events",
-    entry=Event,
+    entry=WrittenEvent,
+    scene_field="events",
     last=True,
     positional=("when",),
     documentation="Add an event at the roots of a formula.",

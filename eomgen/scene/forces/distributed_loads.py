@@ -169,7 +169,7 @@ SECTION = ElementSection(
     key="distributed_loads",
     entry=DistributedLoadEntry,
     model=DistributedLoad,
-    read_entry=read_distributed_load,
+    reader=read_distributed_load,
     positional=("beam", "force"),
     documentation="""
     Add a force per length (N/m) on a beam, times a polynomial along it, in ``world`` or ``beam`` axes.""",

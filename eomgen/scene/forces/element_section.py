@@ -38,36 +38,25 @@ class ElementSection(Section):
     Attributes
     ----------
     model : class of the elements
-    read_entry : from name, entry and site to the element
+    reader : from name, entry and site to the element
     offers : quantities of an element that formulas may mention (``length.strut``), with their kind in scopes:
         ``element``, or ``tension`` of quantities that the force of a spring must not depend on
     """
 
     model: type[ForceElement]
-    read_entry: Callable[[str, Any, Site], ForceElement]
+    reader: Callable[[str, Any, Site], ForceElement]
     offers: Mapping[str, str] = field(default_factory=dict)
     after: tuple[str, ...] = ("controllers",)
     attached: bool = True
+    scene_field: str = "elements"
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         names = reading.names_in(self.key)
         return {"offered": {kind: Offered(self.key, scope, names) for kind, scope in self.offers.items()}}
 
-    def read(self, reading: Reading) -> Mapping[str, Any]:
+    def read_entry(self, name: str, entry: Any, reading: Reading) -> ForceElement:
         items = reading.items
-        site = Site(
-            reading.bodies,
-            reading.document.section("beams"),
-            items["points"],
-            reading.values,
-            items.get("beams", {}),
-        )
-        read = {}
-        for name, entry in reading.document.section(self.key).items():
-            element = self.read_entry(name, entry, site)
-            key = partial(key_of, self.key, name)
-            read[name] = element.attached(lambda parts, *place, key=key: reading.attach(key(*parts), *place))
-        return read
-
-    def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"elements": tuple(reading.items[self.key].values())}
+        beams = reading.document.section("beams")
+        site = Site(reading.bodies, beams, items["points"], reading.values, items.get("beams", {}))
+        key = partial(key_of, self.key, name)
+        return self.reader(name, entry, site).attached(lambda parts, *place: reading.attach(key(*parts), *place))

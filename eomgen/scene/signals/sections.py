@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from eomgen.scene.section import Reading, Section
+from eomgen.scene.section import Entries, Reading, Section
 from eomgen.scene.signals import schema
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.reading import piece_of, read_input, read_motion, read_output, read_state
-from eomgen.system.motions import Motion
-from eomgen.system.signals import Parameter
-from eomgen.text import key_of
+from eomgen.system.motions import Motion, motion_parameters
+from eomgen.system.signals import Output, Parameter
+from eomgen.text import NAME_LENGTH, key_of
 
 
 class _Parameters(Section):
@@ -44,6 +44,24 @@ class _Curves(Section):
 
 class _Inputs(Section):
     """Inputs that are motions of their caller are polynomials of time, whose coefficients are tunable parameters."""
+
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        """Return the fault of the names of the parameters that a motion has."""
+        entries = document.section("inputs")
+        if name not in entries or not entries[name].motion:
+            return "", ""
+        others = {entry: row.bare for row in rows if row.bare for entry in document.section(row.key)}
+        for row in rows:
+            others |= {} if row.single else row.made_names(document.section(row.key))
+        for parameter in motion_parameters(name):
+            if len(parameter) > NAME_LENGTH:
+                return f"the motion {name} has the parameter {parameter}, whose name is too long", "a shorter name"
+            if parameter in others:
+                fault = (
+                    f"the motion {name} has the parameter {parameter}, and there is {others[parameter]} of that name"
+                )
+                return fault, "another name for one of them"
+        return "", ""
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"inputs": reading.names_in("inputs"), "motions": {}}
@@ -87,17 +105,10 @@ class _States(Section):
         states = [state for name, entry in entries for state in read_state(name, entry, reading.values)]
         return {state.name: state for state in states}
 
-    def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"states": tuple(reading.items["states"].values())}
-
 
 class _Outputs(Section):
-    def read(self, reading: Reading) -> Mapping[str, Any]:
-        entries = reading.document.section("outputs").items()
-        return {name: read_output(name, entry, reading.section_formulas, reading.values) for name, entry in entries}
-
-    def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"outputs": tuple(reading.items["outputs"].values())}
+    def read_entry(self, name: str, entry: schema.Output, reading: Reading) -> Output:
+        return read_output(name, entry, reading.section_formulas, reading.values)
 
 
 PARAMETERS = _Parameters(
@@ -135,6 +146,7 @@ INPUTS = _Inputs(
 STATES = _States(
     key="states",
     entry=schema.State,
+    scene_field="states",
     bare="a state",
     after=("inputs",),
     always=True,
@@ -146,6 +158,7 @@ STATES = _States(
 OUTPUTS = _Outputs(
     key="outputs",
     entry=schema.Output,
+    scene_field="outputs",
     after=("events",),
     last=True,
     always=True,

@@ -16,26 +16,30 @@ from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.cosserat_reading import check_keys, is_exact, read_cosserat
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import JOINTS as TYPES
 from eomgen.scene.joints import schema as joints
+from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
 from eomgen.scene.joints.mimics import check_mimics
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import check_motion
+from eomgen.scene.joints.reaction_model import Reaction
 from eomgen.scene.joints.reaction_reading import read_reaction
 from eomgen.scene.joints.reading import read_joint
 from eomgen.scene.joints.tree import Link, ordered
 from eomgen.scene.joints.unresisted import unresisted_motions
-from eomgen.scene.section import Reading, Section
+from eomgen.scene.section import Entries, Reading, Section
 from eomgen.scene.tree.beam_attachments import check_frames, check_not_absolute
 from eomgen.scene.tree.beam_nodes import BeamNodes, attached_constraint, attached_joint, attached_point
 from eomgen.scene.tree.beam_stations import stations_of
 from eomgen.scene.tree.inertias import body_inertias, check_inertias
 from eomgen.scene.tree.section_outputs import section_formulas
-from eomgen.system.description import Point
+from eomgen.system.description import BASE as BASE_NAME
+from eomgen.system.description import WORLD, FixedFrame, Point
 
 
 @dataclass(frozen=True)
@@ -54,13 +58,24 @@ class Tree:
     unresisted: Sequence[str]
 
 
+def _reserved(name: str) -> tuple[str, str]:
+    """Return the fault of a body's name that stands for another frame."""
+    if name == BASE_NAME:
+        return f"the name {BASE_NAME} is reserved for the frame that carries the tree", "another name"
+    if name == WORLD:
+        return f"the name {WORLD} is reserved for what rests while the base moves", "another name"
+    return "", ""
+
+
 class _Bodies(Section):
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        return _reserved(name)
+
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"bodies": dict.fromkeys(reading.document.section("bodies"))}  # looked up for every point and element
 
-    def read(self, reading: Reading) -> Mapping[str, Any]:
-        entries = reading.document.section("bodies").items()
-        return {name: read_body(name, entry, reading.values) for name, entry in entries}
+    def read_entry(self, name: str, entry: bodies.Body, reading: Reading) -> Body:
+        return read_body(name, entry, reading.values)
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         entries = reading.document.section("bodies").items()
@@ -69,6 +84,14 @@ class _Bodies(Section):
 
 class _Beams(Section):
     """Geometrically exact beams are items of this section; others are bodies."""
+
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        hint = "another name for one of them"
+        if _reserved(name) == ("", "") and name in document.section("bodies"):
+            return f"the name {name} is both a body and a beam", hint
+        if _reserved(name) == ("", "") and name in document.section("joints"):
+            return f"the name {name} is both a joint and a beam, and q.{name} would be both", hint
+        return _reserved(name)
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         exact = (name for name, beam in reading.document.section("beams").items() if is_exact(beam))
@@ -154,40 +177,40 @@ class _Points(Section):
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"points": dict.fromkeys(reading.names_in("points"))}
 
-    def read(self, reading: Reading) -> Mapping[str, Any]:
-        return {
-            name: attached_point("points", read_point(name, entry, reading.bodies, reading.values), reading.attach)
-            for name, entry in reading.document.section("points").items()
-        }
-
-    def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"points": tuple(reading.items["points"].values())}
+    def read_entry(self, name: str, entry: bodies.Point, reading: Reading) -> Point:
+        return attached_point("points", read_point(name, entry, reading.bodies, reading.values), reading.attach)
 
 
 class _Frames(Section):
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        if name in document.section("points"):
+            return f"the name {name} is both a point and a frame", "the frame alone: its origin is a point"
+        if name in document.section("bodies") or name in document.section("beams"):
+            return f"the name {name} is both a body and a frame", "another name for the frame"
+        return "", ""
+
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"points": dict.fromkeys(reading.names_in("frames"))}
 
+    def read_entry(self, name: str, entry: bodies.BodyFrame, reading: Reading) -> FixedFrame:
+        return attached_point("frames", read_body_frame(name, entry, reading.bodies, reading.values), reading.attach)
+
     def read(self, reading: Reading) -> Mapping[str, Any]:
-        frames = {
-            name: attached_point("frames", read_body_frame(name, entry, reading.bodies, reading.values), reading.attach)
-            for name, entry in reading.document.section("frames").items()
-        }
+        frames: Mapping[str, FixedFrame] = super().read(reading)
         origins = {name: Point(name, frame.body, frame.position) for name, frame in frames.items()}
         reading.items["points"] = {**reading.items["points"], **origins}
         return frames
 
-    def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"frames": tuple(reading.items["frames"].values())}
-
 
 class _Constraints(Section):
-    def read(self, reading: Reading) -> Mapping[str, Any]:
-        points, values = reading.items["points"], reading.values
-        return {
-            name: attached_constraint(read_constraint(name, entry, reading.bodies, points, values), reading.attach)
-            for name, entry in reading.document.section("constraints").items()
-        }
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        if name in document.section("joints"):
+            return f"the name {name} is both a joint and a constraint", "another name for one of them"
+        return "", ""
+
+    def read_entry(self, name: str, entry: joints.Constraint, reading: Reading) -> Constraint:
+        read = read_constraint(name, entry, reading.bodies, reading.items["points"], reading.values)
+        return attached_constraint(read, reading.attach)
 
     def check(self, reading: Reading) -> None:
         tree, beams = reading.kept(Tree), reading.document.section("beams")
@@ -196,20 +219,10 @@ class _Constraints(Section):
         if reading.document.coordinates == "absolute":
             check_not_absolute([name for name in beams if name not in reading.items["beams"]], reading.report)
 
-    def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"constraints": tuple(reading.items["constraints"].values())}
-
 
 class _Reactions(Section):
-    def read(self, reading: Reading) -> Mapping[str, Any]:
-        points, values = reading.items["points"], reading.values
-        return {
-            name: read_reaction(name, entry, reading.bodies, points, values)
-            for name, entry in reading.document.section("reactions").items()
-        }
-
-    def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"reactions": tuple(reading.items["reactions"].values())}
+    def read_entry(self, name: str, entry: joints.Reaction, reading: Reading) -> Reaction:
+        return read_reaction(name, entry, reading.bodies, reading.items["points"], reading.values)
 
 
 class _Base(Section):
@@ -272,6 +285,7 @@ JOINTS = _Joints(
 CONSTRAINTS = _Constraints(
     key="constraints",
     entry=joints.Constraint,
+    scene_field="constraints",
     after=("frames",),
     attached=True,
     always=True,
@@ -287,6 +301,7 @@ CONSTRAINTS = _Constraints(
 REACTIONS = _Reactions(
     key="reactions",
     entry=joints.Reaction,
+    scene_field="reactions",
     after=("base",),
     last=True,
     documentation="Say where, and in which axes, ``reaction.NAME`` is told: of a joint or of a constraint.",
@@ -294,6 +309,7 @@ REACTIONS = _Reactions(
 POINTS = _Points(
     key="points",
     entry=bodies.Point,
+    scene_field="points",
     after=("joints",),
     attached=True,
     always=True,
@@ -304,6 +320,7 @@ POINTS = _Points(
 FRAMES = _Frames(
     key="frames",
     entry=bodies.BodyFrame,
+    scene_field="frames",
     after=("points",),
     attached=True,
     positional=("body", "position"),

@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from eomgen.formula.evaluate import symbols
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.section import Reading, Section
+from eomgen.scene.random.sections import fault_of_variables
+from eomgen.scene.section import Entries, Reading, Section
 from eomgen.scene.waves.level_water import LevelWater
 from eomgen.scene.waves.reading import no_waves, read_waves, variables_as_parameters
 from eomgen.scene.waves.schema import SeaWaves
 
 
 class _Waves(Section):
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        entries: Mapping[str, SeaWaves] = document.section("waves")
+        if name not in entries or not entries[name].variables:
+            return "", ""
+        if name in document.section("random"):
+            fault = f"the name {name} is both a random process and waves with variables of their own"
+            return fault, "another name for one of them"
+        sea = entries[name]
+        count = 2 * sea.components * (1 if sea.spreading is None else sea.spreading.directions)
+        return fault_of_variables("sea", name, count, document, rows)
+
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"waves": {}}
 
@@ -35,13 +47,11 @@ class _Waves(Section):
         fields |= {name: no_waves(name) for name in sorted(reading.refused["waves"])}
         return {name: fields[name] for name in document.section("waves")}
 
-    def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"waves": tuple(reading.items["waves"].values())}
-
 
 WAVES = _Waves(
     key="waves",
     entry=SeaWaves,
+    scene_field="waves",
     method="waves",
     after=("random",),
     documentation="""
