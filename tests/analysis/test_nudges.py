@@ -1,0 +1,35 @@
+"""An unstable equilibrium is left along its most unstable direction, and a stable one is not left."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.solvers import damped_motion
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize(
+    ("stiffnesses", "leaves"), [((-1.0, 2.0, 3.0), True), ((5.0, -4.0, -1.0), True), ((1.0, 2.0, 3.0), False)]
+)
+def test_the_way_down_is_that_of_the_lowest_stiffness(
+    monkeypatch: pytest.MonkeyPatch, seed: int, stiffnesses: tuple[float, ...], leaves: bool
+) -> None:
+    axes = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))[0]
+    symmetric = axes @ np.diag(stiffnesses) @ axes.T
+    point: Any = SimpleNamespace(
+        imbalance=np.zeros(3), rates=np.zeros(0), symmetric=symmetric, largest_stiffness=max(map(abs, stiffnesses)),
+        basis=np.eye(3), dual=np.eye(3),
+    )  # fmt: skip  # a table
+    statics: Any = SimpleNamespace(sizes=np.ones(3))
+    monkeypatch.setattr(damped_motion, "moved", lambda statics, point, change: change)
+    change: Any = damped_motion._nudged(statics, point)
+    assert (change is not None) == leaves
+    if leaves:
+        lowest = axes[:, int(np.argmin(stiffnesses))]
+        assert np.abs(change).max() == pytest.approx(1e-3)
+        assert abs(change @ lowest) == pytest.approx(np.linalg.norm(change))
+        assert damped_motion._nudged(statics, SimpleNamespace(**{**vars(point), "rates": np.zeros(1)})) is None
