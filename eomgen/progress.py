@@ -1,14 +1,16 @@
-"""Progress bars: on a terminal by Rich, in a notebook by the browser's own."""
+"""Progress bars, on a terminal by Rich, in a notebook by the browser's own; Ctrl-C between the chunks of long work."""
 
 from __future__ import annotations
 
 import contextlib
 import importlib
+import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from html import escape
+from types import FrameType
 from typing import Any
 
 from eomgen.errors import Problem, UsageError
@@ -20,6 +22,33 @@ Progress = Callable[[int, int], None]
 _SELDOM = 0.2
 #: Delay of the progress display in a terminal, s.
 _PATIENCE = 1.0
+
+
+class Interrupts:
+    """Context in which the first Ctrl-C sets ``heard`` and the second one raises KeyboardInterrupt.
+
+    Work in chunks ends between two of them. Only the main thread receives signals; in other threads, and if not
+    ``heeded``, Ctrl-C has its usual effect.
+    """
+
+    __slots__ = ("_heeded", "_previous", "heard")
+
+    def __init__(self, *, heeded: bool = True) -> None:
+        self.heard, self._heeded = False, heeded and threading.current_thread() is threading.main_thread()
+        self._previous: Any = signal.default_int_handler
+
+    def __enter__(self) -> Interrupts:
+        if self._heeded:  # None: a handler that was not set from Python
+            self._previous = signal.signal(signal.SIGINT, self._hear) or signal.default_int_handler
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._heeded:
+            signal.signal(signal.SIGINT, self._previous)
+
+    def _hear(self, number: int, frame: FrameType | None) -> None:
+        self.heard = True
+        signal.signal(signal.SIGINT, self._previous)
 
 
 @contextlib.contextmanager

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 import os
-import signal
-import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +16,7 @@ from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.fields import Outcome, Sampler
 from eomgen.files import make_folder, read_arrays, write_arrays
-from eomgen.progress import Progress, shown
+from eomgen.progress import Interrupts, Progress, shown
 from eomgen.sampling.problem import TRAJECTORY, FieldProblem, at_settings, field_problem, start_fields
 from eomgen.sampling.result import FieldSamples
 from eomgen.scene.hamiltonian.field_reading import fields_from_data, load_fields
@@ -82,8 +79,8 @@ def sample(
     with at_settings(system, settings):
         problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
         run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
-    with shown(progress, system.name) as bar, _interrupts() as interrupted:
-        return run.go(bar, interrupted, checkpoint_every)
+    with shown(progress, system.name) as bar, Interrupts() as interrupts:
+        return run.go(bar, interrupts, checkpoint_every)
 
 
 def _system(described: FieldSystem | str | os.PathLike[str] | Mapping[str, Any]) -> FieldSystem:
@@ -109,26 +106,6 @@ def _settings(standard: Chains, given: Mapping[str, Any]) -> Chains:
         if getattr(made, name) < least:
             raise UsageError(Problem(f"sample: {name}", f"{getattr(made, name)} cannot be", f"from {least} on"))
     return made
-
-
-@contextlib.contextmanager
-def _interrupts() -> Iterator[list[bool]]:
-    """Give a list that is not empty after Ctrl-C, so that a run ends between two gradients; the second one stops it."""
-    pressed: list[bool] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield pressed  # signals come to the main thread alone
-        return
-
-    def press(_: int, __: object) -> None:
-        if pressed:
-            raise KeyboardInterrupt
-        pressed.append(True)
-
-    before = signal.signal(signal.SIGINT, press)
-    try:
-        yield pressed
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 class _Run:
@@ -172,14 +149,14 @@ class _Run:
             bins=settings.bins,
         )
 
-    def go(self, bar: Progress | None, interrupted: list[bool], every: float) -> FieldSamples:
+    def go(self, bar: Progress | None, interrupts: Interrupts, every: float) -> FieldSamples:
         """Make missing parts, and return all."""
         began, settings = time.perf_counter(), self.settings
         spent, saved = self.seconds, began
         total = settings.chains * (settings.warm_up + settings.samples)
 
         def stop() -> bool:
-            return bool(interrupted)
+            return interrupts.heard
 
         def counted(outcome: Outcome) -> None:
             nonlocal saved

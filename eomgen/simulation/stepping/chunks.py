@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-import signal
-import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from types import FrameType
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.integrators.events import AT_EVENTS
-from eomgen.progress import Progress
+from eomgen.progress import Interrupts, Progress
 from eomgen.simulation.stepping.event_log import Log
 from eomgen.simulation.stepping.inputs import HeldRows
 from eomgen.simulation.stepping.stepper import Stepper
@@ -100,7 +97,7 @@ def run_chunks(
     logs: list[Log] = []
     modes = stepper.modes
     at_once = writer is None and chunk >= grid.whole - done  # then it is too short for a Ctrl-C to be kept from it
-    with _Interrupts(heeded=not at_once) as interrupted:
+    with Interrupts(heeded=not at_once) as interrupted:
         while done < grid.whole and status == 0 and not interrupted.heard:
             inside, size = None, min(chunk, grid.whole - done)
             if not whole:
@@ -212,27 +209,3 @@ def rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, siz
     if before is None:
         return np.ascontiguousarray(inputs(times))
     return np.concatenate([before[np.newaxis], inputs(times[1:])])
-
-
-class _Interrupts:
-    """Within it the first Ctrl-C is only ``heard``, where it is heeded at all, and the second one interrupts as usual;
-    in the main thread alone, since others never see Ctrl-C."""
-
-    __slots__ = ("_heeded", "_previous", "heard")
-
-    def __init__(self, *, heeded: bool) -> None:
-        self.heard, self._heeded = False, heeded and threading.current_thread() is threading.main_thread()
-        self._previous: Any = signal.default_int_handler
-
-    def __enter__(self) -> _Interrupts:
-        if self._heeded:  # None: a handler that was not set from Python
-            self._previous = signal.signal(signal.SIGINT, self._hear) or signal.default_int_handler
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._heeded:
-            signal.signal(signal.SIGINT, self._previous)
-
-    def _hear(self, number: int, frame: FrameType | None) -> None:
-        self.heard = True
-        signal.signal(signal.SIGINT, self._previous)
