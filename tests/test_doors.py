@@ -298,7 +298,6 @@ DOORS: dict[str, set[str]] = {
         "simulation",
         "spectra",
         "studies",
-        "study_defaults",
         "system",
         "text",
         "toolchain",

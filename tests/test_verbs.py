@@ -17,6 +17,7 @@ import pytest
 import eomgen
 from eomgen.calls import UnknownAttribute
 from eomgen.cli import main
+from eomgen.cli.options import FunctionOption, argument_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.verbs import BUILT_IN, METHODS, Verb, methods_of, others
 from tests.model_stub import COMMAND, stub
@@ -98,6 +99,50 @@ def test_a_model_is_imported_without_its_verbs() -> None:
     targets = sorted({target.partition(":")[0] for target in ROWS.values()})
     program = f"import sys, eomgen.model; dir(eomgen.Model); print([name for name in {targets} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+OPTIONS = [
+    (verb.name, option)
+    for verb in BUILT_IN
+    if verb.command
+    for option in target_of(verb.command).params  # type: ignore[attr-defined]
+    if isinstance(option, FunctionOption)
+]
+
+
+@pytest.mark.parametrize(("verb", "option"), OPTIONS, ids=[f"{verb} {option.opts[0]}" for verb, option in OPTIONS])
+def test_an_option_has_default_and_text_of_its_argument(verb: str, option: FunctionOption) -> None:
+    function = target_of(option.function)
+    assert callable(function)
+    default, text = option.argument
+    assert default == inspect.signature(function).parameters[str(option.name)].default
+    assert text.endswith(".") and "``" not in text
+    assert text in " ".join((inspect.getdoc(function) or "").replace("``", "").split())
+    context = click.Context(click.Command(verb))
+    shown = option.get_help_record(context)
+    assert shown is not None and shown[1].startswith(text)
+    if not option.multiple:
+        assert option.get_default(context) == (None if default == () else default)
+
+
+def test_texts_of_arguments_are_their_first_sentences(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "documented.py").write_text(
+        "def f(model, first=3, second='', other=()):\n"
+        '    """Return 3.\n\n    Parameters\n    ----------\n    first, second : int\n        Sizes as in\n'
+        '        ``g``, 1.5 by default. More.\n\n    Raises\n    ------\n    ValueError\n        None.\n    """\n',
+        encoding="utf-8",
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    assert argument_of("documented:f", "first") == (3, "Sizes as in g, 1.5 by default.")
+    assert argument_of("documented:f", "second") == ("", "Sizes as in g, 1.5 by default.")
+    assert argument_of("documented:f", "other") == ((), "")
+
+
+def test_only_help_and_defaults_import_the_function() -> None:
+    program = "import sys; from eomgen.cli.simulate import simulate; print('eomgen.simulation.simulate' in sys.modules)"
+    assert (
+        subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "False\n"
+    )
 
 
 #: A verb of somebody else.

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.options import debug_option, json_option, scene_options
+from eomgen.cli.options import arguments_of, debug_option, json_option, scene_options
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError
-from eomgen.study_defaults import CHECK_SEED, CHECK_STATES
 from eomgen.text import counted
 
 if TYPE_CHECKING:
@@ -21,14 +20,14 @@ if TYPE_CHECKING:
 #: Largest number of non-smooth functions that are named.
 _NAMED = 20
 
+_option = arguments_of("eomgen.studies:check")
+
 
 @click.command()
 @scene_options
-@click.option("--states", type=int, default=CHECK_STATES, show_default=True, metavar="N", help="States to check at.")
-@click.option(
-    "--seed", type=int, default=CHECK_SEED, show_default=True, metavar="N", help="Of what is drawn at random."
-)
-@click.option("--only", multiple=True, metavar="FORM", help="Closed forms whose names begin so; may be repeated.")
+@_option("--states", type=int, metavar="N")
+@_option("--seed", type=int, metavar="N")
+@_option("--only", multiple=True, metavar="FORM")
 @click.option(
     "--out", "folder", default=None, metavar="DIR", help="Write the data and draw the errors over the steps there."
 )

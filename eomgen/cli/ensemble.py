@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli import INTERRUPTED
-from eomgen.cli.options import debug_option, folder_option, json_option, run_options, scene_options
+from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 #: Failed samples that are named.
 _NAMED = 3
 
+_option = arguments_of("eomgen.ensembles:simulate_many")
+
 
 @click.command()
 @scene_options
@@ -36,24 +38,13 @@ _NAMED = 3
     help="mass=normal(1, 0.1), q.hinge=uniform(-5 deg, 5 deg), damper=linspace(0, 4, 9); may be repeated.",
 )
 @click.option("--table", default=None, metavar="FILE", help="CSV of the values of all samples, in place of --vary.")
-@click.option("--samples", type=int, default=256, show_default=True, metavar="N", help="Of designs but grid and table.")
-@click.option(
-    "--design",
-    default="",
-    metavar="NAME",
-    help="monte_carlo (the default), latin_hypercube, sobol, halton, saltelli (Sobol' indices), grid (of lists).",
-)
-@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of the design.")
-@click.option(
-    "--output", "columns", multiple=True, metavar="NAME", help="An output or a column; all outputs by default."
-)
-@click.option(
-    "--points", type=int, default=301, show_default=True, metavar="N", help="Times that statistics are made for."
-)
+@_option("--samples", type=int, metavar="N")
+@_option("--design", metavar="NAME")
+@_option("--seed", type=int, metavar="N")
+@_option("--output", "columns", multiple=True, metavar="NAME")
+@_option("--points", type=int, metavar="N")
 @click.option("--keep", multiple=True, type=int, metavar="N", help="Write this sample's solution; may be repeated.")
-@click.option(
-    "--keep-as", default="npz", show_default=True, metavar="KIND", help="Of these solutions: npz or parquet (columns)."
-)
+@_option("--keep-as", metavar="KIND")
 @click.option(
     "--workers",
     type=int,
@@ -68,7 +59,7 @@ _NAMED = 3
     metavar="CLUSTER",
     help="dask: processes of this machine; the address of a scheduler, tcp://host:8786, or its file.",
 )
-@click.option("--resume", is_flag=True, help="Go on with the samples of the folder.")
+@_option("--resume", is_flag=True)
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw fan charts, results and rankings.")
 @run_options
 @json_option

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.options import debug_option, json_option, scene_options
+from eomgen.cli.options import arguments_of, debug_option, json_option, scene_options
 from eomgen.cli.printing import print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options
-from eomgen.study_defaults import EXTREMES_BUDGET, EXTREMES_LIMIT
 from eomgen.text import counted, listed
 
 if TYPE_CHECKING:
@@ -26,6 +25,8 @@ if TYPE_CHECKING:
 _NAMED = 8
 _OF_SCENES = ("strict", "coordinates", *all_options())
 
+_option = arguments_of("eomgen.studies:extremes")
+
 
 @click.command()
 @scene_options
@@ -33,16 +34,9 @@ _OF_SCENES = ("strict", "coordinates", *all_options())
 @click.option("--ladders", default=None, metavar="NAME,NAME", help="step, stiffness, length, ...; all by default.")
 @click.option("--methods", default=None, metavar="NAME,NAME", help="In place of those that suit the scene.")
 @click.option("--cell", "cells", multiple=True, metavar="LADDER:VALUE[:METHOD]", help="This cell alone; repeatable.")
-@click.option(
-    "--budget",
-    type=float,
-    default=EXTREMES_BUDGET,
-    show_default=True,
-    metavar="S",
-    help="Of computation, compiling aside.",
-)
-@click.option("--limit", type=float, default=EXTREMES_LIMIT, show_default=True, metavar="S", help="For one cell.")
-@click.option("--resume", is_flag=True, help="Go on with the cells of the folder.")
+@_option("--budget", type=float, metavar="S")
+@_option("--limit", type=float, metavar="S")
+@_option("--resume", is_flag=True)
 @json_option
 @debug_option
 def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import (
+    arguments_of,
     assignments,
     debug_option,
     derivable_stepper_options,
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
     from eomgen.studies import Identification
 
+_option = arguments_of("eomgen.studies:identify")
+
 
 @click.command()
 @scene_options
@@ -40,13 +43,7 @@ if TYPE_CHECKING:
     metavar="NAME,NAME",
     help="Tunable parameters that are unknown.",
 )
-@click.option(
-    "--states",
-    default=None,
-    callback=names_of,
-    metavar="NAME,NAME",
-    help="Unknown components of the initial state of each run: q.hinge, v.hinge, z.filtered.",
-)
+@_option("--states", default=None, callback=names_of, metavar="NAME,NAME")
 @click.option("--bounds", multiple=True, metavar="NAME=LOW:HIGH", help="Of an unknown; may be repeated.")
 @click.option(
     "--deviation",
@@ -58,21 +55,9 @@ if TYPE_CHECKING:
 @click.option(
     "--output", "outputs", multiple=True, metavar="NAME", help="Columns compared; all by default. May be repeated."
 )
-@click.option(
-    "--missing",
-    type=click.Choice(["refuse", "drop"]),
-    default="refuse",
-    show_default=True,
-    help="What is done where values are missing.",
-)
-@click.option(
-    "--by",
-    type=click.Choice(["run", "torque"]),
-    default="run",
-    show_default=True,
-    help="Outputs of runs; or efforts at each time with q, v and a, by the regressor.",
-)
-@click.option("--confidence", type=float, default=0.95, show_default=True, metavar="P", help="Of the intervals.")
+@_option("--missing", type=click.Choice(["refuse", "drop"]))
+@_option("--by", type=click.Choice(["run", "torque"]))
+@_option("--confidence", type=float, metavar="P")
 @click.option("--t-start", type=float, default=None, metavar="S", help="Of the runs; the first time by default.")
 @click.option("--out", "folder", default=None, metavar="DIR", help="Folder for the table, residuals and figures.")
 @derivable_stepper_options

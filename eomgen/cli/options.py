@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from functools import cache, partial
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
@@ -23,7 +26,72 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 #: A further name and value behind a comma; a call in place of a number.
 _ASSIGNED = re.compile(r",\s*[A-Za-z_][\w.]*\s*=")
 _FORMULA = re.compile(r"[a-z]\w*\(")
+#: Names and text of arguments in a docstring; the end of a sentence.
+_DOCUMENTED = re.compile(r"^(\w+(?:, \w+)*) : .*\n((?:    .*\n)+)", re.MULTILINE)
+_SENTENCE = re.compile(r"(?<=\.)\s")
 
+
+class FunctionOption(click.Option):
+    """Option that hands on an argument of a function, with the default of its signature and the help of its docstring.
+
+    The function is imported for the help page and for a default that is not None.
+
+    Parameters
+    ----------
+    function : str
+        ``module:function``.
+    default : optional
+        Value if the option is not given, in place of the function's default.
+    """
+
+    def __init__(self, *declarations: Any, function: str, **attributes: Any) -> None:
+        self.function = function
+        self.handed_on = not attributes.keys() & {"default", "multiple", "is_flag"}
+        super().__init__(*declarations, **attributes)
+
+    @property
+    def argument(self) -> Argument:
+        """Argument of the function."""
+        return argument_of(self.function, str(self.name))
+
+    def get_default(self, ctx: click.Context, call: bool = True) -> Any:
+        """Return the value if the option is not given."""
+        return self.argument.default if self.handed_on else super().get_default(ctx, call=call)
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return the option and its text on the help page."""
+        self.help = f"{self.argument.text} May be repeated." if self.multiple else self.argument.text
+        if self.handed_on:
+            self.show_default = self.argument.default not in (None, "")
+        return super().get_help_record(ctx)
+
+
+class Argument(NamedTuple):
+    """Default of an argument of a function, and the first sentence of its text."""
+
+    default: Any
+    text: str
+
+
+@cache
+def argument_of(target: str, name: str) -> Argument:
+    """Return an argument of the function ``module:function`` by its signature and its docstring."""
+    module, _, function = target.partition(":")
+    taker = getattr(import_module(module), function)
+    default = inspect.signature(taker).parameters[name].default
+    for names, text in _DOCUMENTED.findall(inspect.getdoc(taker) or ""):
+        if name in names.split(", "):
+            return Argument(default, _SENTENCE.split(" ".join(text.replace("``", "").split()), maxsplit=1)[0])
+    return Argument(default, "")
+
+
+def arguments_of(target: str) -> Callable[..., Callable[[Command], Command]]:
+    """Return ``click.option`` for arguments of the function ``module:function``, without defaults and texts."""
+    return partial(click.option, cls=FunctionOption, function=target)
+
+
+#: Options of runs.
+_of_runs = arguments_of("eomgen.simulation.simulate:simulate")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 input_option = click.option(
     "--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated."
@@ -134,17 +202,7 @@ def derivable_stepper_options(command: Command) -> Command:
 
 def _stepper_options(command: Command, methods: str) -> Command:
     for decorate in (
-        click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1."),
-        click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default."),
-        click.option(
-            "--alpha", type=float, default=None, help="Numerical damping of hht (0 to 1/3), wbz or newmark (0 to 1)."
-        ),
-        click.option(
-            "--rho-inf",
-            type=float,
-            default=None,
-            help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1.",
-        ),
+        *(_of_runs(name, type=float, default=None) for name in ("--gamma", "--beta", "--alpha", "--rho-inf")),
         click.option("--method", default=None, help=f"{methods}; the scene's by default."),
         click.option("--step", default=None, callback=_seconds, metavar="S", help="Step size; the scene's by default."),
     ):
@@ -162,16 +220,9 @@ def run_options(command: Command) -> Command:
         click.option(
             "--start", type=click.Choice(["initial", "equilibrium"]), default=None, help="The scene's by default."
         ),
-        click.option(
-            "--error-estimate/--no-error-estimate",
-            default=True,
-            show_default=True,
-            help="Estimate the discretisation error by runs at other steps or tolerances.",
-        ),
-        click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows."),
-        click.option(
-            "--order", type=int, default=None, metavar="P", help="Of taylor; what suits the tolerance by default."
-        ),
+        _of_runs("--error-estimate/--no-error-estimate", default=True, show_default=True),
+        _of_runs("--record-every", type=int, default=None, metavar="N"),
+        _of_runs("--order", type=int, default=None, metavar="P"),
         click.option(
             "--tolerance",
             type=float,

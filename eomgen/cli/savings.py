@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.options import debug_option, json_option, scene_options
+from eomgen.cli.options import arguments_of, debug_option, json_option, scene_options
 from eomgen.cli.printing import building, console, print_json, say
 from eomgen.cli.running import say_notes, say_stand_in
 from eomgen.cli.tables import print_table
-from eomgen.study_defaults import SAVINGS_ROUNDS
 
 if TYPE_CHECKING:
     from eomgen.studies.savings.study import Cost, Savings
@@ -25,19 +24,14 @@ _COLUMNS = (
     ("observed_seconds", "observed step, us", 1e6, ".3f"),
 )
 
+_option = arguments_of("eomgen.studies.savings.study:savings")
+
 
 @click.command()
 @scene_options
 @click.option("--method", default=None, help="Whose steps are timed; the scene's by default.")
-@click.option(
-    "--rounds",
-    type=int,
-    default=SAVINGS_ROUNDS,
-    show_default=True,
-    metavar="N",
-    help="Timed runs of each; their median counts.",
-)
-@click.option("--only", multiple=True, metavar="VARIANT", help="A variant besides the scene as asked; may be repeated.")
+@_option("--rounds", type=int, metavar="N")
+@_option("--only", multiple=True, metavar="VARIANT")
 @click.option("--out", "folder", default=None, metavar="DIR", help="Write savings.csv and savings.json there.")
 @json_option
 @debug_option

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli import hamiltonian as hamiltonians
-from eomgen.cli.options import debug_option, folder_option, json_option, run_options, scene_options
+from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
 from eomgen.cli.printing import print_json, say
 from eomgen.cli.running import outcome_code, read_scene, run
 from eomgen.cli.tables import print_table
@@ -20,17 +20,15 @@ if TYPE_CHECKING:
     from eomgen.results.solution import Solution
     from eomgen.simulation.timing import StepTimes
 
+_option = arguments_of("eomgen.simulation.simulate:simulate")
+
 
 @click.command()
 @scene_options
 @folder_option
 @run_options
-@click.option(
-    "--checkpoint", default=None, metavar="FILE", help="Keep what is needed to go on with the run in this file."
-)
-@click.option(
-    "--checkpoint-every", type=int, default=None, metavar="N", help="Steps between checkpoints; else one a minute."
-)
+@_option("--checkpoint", default=None, metavar="FILE")
+@_option("--checkpoint-every", type=int, default=None, metavar="N")
 @click.option("--resume", default=None, metavar="FILE", help="Go on from a checkpoint, to the same bits.")
 @click.option("--timing", is_flag=True, help="Repeat the run step by step: median, late and longest time of a step.")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw the solution.")

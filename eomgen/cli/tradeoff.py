@@ -9,14 +9,24 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.options import assignments, debug_option, folder_option, in_units, json_option, scene_options
+from eomgen.cli.options import (
+    arguments_of,
+    assignments,
+    debug_option,
+    end_option,
+    folder_option,
+    in_units,
+    input_option,
+    json_option,
+    scene_options,
+    set_option,
+)
 from eomgen.cli.printing import print_json, say
 from eomgen.cli.running import say_notes
 from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
 from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options
-from eomgen.study_defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
 from eomgen.text import counted
 
 if TYPE_CHECKING:
@@ -28,6 +38,8 @@ _OFF = 0.15
 #: So many of these are named.
 _NAMED = 4
 
+_option = arguments_of("eomgen.studies:tradeoff")
+
 
 @click.command()
 @scene_options
@@ -36,9 +48,7 @@ _NAMED = 4
     "--output", "outputs", multiple=True, metavar="NAME",
     help="Whose error: an output, q, v, state (both; the default) or multipliers; the front is of the first.",
 )  # fmt: skip  # a table
-@click.option(
-    "--measure", default=MEASURE, show_default=True, metavar="largest|rms|final", help="Of the error over time."
-)
+@_option("--measure", metavar="largest|rms|final")
 @click.option(
     "--axes",
     default=None,
@@ -46,28 +56,14 @@ _NAMED = 4
     help="What is varied: formulation, method, parameters, resolution, policy, arithmetic, profile, fidelity; by"
     " default all but fidelity.",
 )
-@click.option("--methods", default=None, metavar="NAME,NAME", help="All that make a difference by default.")
+@_option("--methods", default=None, metavar="NAME,NAME")
 @click.option("--steps", default=None, metavar="S,S", help="Steps in s; each must divide the largest.")
-@click.option("--t-end", type=float, default=None, metavar="S", help="End of the runs; the scene's by default.")
-@click.option(
-    "--budget",
-    type=float,
-    default=TRADEOFF_BUDGET,
-    show_default=True,
-    metavar="S",
-    help="Of computation; builds may take as long again, or 30 s.",
-)
-@click.option(
-    "--repeats",
-    type=int,
-    default=TRADEOFF_REPEATS,
-    show_default=True,
-    metavar="N",
-    help="Times measured near the front.",
-)
-@click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
-@click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
-@click.option("--resume", is_flag=True, help="Go on with the points of the folder.")
+@end_option
+@_option("--budget", type=float, metavar="S")
+@_option("--repeats", type=int, metavar="N")
+@set_option
+@input_option
+@_option("--resume", is_flag=True)
 @json_option
 @debug_option
 def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:

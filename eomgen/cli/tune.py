@@ -10,14 +10,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.options import assignments, debug_option, in_units, json_option, scene_options
+from eomgen.cli.options import (
+    arguments_of,
+    assignments,
+    debug_option,
+    end_option,
+    in_units,
+    input_option,
+    json_option,
+    scene_options,
+    set_option,
+)
 from eomgen.cli.printing import console, print_json, say
 from eomgen.cli.running import say_notes
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.files import check_writable
 from eomgen.scene.sources.register import all_options
-from eomgen.study_defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.text import counted
 
 if TYPE_CHECKING:
@@ -28,29 +37,25 @@ _UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
 #: Rivals that are named.
 _RIVALS = 5
 
+_option = arguments_of("eomgen.studies:tune")
+
 
 @click.command()
 @scene_options
-@click.option("--error", type=float, default=None, metavar="X", help="The demand: a relative error, 1e-4.")
+@_option("--error", type=float, default=None, metavar="X")
 @click.option(
     "--real-time", default=None, metavar="CYCLE",
     help="In place of --error: motion of this time, 1ms, is to be computed within it in 99.99 % of the cycles.",
 )  # fmt: skip  # a table
 @click.option("--iterations", type=int, default=None, metavar="N", help="With --real-time: bound on those of a step.")
-@click.option(
-    "--output", default=OUTPUT, show_default=True, metavar="NAME", help="Whose error: an output, q, v, state."
-)
-@click.option(
-    "--measure", default=MEASURE, show_default=True, metavar="largest|rms|final", help="Of the error over time."
-)
+@_option("--output", metavar="NAME")
+@_option("--measure", metavar="largest|rms|final")
 @click.option("--axes", default=None, metavar="NAME,NAME", help="What may vary, as of tradeoff; all by default.")
-@click.option("--methods", default=None, metavar="NAME,NAME", help="All that make a difference by default.")
-@click.option("--t-end", type=float, default=None, metavar="S", help="End of the runs; the scene's by default.")
-@click.option(
-    "--budget", type=float, default=TUNE_BUDGET, show_default=True, metavar="S", help="Of computation, builds apart."
-)
-@click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
-@click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
+@_option("--methods", default=None, metavar="NAME,NAME")
+@end_option
+@_option("--budget", type=float, metavar="S")
+@set_option
+@input_option
 @click.option("--out", "file", default=None, metavar="FILE.toml", help="Write the scene with the settings there.")
 @json_option
 @debug_option

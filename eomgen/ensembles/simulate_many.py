@@ -119,14 +119,14 @@ def simulate_many(
     seed : int
         Of the design.
     columns : sequence of str
-        Outputs or columns of ``Solution.columns()`` that are reduced; all outputs by default, or coordinates in a scene
-        without outputs.
+        Outputs or other columns to be reduced; all outputs by default, or coordinates in a scene without outputs.
+        ``Solution.columns()`` has their names.
     points : int
-        Times that statistics are made for, at most.
+        Largest number of times with statistics.
     keep : sequence of int
         Numbers of samples whose solutions are written to the folder, ``runs``.
     keep_as : str
-        ``npz``, or ``parquet`` for their columns alone.
+        File format of kept solutions: ``npz``, or ``parquet`` for their columns alone.
     folder : path
         Folder for samples and statistics, written as they come.
     resume : bool

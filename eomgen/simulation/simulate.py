@@ -116,8 +116,10 @@ def simulate(
         Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
     alpha : float
         Numerical damping of ``hht`` (0 to 1/3), ``wbz`` or ``newmark`` (0 to 1), in place of ``rho_inf``.
-    beta, gamma : float
-        Of ``newmark``; 1/4 and 1/2 by default.
+    beta : float
+        Of ``newmark``; 1/4 by default.
+    gamma : float
+        Of ``newmark``; 1/2 by default, above it the order is 1.
     order : int
         Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
     tolerance : float
@@ -155,15 +157,15 @@ def simulate(
         Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted
         too. True shows a bar, in notebooks and on terminals.
     checkpoint : path
-        File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and
-        meanwhile.
+        File from which the run can go on to the same bits, written at the start, at the end, at Ctrl-C and meanwhile.
+        ``model.resume`` reads it.
     checkpoint_every : int
         Steps between two checkpoints; one a minute by default.
     start : str
         ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The
         scene's if neither this nor ``initial`` is given.
     error_estimate : bool
-        Whether the discretisation error is estimated, by runs at other steps or tolerances: ``Solution.error``.
+        Whether to estimate the discretisation error by runs at other steps or tolerances: ``Solution.error``.
 
     Raises
     ------

@@ -80,7 +80,7 @@ def identify(
     parameters : sequence of str
         Tunable parameters that are unknown.
     states : sequence of str
-        Components of the initial state that are unknown, of each run: ``q.hinge``, ``v.hinge``, ``z.filtered``. Of a
+        Unknown components of the initial state of each run: ``q.hinge``, ``v.hinge``, ``z.filtered``. Of a
         joint that rotates, ``q.ball[0]`` is a rotation in rad about its axis x, from the start of the scene.
     values : mapping
         Tunable parameters that differ from the scene's: start of unknown ones, values of others.
@@ -94,16 +94,16 @@ def identify(
     outputs : sequence of str
         Columns that are compared; all that are outputs by default.
     missing : str
-        ``refuse`` or ``drop``: values that are empty or nan.
+        Treatment of values that are empty or nan: ``refuse`` or ``drop``.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     step : float
         s; the scene's by default.
     t_start : float
         s, of all runs; the first measured time by default. The initial state belongs to this time.
     by : str
-        ``run``, or ``torque``: from q, v, a and efforts at each time, by the regressor. ``parameters`` are then those
-        of ``regressor_parameters``, or all base parameters if none is named.
+        ``run``: outputs of runs; ``torque``: efforts at each time with q, v and a, by the regressor. Parameters of
+        ``torque`` have the names of ``regressor_parameters``; all base parameters if none is named.
     options : ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``inputs``, ``settings``, as of ``sensitivities``
 
     Returns

@@ -55,13 +55,13 @@ def extremes(
     cells : sequence of str
         ``LADDER:VALUE`` or ``LADDER:VALUE:METHOD``: these alone.
     budget : float
-        s of computation, compiling aside; omitted cells are reported.
+        Seconds of computation, compiling aside; omitted cells are reported.
     limit : float
-        s that a cell may take, compiling aside.
+        Seconds that a cell may take, compiling aside.
     folder : path
         Folder for cells as they come; see also ``Extremes.save``.
     resume : bool
-        Go on with the cells of this folder.
+        Go on with the cells of the folder.
     progress : callable
         Called with cells done, cells in all, and the present cell.
     reading

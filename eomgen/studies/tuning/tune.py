@@ -69,20 +69,20 @@ def tune(
     ----------
     scene : path, mapping, Scene, or another front end's document
     error : float
-        The demand, relative as the errors of ``eomgen.tradeoff``.
+        Demanded relative error: 1e-4. It is measured as in ``eomgen.tradeoff``.
     real_time : float
         s of motion that are to be computed within as many seconds: the most accurate fixed step is found whose work in
         such a cycle ends in time in 99.99 % of the cycles. No demand is taken with it.
     iterations : int
         With ``real_time``: bound on Newton's iterations of a step; by default the run's largest number.
     output : str
-        Whose error: an output of the scene, ``q``, ``v`` or ``state`` (both).
+        Quantity of the error: an output of the scene, ``q``, ``v`` or ``state`` (both).
     measure : str
-        ``largest``, ``rms`` or ``final``.
+        Of the error over time: ``largest``, ``rms`` or ``final``.
     axes : sequence of str
         Varied axes, among the axes of ``eomgen.tradeoff``; all but ``fidelity`` by default.
     methods : sequence of str
-        All that make a difference to the scene by default.
+        Methods to try; by default all that make a difference to the scene.
     t_end : float
         s; the scene's duration by default.
     parameters, inputs : mapping

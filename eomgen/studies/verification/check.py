@@ -66,7 +66,7 @@ def check(
     Parameters
     ----------
     states : int
-        How many: half of them along a short simulated motion, the others drawn around it.
+        Number of states: half of them along a short simulated motion, the others drawn around it.
     seed : int
         Of random draws.
     only : sequence of str

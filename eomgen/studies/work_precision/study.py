@@ -105,7 +105,7 @@ def tradeoff(
         Varied axes, see ``axes.AXES``; all by default, but absolute coordinates of a scene with joint
         coordinates without constraints, which are studied if ``formulation`` is named.
     methods : sequence of str
-        All that make a difference to the scene by default.
+        Methods to try; by default all that make a difference to the scene.
     steps : sequence of float
         s; by default from up to 64 times the scene's, halved until errors are the reference's.
     t_end : float
@@ -113,14 +113,14 @@ def tradeoff(
     parameters, inputs : mapping
         As of ``simulate``.
     budget : float
-        Seconds of computation. Building may take as many again, or 30; configurations not built then are left out, and
-        said.
+        Seconds of computation; builds may take as many again, or 30. Configurations not built then are left out, and
+        reported.
     repeats : int
-        Times that the median is of, near the front.
+        Number of measured times near the front, of which the median is taken.
     folder : path
         Folder for points as they come; see also ``Tradeoff.save``.
     resume : bool
-        Go on with the points of this folder.
+        Go on with the points of the folder.
     progress : callable
         Called with points done, points known, and a word on the present work.
     announce : callable
