@@ -17,23 +17,16 @@ from eomgen.attributes_elsewhere import ATTRIBUTES
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import meant_term
 from eomgen.text import nearest, shown
+from eomgen.verbs import METHODS
 
 P = ParamSpec("P")
 R = TypeVar("R")
 T = TypeVar("T")
 C = TypeVar("C", bound=type)
 
-#: What a compiled model does, and what is looked for at scenes, at systems and at the package.
-OF_MODELS = frozenset(
+#: Methods of a compiled model that users look for at scenes, at systems and at the package.
+OF_MODELS = METHODS | frozenset(
     {
-        "simulate",
-        "start",
-        "resume",
-        "attach",
-        "equilibrium",
-        "steady_motion",
-        "linearize",
-        "root_locus",
         "calibrate",
         "evaluate",
         "mass",

@@ -15,7 +15,10 @@ import eomgen
 from eomgen.calls import OF_MODELS, UnknownAttribute, UnknownName, checked_call
 from eomgen.linear.state_space import StateSpace
 from eomgen.system.terms import TERMS, meant_term, nearest_term
+from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML, pendulum, pendulum_scene
+
+__all__ = ["shared_cache"]
 
 CART = {
     "format": 1, "name": "cart", "bodies": {"cart": {"mass": 1}},

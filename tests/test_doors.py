@@ -44,7 +44,7 @@ DOORS: dict[str, set[str]] = {
     "text": set(),
     "threads": {"errors"},
     "attributes_elsewhere": set(),
-    "calls": {"attributes_elsewhere", "errors", "system.terms", "text"},
+    "calls": {"attributes_elsewhere", "errors", "system.terms", "text", "verbs"},
     "extensions": {"errors", "text"},
     "verbs": {"errors", "extensions", "text"},
     "files": {"arrays", "errors", "text"},

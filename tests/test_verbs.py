@@ -21,7 +21,10 @@ from eomgen.cli.options import FunctionOption, argument_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.verbs import BUILT_IN, METHODS, Verb, methods_of, others
 from tests.model_stub import COMMAND, stub
+from tests.models.cache import shared_cache
 from tests.models.scenes import pendulum
+
+__all__ = ["shared_cache"]
 
 ROWS = {name: target for name, _, target in methods_of(BUILT_IN)}
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import (
+    arguments_of,
     debug_option,
     derivable_stepper_options,
     end_option,
@@ -40,21 +41,23 @@ _SHOWN = (
     "monte_carlo",
 )
 
+_option = arguments_of("eomgen.studies:random_vibration")
+
 
 @click.command()
 @scene_options
 @folder_option
 @click.option("--output", required=True, metavar="NAME", help="An output, or a component of it: tip[0].")
-@click.option("--threshold", "thresholds", multiple=True, type=float, metavar="Y", help="May be repeated.")
-@click.option("--points/--no-points", default=True, show_default=True, help="Look for most probable points.")
-@click.option("--projected", type=float, metavar="SHARE", help="Hessians of the directions with a share of gradients.")
-@click.option("--whole/--no-whole", default=True, show_default=True, help="Hessians of all directions.")
-@click.option("--monte-carlo", "samples", type=int, default=0, metavar="N", help="Samples beside it.")
-@click.option("--tail-samples", type=int, default=0, metavar="N", help="Of importance sampling at each threshold.")
-@click.option("--hermite", "pairs", type=int, default=0, metavar="N", help="Pairs of points of a Hermite projection.")
-@click.option("--covariance-at", "times", multiple=True, type=float, metavar="T", help="A time, s; may be repeated.")
-@click.option("--level", "levels", multiple=True, type=float, metavar="Y", help="Its first passage; may be repeated.")
-@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of samples.")
+@_option("--threshold", "thresholds", multiple=True, type=float, metavar="Y")
+@_option("--points/--no-points", default=True, show_default=True)
+@_option("--projected", type=float, default=None, metavar="SHARE")
+@_option("--whole/--no-whole", default=True, show_default=True)
+@_option("--monte-carlo", "samples", type=int, metavar="N")
+@_option("--tail-samples", type=int, metavar="N")
+@_option("--hermite", "pairs", type=int, metavar="N")
+@_option("--covariance-at", "times", multiple=True, type=float, metavar="T")
+@_option("--level", "levels", multiple=True, type=float, metavar="Y")
+@_option("--seed", type=int, metavar="N")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw distribution, covariance and modes.")
 @end_option
 @derivable_stepper_options

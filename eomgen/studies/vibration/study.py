@@ -108,18 +108,31 @@ def random_vibration(
 
     Parameters
     ----------
-    output : name, or a component, ``tip[0]``
-    at, step : s; the end of the run and the step of the scene's simulation if they are not given
-    thresholds : values at which the distribution is wanted; eleven from 1e-4 to 0.9999 by themselves
-    points : whether the most probable point of each threshold is looked for: FORM, SORM, quadratic forms there
-    projected : share, below 1, of the squares of the output's gradients along the run whose directions have a Hessian
-        (second-order projected differentiation, PD2)
-    whole : whether Hessians are of all directions; if not, all of them are projected
-    samples : of Monte Carlo, 0 for none
-    tail_samples : of importance sampling about the most probable point of each threshold
-    pairs : of points of the Hermite projection
-    times : s, at which the covariance with the output at ``at`` is wanted
-    levels : whose first passage within the run is wanted, from below
+    output : str
+        An output, or a component of it: ``tip[0]``.
+    at, step : float
+        Time of the distribution and step, s; by default the end of the run and the step of the scene's simulation.
+    thresholds : sequence of float
+        Values of the output for its distribution; eleven, with probabilities from 1e-4 to 0.9999, by default.
+    points : bool
+        Search for the most probable point of each threshold: FORM, SORM, quadratic forms there.
+    projected : float
+        Share, below 1, of the squares of the output's gradients along the run whose directions have a Hessian. This is
+        second-order projected differentiation (PD2).
+    whole : bool
+        Take Hessians in all directions; if not, all of them are projected.
+    samples : int
+        Number of samples of Monte Carlo, 0 for none.
+    tail_samples : int
+        Number of samples of importance sampling about the most probable point of each threshold.
+    pairs : int
+        Pairs of points of the Hermite projection.
+    times : sequence of float
+        Times, s, of the covariance with the output at ``at``.
+    levels : sequence of float
+        Levels for the first passage within the run, from below.
+    seed : int
+        Of samples.
     method, rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of
         ``simulate``; the method is the scene's by default
 
