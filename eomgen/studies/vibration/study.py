@@ -128,7 +128,7 @@ def random_vibration(
     pairs : int
         Pairs of points of the Hermite projection.
     times : sequence of float
-        Times, s, of the covariance with the output at ``at``.
+        Other times, s, for the covariance with the output.
     levels : sequence of float
         Levels for the first passage within the run, from below.
     seed : int
