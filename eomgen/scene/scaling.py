@@ -21,6 +21,7 @@ from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Table, Units, fields_of
 from eomgen.scene.reading.report import Report
+from eomgen.scene.signals.schema import State
 from eomgen.units.parser import read_unit
 
 Data = Mapping[str, Any]
@@ -127,6 +128,8 @@ class _Scaled:
                 unit = str(data.get("unit", ""))
             elif isinstance(unit, tuple) and isinstance(data.get("index"), int):
                 unit = unit[data["index"]]
+            elif issubclass(model, State) and name == "rate":
+                unit = f"{data.get('unit') or '1'}/s"
             own = _KEYS.get(name) if not issubclass(model, Document) else GRAVITY if name == "gravity" else None
             if unit or meaning.names is not None:
                 result[name] = self.value(unit, data[name], own if own in self.wanted else None)

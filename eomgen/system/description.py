@@ -86,10 +86,15 @@ class Limit:
 
     def passed(self, position: float, value: Callable[[Formula], float]) -> str:
         """Return a sentence on a start beyond the range, empty within; ``value`` evaluates formulas of parameters."""
-        for side, bound, sign in (("lower", self.lower, -1.0), ("upper", self.upper, 1.0)):
-            limit = math.inf * sign if bound is None else value(bound)
+        bounds = [
+            math.inf * sign if bound is None else value(bound)
+            for bound, sign in ((self.lower, -1.0), (self.upper, 1.0))
+        ]
+        size = sum(abs(bound) for bound in bounds if math.isfinite(bound))
+        rounding = _ROUNDING * (size + 1.0 if self.unit == "rad" or not size else size)
+        for side, limit, sign in (("lower", bounds[0], -1.0), ("upper", bounds[1], 1.0)):
             depth = sign * (position - limit)
-            if depth > _ROUNDING * (1.0 + abs(limit)):
+            if depth > rounding:
                 effort = f"{value(self.stiffness) * depth:.3g} {'N m' if self.unit == 'rad' else 'N'}"
                 return (
                     f"{self.what} starts at {position:.4g} {self.unit}, beyond its {side} limit {limit:.4g}"

@@ -111,8 +111,7 @@ def motion_size(
     travelled = size.copy()
     turns = np.zeros(model.nv, dtype=bool) if turns is None else turns
     size[turns] = np.minimum(size[turns], TURN)
-    reach = np.array([1.0 if unit == "rad" else 0.0 for unit in units])
-    reach = np.maximum(reach, _longest(column["q"], model.q_units, units))
+    reach = _reach(column["q"], model.q_units, units)
     sizes = {"increment": _measure(size, units, _REST * reach)}
     sizes["q"] = _of_coordinates(model, sizes["increment"])
     sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units)
@@ -168,10 +167,20 @@ def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0)
     return np.where(found > 0.0, found, np.inf)
 
 
-def _longest(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:
-    """Return for each component of the increment the largest coordinate of its unit."""
-    largest = dict.fromkeys(units, 0.0)
-    for value, unit in zip(np.abs(q).max(axis=0), q_units, strict=True):
+def reach_of(model: CompiledModel, q: Array) -> Array:
+    """Return for each component of the velocity the largest coordinate of its unit, at least 1 rad of angles, (nv,).
+
+    Parameters
+    ----------
+    q : (..., nq)
+    """
+    units = [unit.removesuffix("/s") for unit in model.v_units]
+    return _reach(q.reshape(-1, model.nq), model.q_units, units)
+
+
+def _reach(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:
+    largest = {unit: 1.0 if unit == "rad" else 0.0 for unit in units}
+    for value, unit in zip(np.abs(q).max(axis=0, initial=0.0), q_units, strict=True):
         largest[unit] = max(largest.get(unit, 0.0), float(value))
     return np.array([largest[unit] for unit in units])
 

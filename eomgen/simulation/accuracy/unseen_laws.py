@@ -26,7 +26,7 @@ from eomgen.formula.nodes import Formula
 from eomgen.lie import product
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
-from eomgen.simulation.accuracy.motion_size import differences, motion_size, shares
+from eomgen.simulation.accuracy.motion_size import differences, motion_size, reach_of, shares
 from eomgen.simulation.accuracy.step_path import StepPath, StepStates
 from eomgen.simulation.accuracy.step_rows import step_rows
 from eomgen.simulation.stepping.run import Run
@@ -481,7 +481,9 @@ class _Examination:
             net.append(lacks[-1])
             # a step split at a known time does not follow the interpolant through its ends
             within.append(np.zeros(lacks.shape[1]) if self._split[step] else np.abs(lacks).max(axis=0))
-            place = np.argmax(np.abs(np.diff(lacks, axis=0, prepend=0.0))[:, :].max(axis=1))
+            steepest = np.abs(np.diff(lacks, axis=0, prepend=0.0))
+            scale = np.where(np.isfinite(self._sizes), self._sizes, steepest.max(axis=0))
+            place = np.argmax(np.divide(steepest, scale, out=np.zeros_like(steepest), where=scale > 0.0).max(axis=1))
             when.append(self._t[step] + h[k] * mesh[place + 1])
             first = last
         return _Defects(steps, np.array(net), np.array(within), np.array(when))
@@ -639,8 +641,7 @@ class _Examination:
         blocks = self._sampled(around, places)
         columns = []
         for part, width in enumerate((nv, nv, nz)):
-            size = _DIFFERENCE * (1.0 + (np.abs(blocks.states[part]).max(initial=0.0) if part else 0.0))
-            for k in range(width):
+            for k, size in enumerate(_DIFFERENCE * self._scales[part]):
                 way = np.zeros((len(blocks.t), width))
                 way[:, k] = size
                 ahead, behind = (self._path.rates(blocks, self._moved(blocks, part, shift)) for shift in (way, -way))
@@ -651,6 +652,21 @@ class _Examination:
         found[:, :nv, nv : 2 * nv] = np.eye(nv)
         found[:, nv:] = middle
         return found
+
+    @cached_property
+    def _scales(self) -> tuple[Array, Array, Array]:
+        """Scales of increments, velocities (nv,) and internal states (nz,): the largest values of their units.
+
+        Velocities are measured at least by the coordinates per duration of the run.
+        """
+        model, states = self._model, self._path.states
+        reach, fastest = reach_of(model, states.q), np.abs(states.v).max(axis=0, initial=0.0)
+        units = np.array(model.v_units)
+        fastest = np.array([fastest[units == unit].max() for unit in units])
+        fastest = np.maximum(fastest, reach / float(np.ptp(self._t)))
+        scales = reach, fastest, np.abs(states.z).max(axis=0, initial=0.0)
+        one, two, three = (np.where(scale > 0.0, scale, 1.0) for scale in scales)
+        return one, two, three
 
     def _moved(self, blocks: StepStates, part: int, shift: Array) -> tuple[Array, Array, Array]:
         """Return states of which q (0), v (1) or z (2) is shifted."""

@@ -124,12 +124,17 @@ def _shares(off: Array, swing: float) -> Balance:
     return Balance(float(np.abs(off).max() / swing), gain=float(off.max() / swing))
 
 
+def same_time(t: Array) -> float:
+    """Return the difference, s, below which two times of a run with rows at t (n,) count as equal."""
+    return 1e-9 * float(np.ptp(t)) + 8.0 * float(np.finfo(float).eps * np.abs(t).max())
+
+
 def _smooth_intervals(t: Array, jumps: ArrayLike) -> NDArray[np.bool_]:
     """Return for each interval between rows whether no jump lies in it, ends included."""
     known = np.asarray(jumps, float)
     if not len(known):
         return np.ones(len(t) - 1, dtype=bool)
-    near = 1e-9 * (np.abs(t).max() + 1.0)
+    near = same_time(t)
     first, last = np.searchsorted(np.sort(known), [t[:-1] - near, t[1:] + near])
     return np.asarray(first == last)
 

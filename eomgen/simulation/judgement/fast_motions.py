@@ -18,6 +18,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 from eomgen.lie import product
+from eomgen.simulation.accuracy.motion_size import reach_of
 from eomgen.simulation.stepping.events import parameters_over, parameters_with
 from eomgen.simulation.stepping.run import Run
 
@@ -31,7 +32,7 @@ UNRESOLVED, RESOLVED = 1.0, 0.3
 NOTICED, _USUAL = 0.1, 0.9
 #: How many times an event or a jump must enlarge what swings, for it to have excited it.
 _EXCITED = 3.0
-#: Deflections of a mode below this part of the coordinates, or of 1, are rounding.
+#: Deflections of a mode below this part of the coordinates, or of 1 rad, are rounding.
 _ROUNDING = 1e-12
 #: Angle of the mode that differences of accelerations span, rad.
 _SPAN = 0.1
@@ -144,9 +145,9 @@ class _Modes:
                 (place.q, place.v, place.z, place.p), place.t + later, span, frequency, mass @ form, mass
             )
             size = max(size, usual)
-            reach = float(np.abs(place.q).max(initial=1.0))
-            deflection = swing / frequency**2 * float(np.abs(form).max())
-            if not (swing > NOTICED * size and deflection > _ROUNDING * reach):
+            deflections = swing / frequency**2 * np.abs(form)
+            rounding = _ROUNDING * reach_of(self.run.model, place.q)
+            if not (swing > NOTICED * size and np.any(deflections > rounding)):
                 continue
             if place.before is not None:
                 earlier = place.t - 2.05 * span if place.jump else place.t

@@ -23,7 +23,7 @@ from eomgen.simulation.accuracy.step_rows import step_rows
 from eomgen.simulation.accuracy.unseen_events import unseen_events
 from eomgen.simulation.accuracy.unseen_laws import UnseenLaw, unseen_law
 from eomgen.simulation.judgement.constraint_violation import Violation, largest_violation
-from eomgen.simulation.judgement.energy_balance import APART, REPORTED, Balance, energy_balance
+from eomgen.simulation.judgement.energy_balance import APART, REPORTED, Balance, energy_balance, same_time
 from eomgen.simulation.judgement.fast_motions import unresolved_motion
 from eomgen.simulation.judgement.instability import Growth, at_rest, unstable_growth
 from eomgen.simulation.judgement.motion_between_rows import untold_between_rows
@@ -192,7 +192,7 @@ class FinishedRun:
     def _known_jumps(self, order: int) -> Array:
         """Return the times at which forces jump, or a derivative of them up to an order, s."""
         t = self.states.t
-        known = self.run.model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0), order=order)
+        known = self.run.model.jumps_between(t, same_time(t), order=order)
         return np.concatenate([known, self.changes]) if len(self.changes) else known
 
     @property

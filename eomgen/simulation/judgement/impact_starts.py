@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.compiled.initial_state import InitialState
+from eomgen.lie import product
+from eomgen.simulation.accuracy.motion_size import reach_of
 from eomgen.simulation.stepping.run import Run
 
-#: Part of 1, or of the rate within a step, below which a function is on its root, or does not leave it.
+#: Part of the coordinates, and of the rate within a step, by which a function on its root may be off.
 _ON = 1e-12
 
 
@@ -22,13 +24,19 @@ def impacts_at_start(run: Run, state: InitialState) -> list[str]:
     if not any(row["action"] == "impact" for row in rows) or "events" not in model.functions:
         return []
     u = run.signals.rows(np.array([t]))[0] if model.nu else None
+    reach = reach_of(model, state.q)
+    ways = np.concatenate([np.zeros((1, model.nv)), np.diag(_ON * np.where(reach > 0.0, reach, 1.0))])
+    places = product.update(model.factors, np.repeat(state.q[np.newaxis], len(ways), axis=0), ways)
     with np.errstate(all="ignore"):
         found = model.evaluate(
-            "events", state.q, state.v, np.zeros_like(state.v), t, u, z=state.z, parameters=run.parameters
+            "events", places, state.v, np.zeros_like(state.v), t, u, z=state.z, parameters=run.parameters
         )
+    values, rates = found["event"], found["event_rate"][0]
+    rounding = np.abs(values[1:] - values[0]).sum(axis=0)  # when coordinates move by theirs
     sentences = []
-    for row, value, rate in zip(rows, found["event"].tolist(), found["event_rate"].tolist(), strict=True):
-        near = _ON * max(1.0, abs(rate) * run.settings["step"])
+    for row, value, rate, off in zip(rows, values[0].tolist(), rates.tolist(), rounding.tolist(), strict=True):
+        travel = abs(rate) * run.settings["step"]
+        near = off + _ON * travel
         if row["action"] != "impact":
             continue
         name, sign = row["name"], row["sign"]
@@ -38,7 +46,7 @@ def impacts_at_start(run: Run, state: InitialState) -> list[str]:
                 f" {'below' if sign > 0 else 'above'} zero: at the start it is {value:.4g}; try: another initial state,"
                 f' or direction = "{"falling" if sign > 0 else "rising"}"'
             )
-        elif not sign and abs(value) <= near and abs(rate) <= near:
+        elif not sign and abs(value) <= near and travel <= off:
             sentences.append(
                 f"the run starts at rest on the impact {name}, which has no side: the motion may leave it either way;"
                 ' try: direction = "falling" for what lies where its formula is above zero, "rising" for below'

@@ -41,7 +41,7 @@ def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArra
 
 
 def _unresolved_damping(run: FinishedRun) -> Iterator[Finding]:
-    yield from _too_fast(run, decay_of_motion(*_state_at_start(run)))
+    yield from _too_fast(run, decay_of_motion(*_state_at_start(run), run.settings["step"]))
 
 
 def _unresolved_states(run: FinishedRun) -> Iterator[Finding]:

@@ -84,17 +84,34 @@ class StationaryRun:
         return np.asarray(of_state + np.einsum("nop,of->nfp", self._by_parameters, self.weights))
 
     def hessian(self, number: int, row: int) -> Array:
-        """Return the second derivatives of an output at a row, (parameters, parameters)."""
-        equations, blocks, size = self.run.equations, self.part.blocks, self.run.size
+        """Return the second derivatives of an output at a row, (parameters, parameters).
+
+        Only components by which the equations or the outputs bend take part; rows are taken in groups, because a row of
+        many parameters has a large matrix.
+        """
+        size, width = self.run.size, self.run.linear.record_size
         multipliers, states = (array[..., number] for array in self._responses)
-        own = {name: array if name == "p" else array[: row + 1] for name, array in blocks.items()}
-        rows, of_rows = self._changes[: row + 1], np.zeros((row + 1, multipliers.shape[1]))
+        of_rows = np.zeros((row + 1, multipliers.shape[1]))
         of_rows[1:] = multipliers[:row][::-1]
         weights = np.zeros((row + 1, len(self.weights)))
         weights[row] = self.weights[:, number]
-        bent = equations.second_partials(own, of_rows, rows, weights)
-        found: Array = np.einsum("nri,nrj->ij", rows, bent, optimize=True)
-        record = np.zeros(self.run.linear.record_size) if row else self._asked[:, number]
+        found = np.zeros((size, size))
+        state_count, bending = len(self._bent_by), [*self._bent_by, *self._bent_parameters]
+        parameters = np.array(self._bent_parameters, dtype=int) - width
+        direct = np.eye(width + size)[:, bending]
+        together = max(1, _MOST_BYTES // (8 * direct.size + 1))
+        for first in range(0, row + 1 if bending else 0, together):
+            part = slice(first, min(first + together, row + 1))
+            along = np.broadcast_to(direct, (part.stop - first, *direct.shape))
+            own = self._blocks_at(part)
+            bent = self.run.equations.second_partials(own, of_rows[part], along, weights[part])[:, bending]
+            changes = self._changes[part]  # (rows, components, parameters)
+            found += np.einsum("nci,ncd,ndj->ij", changes, bent[:, :state_count, :state_count], changes, optimize=True)
+            mixed = np.einsum("nci,ncp->ip", changes, bent[:, :state_count, state_count:], optimize=True)
+            found[:, parameters] += mixed
+            found[parameters] += mixed.T
+            found[np.ix_(parameters, parameters)] += bent[:, state_count:, state_count:].sum(axis=0)
+        record = np.zeros(width) if row else self._asked[:, number]
         state = states[row - 1] if row else np.zeros(self.run.linear.state_size)
         found += SecondBeginning(self.run).of(state, record, np.zeros(0))
         return 0.5 * (found + found.T).reshape(size, size)
@@ -137,38 +154,44 @@ class StationaryRun:
 
     @cached_property
     def _changes(self) -> Array:
-        """Changes of rows and parameters along the parameters, (n, record + parameters, parameters), if a quantity
-        bends by them; 0 elsewhere."""
-        run, size = self.run, self.run.size
-        found = np.zeros((len(self.t), run.linear.record_size + size, size))
-        found[:, run.linear.record_size :] = np.eye(size)
-        bending = self._bending()
-        if not bending:
-            return found
-        basis = np.eye(run.linear.record_size)[:, bending]
+        """Changes of the components of the rows that bend something along the parameters, (n, components, parameters)."""
+        basis = np.eye(self.run.linear.record_size)[:, self._bent_by]
         shares = np.linalg.lstsq(self._asked, basis, rcond=None)[0]
         left = np.linalg.norm(basis - self._asked @ shares, axis=0) > _SPANNED
         known = self._tangents(self._asked, self._responses)
-        found[:, bending] = np.einsum("nfp,fc->ncp", known, shares)
+        found: Array = np.einsum("nfp,fc->ncp", known, shares)
         if left.any():
-            rest = np.array(bending)[left]
             others = basis[:, left]
-            found[:, rest] = self._tangents(others, self._solved(others))
+            found[:, left] = self._tangents(others, self._solved(others))
         return found
 
-    def _bending(self) -> list[int]:
-        """Return the components of the rows by which equations or outputs have second derivatives.
+    @property
+    def _bent_by(self) -> list[int]:
+        """Components of the rows by which equations or outputs have second derivatives."""
+        return [column for column in self._bending if column < self.run.linear.record_size]
 
-        All of them are contracted with random numbers at once: none is 0 by chance.
+    @property
+    def _bent_parameters(self) -> list[int]:
+        """The same of parameters, numbered behind the components of the rows."""
+        return [column for column in self._bending if column >= self.run.linear.record_size]
+
+    @cached_property
+    def _bending(self) -> list[int]:
+        """Components of the rows, and behind them parameters, by which equations or outputs have second derivatives.
+
+        The Hessian of a sum of all of them with random weights is multiplied by a random direction: a row of it that is
+        not 0 gives 0 by no chance.
         """
         equations, random = self.run.equations, np.random.default_rng(0)
-        rows, width, outputs = len(self.t), self.run.linear.record_size, len(equations.outputs)
-        along = np.zeros((rows, width + self.run.size, width))
-        along[:, :width] = np.eye(width)
-        of_rows = np.broadcast_to(random.uniform(0.5, 1.5, self.run.linear.rows), (rows, self.run.linear.rows))
-        weights = np.broadcast_to(random.uniform(0.5, 1.5, outputs), (rows, outputs))
-        bent = equations.second_partials(self.part.blocks, of_rows, along, weights)
-        return [int(column) for column in np.flatnonzero(np.any(bent, axis=(0, 1)))]
+        rows, size = len(self.t), self.run.linear.record_size + self.run.size
+        drawn = (random.uniform(0.5, 1.5, count) for count in (self.run.linear.rows, len(equations.outputs), size))
+        of_rows, weights, along = (np.broadcast_to(numbers, (rows, len(numbers))) for numbers in drawn)
+        bent = equations.second_partials(self.part.blocks, of_rows, along[:, :, np.newaxis], weights)
+        return [int(row) for row in np.flatnonzero(np.any(bent, axis=(0, 2)))]
+
+    def _blocks_at(self, rows: slice) -> dict[str, Array]:
+        """Return the arguments of the equations at some rows."""
+        return {name: array if name == "p" else array[rows] for name, array in self.part.blocks.items()}
 
 
 def _is_constant(run: AlphaRun, part: AlphaPart) -> bool:

@@ -64,7 +64,7 @@ def parameters_over(events: Events | None, model: CompiledModel, p: Array, t: Ar
     if events is None or not events.mode_names:
         return p
     values = np.concatenate([events.first_modes[np.newaxis], events.modes])
-    slack = 8.0 * float(np.finfo(float).eps) * (np.abs(t) + 1e-3)
+    slack = 8.0 * float(np.finfo(float).eps) * np.abs(t).max(initial=0.0)
     return parameters_with(events, model, p, values[np.searchsorted(events.t, t + slack, side="right")])
 
 

@@ -17,7 +17,7 @@ _CHANCE, _LIKE = 1e-3, 0.2
 def rows_at(t: Array, times: Sequence[float]) -> list[int]:
     rows = [int(np.argmin(np.abs(t - time))) for time in times]
     for row, time in zip(rows, times, strict=True):
-        if not abs(t[row] - time) <= 1e-6 * max(1.0, abs(t[-1])):  # nor not a number
+        if not abs(t[row] - time) <= 1e-6 * np.ptp(t):  # nor not a number
             what = f"t = {time:.6g} s is no row of the run; the nearest one is at {t[row]:.9g} s"
             raise UsageError(Problem("times", what, "whole steps within the run"))
     return rows

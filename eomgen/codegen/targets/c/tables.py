@@ -6,10 +6,11 @@ in a file of their own: doubles of IEEE 754, byte by byte, the least significant
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from eomgen.codegen.program import ProgramCurve
 
@@ -17,7 +18,14 @@ from eomgen.codegen.program import ProgramCurve
 LARGE = 4096
 #: Bytes in one text of a line.
 _LINE = 28
-_ESCAPED = {code: f"\\{code:03o}" for code in range(256) if not 32 <= code < 127 or chr(code) in '"\\?'}
+#: What stands for a byte in a text: four characters, or one and zeros; nothing for what only fills a line.
+_NOTHING = 256
+_WRITTEN = np.zeros((257, 4), dtype=np.uint8)
+for _code in range(256):
+    _plain = 32 <= _code < 127 and chr(_code) not in '"\\?'
+    _WRITTEN[_code] = [_code, 0, 0, 0] if _plain else list(f"\\{_code:03o}".encode())
+#: Bytes of tables that are escaped at once.
+_TOGETHER = 2**20
 
 
 @dataclass(frozen=True)
@@ -51,15 +59,28 @@ class CurveTable:
         return 8 * len(self.rows[0]) + 1
 
     @property
-    def lines(self) -> Iterator[str]:
+    def text(self) -> str:
         """Lines of the initializer, one row of bytes after the other."""
-        data, size = np.array(self.rows, dtype="<f8").tobytes().decode("latin-1"), self.size - 1
-        for start in range(0, len(data), size):
-            row = data[start : start + size]
-            texts = [row[k : k + _LINE].translate(_ESCAPED) for k in range(0, size, _LINE)]
-            for text in texts[:-1]:
-                yield f'    "{text}"'
-            yield f'    "{texts[-1]}",'
+        data = np.array(self.rows, dtype="<f8").view(np.uint8)
+        together = max(1, _TOGETHER // data.shape[1])
+        parts = [_escaped(data[first : first + together]) for first in range(0, len(data), together)]
+        return b"\n".join(parts).decode("ascii")
+
+
+def _escaped(data: npt.NDArray[np.uint8]) -> bytes:
+    """Return rows of bytes as texts of C, each in lines of at most ``_LINE`` bytes, and a comma behind each row.
+
+    All characters are laid out at places of equal width, and then zeros, which no text has, are deleted.
+    """
+    rows, size = data.shape
+    lines, width = -(-size // _LINE), 4 * _LINE
+    padded = np.full((rows, lines * _LINE), _NOTHING, dtype=np.int16)
+    padded[:, :size] = data
+    text = np.empty((rows, lines, 5 + width + 3), dtype=np.uint8)
+    text[:, :, :5], text[:, :, 5 + width :] = list(b'    "'), list(b'"\0\n')
+    text[:, :, 5 : 5 + width] = _WRITTEN.view(np.uint32)[:, 0].take(padded).view(np.uint8).reshape(rows, lines, width)
+    text[:, -1, -2] = ord(",")
+    return text.tobytes().translate(None, b"\0")[:-1]
 
 
 def curve_tables(curves: Sequence[ProgramCurve]) -> tuple[CurveTable, ...]:

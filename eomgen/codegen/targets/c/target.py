@@ -178,13 +178,14 @@ def written_library(program: Program, bytecode: Path) -> Iterator[tuple[str, str
     for name, text in _sources(context):
         files[name] = text
         yield name, text
-    yield from _interface(context, files).items()
-    yield from _documents(context, files).items()
+    mark = fingerprint(files)
+    yield from _interface(context, mark).items()
+    yield from _documents(context, files, mark).items()
 
 
 def _files(context: _Context) -> dict[str, str]:
     files = dict(_sources(context))
-    return files | _documents(context, files)
+    return files | _documents(context, files, fingerprint(files))
 
 
 def _sources(context: _Context) -> Iterator[tuple[str, str]]:
@@ -210,7 +211,7 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
     yield "main.c", context.render("c/main/main.c.jinja")
 
 
-def _documents(context: _Context, files: Mapping[str, str]) -> dict[str, str]:
+def _documents(context: _Context, files: Mapping[str, str], mark: str) -> dict[str, str]:
     """Return the README and the manifest of the stand-alone folder."""
     program = context.program
     sources = sorted(name for name in files if name.endswith(".c"))
@@ -219,7 +220,7 @@ def _documents(context: _Context, files: Mapping[str, str]) -> dict[str, str]:
     readme = {"README.md": context.render("c/main/README.md.jinja", **texts)}
     whole = {**files, **readme}
     method = {"method": program.method["title"]} if program.method else {}
-    return {**readme, MANIFEST: manifest(program, whole, fingerprint=fingerprint(files), compile=command, **method)}
+    return {**readme, MANIFEST: manifest(program, whole, fingerprint=mark, compile=command, **method)}
 
 
 def rendered(program: Program, templates: Mapping[str, str], **extra: object) -> dict[str, str]:
@@ -242,15 +243,15 @@ def rendered(program: Program, templates: Mapping[str, str], **extra: object) ->
 
 def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, str]:
     """Return the files of a loadable library besides the model's own: the generic interface and its header."""
-    return _interface(_Context(program, FILE_LIMIT), files)
+    return _interface(_Context(program, FILE_LIMIT), fingerprint(files))
 
 
-def _interface(context: _Context, files: Mapping[str, str]) -> dict[str, str]:
+def _interface(context: _Context, mark: str) -> dict[str, str]:
     program = context.program
     sizes = [len(program.functions), *(program.sizes[name] for name in SIZES[1:])]
     return {
         "interface.h": context.render("c/interface/interface.h.jinja", declarations=INTERFACE_CDEF),
-        "interface.c": context.render("c/interface/interface.c.jinja", fingerprint=fingerprint(files), sizes=sizes),
+        "interface.c": context.render("c/interface/interface.c.jinja", fingerprint=mark, sizes=sizes),
     }
 
 

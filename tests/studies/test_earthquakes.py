@@ -1,0 +1,82 @@
+"""Records of half a minute under Kanai and Tajimi's ground: an oscillator's variance against Lyapunov's equation."""
+
+from __future__ import annotations
+
+import math
+import tracemalloc
+
+import numpy as np
+import pytest
+from scipy.linalg import expm, solve_continuous_lyapunov
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.studies import random_vibration
+from tests.studies.test_truncation import model_of
+
+#: Natural frequency of the structure, rad/s, and its damping ratio; of the ground.
+STRUCTURE, GROUND = (7.0, 0.05), (15.0, 0.6)
+RECORD = 30.0
+#: Times within the build-up, and at the end, s.
+TIMES = (0.6, 2.0, RECORD)
+
+
+def deviations(times: tuple[float, ...]) -> list[float]:
+    """Return the standard deviations of the structure's deflection, m, which starts at rest on ground that shakes.
+
+    The ground is a filter of white noise, with a stationary acceleration of deviation 1 m/s^2; the covariance P of
+    filter and structure solves dP/dt = A P + P A^T + D.
+    """
+    (w, damping), (ground, of_ground) = STRUCTURE, GROUND
+    filtered = np.array([[0.0, 1.0], [-(ground**2), -2.0 * of_ground * ground]])
+    acceleration = np.array([ground**2, 2.0 * of_ground * ground])
+    noise = np.diag([0.0, 1.0])
+    still = solve_continuous_lyapunov(filtered, -noise)
+    scale = 1.0 / float(acceleration @ still @ acceleration)
+    A, D, start = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
+    A[:2, :2], A[2, 3], A[3] = filtered, 1.0, [*acceleration, -(w**2), -2.0 * damping * w]
+    D[:2, :2], start[:2, :2] = scale * noise, scale * still
+    end = solve_continuous_lyapunov(A, -D)
+
+    def at(time: float) -> Array:
+        moved = expm(time * A)
+        return np.asarray(end - moved @ (end - start) @ moved.T)
+
+    return [math.sqrt(at(time)[2, 2]) for time in times]
+
+
+@pytest.fixture(scope="module")
+def shaken() -> eomgen.Model:
+    w, damping = STRUCTURE
+    process = f'type = "kanai_tajimi"\nfrequency = {GROUND[0]}\ndamping = {GROUND[1]}\nshare = 0.8\nduration = {RECORD}'
+    return model_of(process, f"force - {w * w} * q.slide - {2.0 * damping * w} * v.slide")
+
+
+@pytest.mark.slow
+def test_deviations_under_a_record_of_half_a_minute_are_those_of_lyapunovs_equation(shaken: eomgen.Model) -> None:
+    """What the modes leave out is told, and is less than 1e-3 here; steps have an error of (w step)^2 / 12, 4e-4."""
+    assert len(shaken.parameters) > 256
+    tracemalloc.start()
+    for time, expected in zip(TIMES, deviations(TIMES), strict=True):
+        found = random_vibration(shaken, "x", time, 0.01, points=False, thresholds=[0.02], method="trapezoidal")
+        kept = found.moments["second_order"][1]
+        assert found.moments["first_order"][1] == kept
+        assert found.lost_variance < 0.005
+        assert kept / math.sqrt(1.0 - found.lost_variance) == pytest.approx(expected, rel=2e-3)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3e8  # matrices of all modes at all steps took 5e9 bytes
+
+
+@pytest.mark.slow
+def test_samples_of_the_record_have_these_deviations(shaken: eomgen.Model) -> None:
+    count = 400
+    draws = np.random.default_rng(5).standard_normal((count, len(shaken.parameters)))
+    table = dict(zip((item.name for item in shaken.description.parameters), draws.T, strict=True))
+    found = shaken.simulate_many(
+        TIMES[1], 0.02, method="trapezoidal", table=table, columns=["output.x"], points=2, error_estimate=False
+    )
+    values = np.asarray(found.results["output.x.final"], dtype=float)
+    (expected,) = deviations(TIMES[1:2])
+    assert float(np.std(values)) == pytest.approx(expected, rel=4.0 / math.sqrt(2.0 * count))
+    assert abs(float(np.mean(values))) < 4.0 * expected / math.sqrt(count)
