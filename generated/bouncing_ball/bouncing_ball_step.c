@@ -753,20 +753,29 @@ static int bouncing_ball_is_due(int event, long side, const bouncing_ball_event_
 }
 
 /* v := v + dv, the change with the least dv . M dv for which C dv = d (Gauss): M dv + C^T s = 0, s impulses. C: count
- * rows. 0 where M or the rows are singular. Elimination with row scaling and partial pivoting. */
+ * rows. 0 where M or the rows are singular. Elimination with partial pivoting; velocities are measured by their inertia
+ * and rows by their largest coefficient, so that no unit decides which pivot counts as zero. */
 static int bouncing_ball_impulse(const real *M, const real *C, const real *d, int count, real *v)
 {
-    real A[12]; /* rows of 4 */
+    real A[12], unit[2]; /* rows of 4 */
     const int n = 2 + count;
     int i, j, k;
     memset(A, 0, sizeof A);
     for (i = 0; i < 2; ++i)
+        unit[i] = M[i * 3] > K(0.0) ? K(1.0) / EG_SQRT(M[i * 3]) : K(1.0);
+    for (i = 0; i < 2; ++i)
         for (j = 0; j < 2; ++j)
-            A[i * 4 + j] = M[i * 2 + j];
+            A[i * 4 + j] = unit[i] * M[i * 2 + j] * unit[j];
     for (k = 0; k < count; ++k) {
+        real largest = K(0.0);
         for (j = 0; j < 2; ++j)
-            A[(2 + k) * 4 + j] = A[j * 4 + 2 + k] = C[k * 2 + j];
-        A[(2 + k) * 4 + n] = d[k];
+            largest = EG_ABS(C[k * 2 + j]) * unit[j] > largest ? EG_ABS(C[k * 2 + j]) * unit[j] : largest;
+        if (!(largest > K(0.0)))
+            return 0;
+        for (j = 0; j < 2; ++j)
+            A[(2 + k) * 4 + j] = A[j * 4 + 2 + k]
+                = C[k * 2 + j] * unit[j] / largest;
+        A[(2 + k) * 4 + n] = d[k] / largest;
     }
     for (i = 0; i < n; ++i) {
         real largest = K(0.0);
@@ -801,7 +810,7 @@ static int bouncing_ball_impulse(const real *M, const real *C, const real *d, in
         A[i * 4 + n] = A[i * 4 + n] / A[i * 4 + i];
     }
     for (i = 0; i < 2; ++i)
-        v[i] = v[i] + A[i * 4 + n];
+        v[i] = v[i] + unit[i] * A[i * 4 + n];
     return 1;
 }
 

@@ -16,6 +16,7 @@ import eomgen
 from eomgen.arrays import Array
 from eomgen.scene.joint_types import JOINTS
 from tests.integrators.similar_scenes import BOUND, FREE, STEPS
+from tests.oracles.moved_scenes import moved
 from tests.oracles.similarity import UnitsOf, in_units
 
 #: km-t-h, mm-g-ms, Mm-Gt-d.
@@ -94,28 +95,6 @@ def test_a_loop_that_stands_elsewhere_and_turned_moves_alike() -> None:
     for place, axis, angle in PLACES:
         far = float(np.linalg.norm(place))
         for found, expected in zip(
-            motions(_moved("slider_crank", place, axis, angle), "slider_crank", UnitsOf()), own, strict=True
+            motions(moved(scene_of("slider_crank"), place, axis, angle), "slider_crank", UnitsOf()), own, strict=True
         ):
             assert np.max(np.abs(found - expected)) < 1e-13 + 1e-15 * far
-
-
-def _moved(name: str, place: list[float], axis: list[float], angle: float) -> dict[str, Any]:
-    """Return a scene on a body that is fixed at a place and turned, with gravity turned alike."""
-    scene, unit = scene_of(name), np.array(axis) / np.linalg.norm(axis)
-    gravity = np.array(scene["gravity"])
-    turned = (
-        gravity * np.cos(angle)
-        + np.cross(unit, gravity) * np.sin(angle)
-        + unit * (unit @ gravity) * (1.0 - np.cos(angle))
-    )
-    frames = [side for item in scene.get("constraints", {}).values() for side in (item["first"], item["second"])]
-    for entry in (*scene.get("points", {}).values(), *frames):
-        if entry["body"] == "base":
-            entry["body"] = "ground"
-    for joint in scene["joints"].values():
-        if joint["parent"] == "base":
-            joint["parent"] = "ground"
-    weld = {"type": "fixed", "parent": "base", "child": "ground", "position": place}
-    scene["joints"]["weld"] = weld | {"rotation": [{"axis": axis, "angle": angle}]}
-    scene["bodies"]["ground"] = {"mass": 0.0}
-    return scene | {"gravity": turned.tolist()}

@@ -9,6 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.arrays import Array
+from eomgen.simulation.sensitivities.equations import Equations
 from eomgen.simulation.sensitivities.stationary_run import StationaryRun
 
 PUSHED = ("push_z1", "push_z2", "push_z3", "push_z4")
@@ -96,3 +97,33 @@ def test_stiffness_that_changes_with_time_is_none() -> None:
     scene = frame(balanced()).effort("soft", "one", f"-0.2 * sin(t) * (q.one - {balanced()!r})")
     assert derivatives(scene, ["top"])[1] is None
     assert derivatives(frame(balanced()), ["top"], by=[*PUSHED, "q.one"])[1] is None
+
+
+def test_the_hessian_takes_directions_that_bend_something_and_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a linear scene it is zero, and takes no matrix of all parameters at all steps; of one that parameters alone
+    bend it is the sum over the rows."""
+    asked: list[int] = []
+    original = Equations.second_partials
+
+    def counted(self: Equations, values: Any, multipliers: Array, along: Array, *more: Any) -> Array:
+        asked.extend(along.shape[2:] if len(along) > 1 else ())  # one row is the start's
+        return original(self, values, multipliers, along, *more)
+
+    for translation, directions in (("g", [1]), ("g + 0.1 * g**2", [1, 4])):
+        scene = eomgen.SceneBuilder("linear", gravity=[0, 0, 0]).simulation(method="trapezoidal", step=0.05)
+        scene.random(
+            "push", "squared_exponential", correlation_time=0.7, modes=4, duration=1.5, translation=translation
+        )
+        scene.body("mass", 2.0, inertia=[1e-3, 1e-3, 1e-3])
+        scene.joint("one", "prismatic", "base", "mass", axis=[1, 0, 0])
+        scene.effort("all", "one", "push - 3 * q.one - 0.4 * v.one").output("x", formula="q.one")
+        still = derivatives(scene, ["x"])[1]
+        assert still is not None
+        expected = hessian_at(scene, "x", 1.5)
+        asked.clear()
+        with monkeypatch.context() as patch:
+            patch.setattr(Equations, "second_partials", counted)
+            exact = still.hessian(0, 30)
+        assert asked == directions
+        np.testing.assert_allclose(exact, expected, rtol=0, atol=1e-13 * max(1.0, float(np.abs(expected).max())))
+        assert (np.abs(exact).max() > 1e-3) == (translation != "g")

@@ -65,7 +65,7 @@ def momentum_drift(
     signals : what drives the inputs; None: the scene's formulas
     multipliers : (rows, number of constraints) where there are constraints
     """
-    roots, (t, q, v, z) = _floating(model), states
+    (roots, one_frame), (t, q, v, z) = _floating(model), states
     needed = {"mass", "force"} | ({"constraint_jacobian"} if model.multipliers else set())
     if not roots or len(t) < 2 or not needed <= set(model.terms) or (model.multipliers and multipliers is None):
         return None
@@ -80,7 +80,7 @@ def momentum_drift(
     if not (np.all(np.isfinite(M)) and np.all(np.isfinite(forces))):
         return None
     every = np.array([_of_root(root, q, v, M, forces) for root in roots])  # momentum, wrench, size of the momentum
-    together = every.sum(axis=0)[np.newaxis] if len(roots) > 1 else every[:0]
+    together = every.sum(axis=0)[np.newaxis] if one_frame and len(roots) > 1 else every[:0]
     rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
     drift = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)]).max(axis=0)
     worst = int(np.argmax(drift))
@@ -129,10 +129,20 @@ def _drifts(parts: Array, rounding: float, span: float) -> Array:
     return np.where(told, change / np.where(sizes > 0.0, sizes, 1.0), 0.0)
 
 
-def _floating(model: CompiledModel) -> list[Factor]:
-    """Return the free joints to a base at rest, in absolute coordinates all bodies; none where the base moves."""
+def _floating(model: CompiledModel) -> tuple[list[Factor], bool]:
+    """Return the free joints to a base at rest, or to bodies that are fixed to it, and whether all have one frame.
+
+    In absolute coordinates all bodies are free; nothing is where the base moves.
+    """
     if model.library.layout["facts"]["moving_base"]:
-        return []
-    roots = {hinge.name for hinge in model.description.drawing.hinges if hinge.parent == BASE}
-    every = bool(model.description.joints)  # of bodies in absolute coordinates
-    return [factor for factor in model.factors if factor.group == "SE3" and (every or factor.name in roots)]
+        return [], False
+    free = [factor for factor in model.factors if factor.group == "SE3"]
+    if model.description.joints:  # of bodies in absolute coordinates
+        return free, True
+    still, parents = {BASE}, {}
+    for hinge in model.description.drawing.hinges:  # parents before their children
+        if hinge.type == "fixed" and hinge.parent in still:
+            still.add(hinge.child)
+        parents[hinge.name] = hinge.parent
+    free = [factor for factor in free if parents.get(factor.name) in still]
+    return free, len({parents[factor.name] for factor in free}) == 1

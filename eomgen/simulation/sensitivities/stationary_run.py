@@ -154,7 +154,7 @@ class StationaryRun:
 
     @cached_property
     def _changes(self) -> Array:
-        """Changes of the components of the rows that bend something along the parameters, (n, components, parameters)."""
+        """Changes of the components that bend something along the parameters, (n, components, parameters)."""
         basis = np.eye(self.run.linear.record_size)[:, self._bent_by]
         shares = np.linalg.lstsq(self._asked, basis, rcond=None)[0]
         left = np.linalg.norm(basis - self._asked @ shares, axis=0) > _SPANNED
