@@ -292,7 +292,8 @@ def test_findings_are_the_same_but_for_last_digits_in_units_that_are_powers_of_t
     for units in BINARY:
         run, found = run_of(case, units)
         same(found, expected, 1e-9)
-        np.testing.assert_allclose(run.error.relative, own.error.relative, rtol=1e-9)
+        if not {finding.name for finding in found} & set(ROUNDED):  # these choose the steps
+            np.testing.assert_allclose(run.error.relative, own.error.relative, rtol=1e-9)
 
 
 @pytest.mark.slow
