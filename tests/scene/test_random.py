@@ -304,6 +304,14 @@ def test_names_of_variables_are_taken() -> None:
         _loaded(scene)
 
 
+@pytest.mark.parametrize("process", [FORCE, EXPONENTIAL | {"covariance_of": "translated", "translation": "delta * g"}])
+def test_a_translation_of_a_refused_parameter_is_no_fault_of_its_own(process: dict[str, Any]) -> None:
+    scene = _with(force=process) | {"parameters": {"F0": 1.0, "delta": "nothing"}}
+    with pytest.raises(DescriptionError, match=r"\(parameters.delta.value\): a number is needed") as caught:
+        _loaded(scene)
+    assert len(caught.value.problems) == 1
+
+
 @pytest.mark.slow
 def test_an_included_scene_has_its_processes_under_their_new_names(tmp_path: Path) -> None:
     more = {"force": FORCE, "late": {"follows": "force", "delay": 1}, "gust": {"correlation": {"force": 0.5}}}

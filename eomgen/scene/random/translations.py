@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
-from eomgen.formula.evaluate import curves, evaluate_batch
+from eomgen.formula.evaluate import curves, evaluate_batch, symbols
 from eomgen.formula.nodes import Application, Formula, Symbol
 from eomgen.random_processes import BEYOND, Covariance, quantile_map, underlying
 from eomgen.scene.formula.scope import TRANSLATION
@@ -72,6 +72,8 @@ class Translations:
             what = "covariance_of translated needs a translation or quantiles of a standard normal g"
             raise UsageError(Problem(key, what, "translation = ..., without mean and standard_deviation"))
         formula = translation
+        if self._mentions_refused(formula):
+            return covariance
         if entry.quantiles is None and curves(formula):
             what = "covariance_of translated knows formulas and quantiles, and the translation has a curve"
             raise UsageError(Problem(key, what, "quantiles"))
@@ -86,10 +88,14 @@ class Translations:
 
         return underlying(covariance, map_of, window)
 
+    def _mentions_refused(self, formula: Formula) -> bool:
+        """Return whether a formula mentions a parameter that was refused, so that its values are unknown."""
+        return any(item.kind == "parameter" and item.name not in self.values.parameters for item in symbols(formula))
+
     def check(self, process: RandomProcess) -> None:
         """Report a translation that has no value where g may be; note one that turns round there."""
         formula = process.translation
-        if formula is None or curves(formula):
+        if formula is None or curves(formula) or self._mentions_refused(formula):
             return
         away = np.linspace(-_FARTHEST, _FARTHEST, _PLACES)
         g = process.mean + process.standard_deviation * away
