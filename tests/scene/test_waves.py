@@ -161,6 +161,17 @@ def test_the_tape_has_the_values(text: str, changes: dict[str, Any]) -> None:
     np.testing.assert_allclose(found, np.broadcast_to(values, (6,)), rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("changes", [{}, {"ramp": 20}, {"order": 2}])
+@pytest.mark.parametrize("text", ["elevation.sea(3.7, -2.1)", "slope.sea(3.7, -2.1)[0]", "slope.sea(3.7, -2.1)[1]"])
+def test_harmonics_at_places_by_numbers_are_the_waves_there(text: str, changes: dict[str, Any]) -> None:
+    formula = _formula(text, _sea(**changes))
+    tape, recorded = _recorded(formula)
+    t = np.array([-1.0, 0.0, 3.0, 12.0, 20.0, 31.0])
+    found = evaluate(tape, [recorded.ref], {"t": t[:, None]})[:, 0]
+    values = evaluate_batch(formula, lambda symbol: t)
+    np.testing.assert_allclose(found, np.broadcast_to(values, (6,)), rtol=0, atol=1e-13)
+
+
 @pytest.mark.parametrize("text", FORMULAS)
 def test_rates_along_a_motion_are_exact(text: str) -> None:
     """To second order along x(t), y(t), z(t), by jets through the loops; against complex steps of the values, and of
