@@ -15,8 +15,10 @@ import pytest
 import eomgen
 from eomgen.arrays import Array
 from eomgen.cli import main
+from eomgen.pipeline.parameter_defaults import with_parameters
 from tests.codegen.test_stand_alone import compiled, run
 from tests.models.cache import shared_cache
+from tests.models.lattice import Lattice, describe
 from tests.models.scenes import PENDULUM_TOML
 from tests.pipeline.test_equilibrium_start import SERVO
 
@@ -121,6 +123,10 @@ def test_python_is_refused_what_no_scene_can_have(tmp_path: Path) -> None:
     scene = eomgen.load(tomllib.loads(PENDULUM_TOML))
     with pytest.raises(eomgen.UsageError, match="one set of parameters is needed, not a batch; try: a number for each"):
         eomgen.generate(scene, tmp_path / "c", parameters={"length": [0.3, 0.4]})  # type: ignore[dict-item]
+    told = "pair is no scene, and only scenes are written with other values of their parameters; try: leave them out"
+    with pytest.raises(eomgen.UsageError, match=told):
+        lattice = Lattice("pair", "fput", (0.1, 0.2))
+        with_parameters(lattice, describe(lattice), {"k": 1.0})
     with pytest.raises(eomgen.UsageError, match="load = -1"):
         eomgen.generate(eomgen.load(tomllib.loads(SERVO)), tmp_path / "c", parameters={"load": -1.0})
     with pytest.raises(eomgen.UsageError, match="a model cannot be built with real = 'half'; try: double or float"):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from eomgen.errors import FileError, Problem
 from eomgen.studies.ladders.register import BY_NAME
-from eomgen.studies.ladders.verdicts import Cell, counts
+from eomgen.studies.ladders.verdicts import UNKNOWN, VERDICTS, Cell, counts
 
 #: Colour and sign of each verdict: green to yellow is right or nearly, blue is reported, red is a silent fault.
 _COLOURS = {
@@ -59,10 +59,9 @@ def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
     axis.axis("off")
     count = counts(cells)
     handles = [Patch(color=_COLOURS[name][0], label=f"{name} {count[name]}") for name in count]
-    axis.legend(
-        handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(handles), frameon=False, fontsize=8
-    )
-    axis.set_title(f"{scene}: extremes; numbers are errors by the motion", fontsize=9, pad=26, loc="left")
+    figure.legend(handles=handles, loc="outside lower left", ncols=4, frameon=False, fontsize=8)
+    unknown = f"\nunknown: {VERDICTS[UNKNOWN]}" if UNKNOWN in count else ""
+    figure.suptitle(f"{scene}: extremes; numbers are errors by the motion{unknown}", fontsize=9, x=0.02, ha="left")
     try:
         figure.savefig(path)
     except OSError as error:
