@@ -6,10 +6,12 @@ from __future__ import annotations
 from eomgen.files.archives import read_arrays, write_arrays
 from eomgen.files.csv_reading import read_cells, read_table
 from eomgen.files.csv_tables import write_table
+from eomgen.files.journal import Journal
 from eomgen.files.nearby import nearby
 from eomgen.files.writing import check_writable, make_folder, temporary_file, write_bytes, write_text
 
 __all__ = [
+    "Journal",
     "check_writable",
     "make_folder",
     "nearby",

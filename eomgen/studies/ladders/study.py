@@ -5,14 +5,14 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from eomgen.errors import FileError, Problem, UsageError
-from eomgen.files import make_folder
+from eomgen.errors import Problem, UsageError
+from eomgen.files import Journal
 from eomgen.integrators.methods import AUTO, canonical_name
 from eomgen.studies.ladders.references import Reference, difference, reference
 from eomgen.studies.ladders.register import BY_NAME, EQUATIONS, LADDERS, SAME, Ladder, methods_of
@@ -90,7 +90,7 @@ def extremes(
     study = _Study(Subject(scene, reading), limit)
     wanted = [BY_NAME[name] for name in ladders] or list(LADDERS)
     chosen = [_cell_of(text) for text in cells] if cells else None
-    journal = _Journal(folder, _identity(study.subject), resume=resume)
+    journal = _journal(folder, _identity(study.subject), resume=resume)
     try:
         found, left_out = study.run(wanted, methods, chosen, journal, budget, progress)
     finally:
@@ -130,7 +130,7 @@ class _Study:
         wanted: Sequence[Ladder],
         methods: Sequence[str],
         chosen: Sequence[tuple[Ladder, float, str]] | None,
-        journal: _Journal,
+        journal: Journal[Cell],
         budget: float,
         progress: Progress | None,
     ) -> tuple[list[Cell], dict[str, str]]:
@@ -152,17 +152,18 @@ class _Study:
                 plan += [(ladder, value, method) for value in ladder.values for method in known]
         plan = [entry for entry in plan if entry[0].name not in left_out]
         began = time.perf_counter()
+        known_cells = {cell.name: cell for cell in journal.rows}
         for number, (ladder, value, method) in enumerate(plan):
             if progress is not None:
                 progress(number, len(plan), f"{ladder.name} {value:g} {method}")
             key = f"{ladder.name}:{value:.9g}:{method}"
-            if key in journal.cells:
-                found.append(journal.cells[key])
+            if key in known_cells:
+                found.append(known_cells[key])
             elif time.perf_counter() - began - self.runner.compiling > budget:
                 left_out[key] = "the budget is spent"
             else:
                 cell = self.cell(ladder, value, method)
-                journal.keep(cell)
+                journal.append(dataclasses.asdict(cell))
                 found.append(cell)
         return found, left_out
 
@@ -235,42 +236,13 @@ def _identity(subject: Subject) -> str:
     return json.dumps({"scene": subject.scene.digest.hex(), "version": __version__})
 
 
-class _Journal:
-    """Cells that are there already, and the file for new ones."""
-
-    def __init__(self, folder: str | Path | None, described: str, *, resume: bool) -> None:
-        self.cells: dict[str, Cell] = {}
-        self.path = None if folder is None else make_folder(Path(folder)) / _CELLS
-        if self.path is None:
-            return
-        try:
-            if self.path.exists() and resume:
-                self._read(self.path, described)
-            elif self.path.exists():
-                what = f"holds the cells of a study, {_CELLS}"
-                raise FileError(Problem(str(folder), what, "--resume, which goes on with it, or another folder"))
-            else:
-                self.path.write_text(json.dumps({"study": described}) + "\n", encoding="utf-8")
-        except OSError as error:
-            what = f"cannot be used: {error.strerror or error}"
-            raise FileError(Problem(str(self.path), what, "another folder")) from None
-
-    def _read(self, path: Path, described: str) -> None:
-        text = path.read_text(encoding="utf-8")
-        whole = text[: text.rfind("\n") + 1]  # a study may be killed in the middle of a line
-        try:
-            lines: list[Mapping[str, Any]] = [json.loads(line) for line in whole.splitlines()]
-            same = lines[0]["study"] == described
-            read = [Cell(**line) for line in lines[1:]]
-        except (ValueError, KeyError, IndexError, TypeError):
-            raise FileError(Problem(str(path), "these are not the cells of a study", "another folder")) from None
-        if not same:
-            raise FileError(Problem(str(path), "holds the cells of a study of another scene", "another folder"))
-        if whole != text:
-            path.write_text(whole, encoding="utf-8")
-        self.cells = {cell.name: cell for cell in read}
-
-    def keep(self, cell: Cell) -> None:
-        if self.path is not None:
-            with self.path.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(dataclasses.asdict(cell)) + "\n")
+def _journal(folder: str | Path | None, described: str, *, resume: bool) -> Journal[Cell]:
+    return Journal(
+        None if folder is None else Path(folder),
+        _CELLS,
+        "cells of a study",
+        identity=described,
+        others="another scene",
+        row_of=lambda line: Cell(**line),
+        resume=resume,
+    )

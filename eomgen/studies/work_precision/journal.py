@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from eomgen.errors import FileError, Problem
-from eomgen.files import make_folder, read_arrays, write_arrays, write_text
+from eomgen.files import Journal as Lines
+from eomgen.files import read_arrays, write_arrays
 from eomgen.lie.product import Factor
 from eomgen.studies.work_precision.formulations import Formulations
 from eomgen.studies.work_precision.measured import Point
@@ -59,51 +59,21 @@ class Journal:
     """
 
     def __init__(self, folder: Path | None, described: str, *, resume: bool) -> None:
-        self.points: dict[str, Point] = {}
         self._folder = folder
-        if folder is None:
-            return
-        make_folder(folder)
-        self._path = folder / _POINTS
-        if self._path.exists():
-            if not resume:
-                what = f"holds the points of a study, {_POINTS}"
-                raise FileError(Problem(str(folder), what, "--resume, which goes on with it, or another folder"))
-            self._read(described)
-        else:
-            self._append({"study": described})
-
-    def _read(self, described: str) -> None:
-        try:
-            text = self._path.read_text(encoding="utf-8")
-            whole = text[: text.rfind("\n") + 1]  # a study may be killed in the middle of a line
-            lines = [json.loads(line) for line in whole.splitlines()]
-            if lines[0]["study"] != described:
-                what = "holds the points of a study of another scene, other times or other parameters"
-                raise FileError(Problem(str(self._folder), what, "another folder"))
-            self.points = {line["key"]: Point.from_dict(line["point"]) for line in lines[1:]}
-            if whole != text:
-                write_text(self._path, whole)
-        except OSError as error:
-            what = f"cannot be read: {error.strerror or error}"
-            raise FileError(Problem(str(self._path), what, "another folder")) from None
-        except (ValueError, KeyError, IndexError, TypeError):
-            what = "these are not the points of a study"
-            raise FileError(Problem(str(self._path), what, "another folder")) from None
+        self._lines = Lines(
+            folder,
+            _POINTS,
+            "points of a study",
+            identity=described,
+            others="another scene, other times or other parameters",
+            row_of=lambda line: (str(line["key"]), Point.from_dict(line["point"])),
+            resume=resume,
+        )
+        self.points = dict(self._lines.rows)
 
     def keep(self, key: str, point: Point) -> None:
         """Write a point."""
-        self._append({"key": key, "point": finite(point.to_dict())})
-
-    def _append(self, line: Mapping[str, Any]) -> None:
-        if self._folder is None:
-            return
-        try:
-            with self._path.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(line) + "\n")
-        except OSError as error:
-            what = f"cannot be written: {error.strerror or error}"
-            raise FileError(Problem(str(self._path), what, "another folder")) from None
+        self._lines.append({"key": key, "point": finite(point.to_dict())})
 
     def keep_reference(self, held: Reference) -> None:
         """Write the reference."""
