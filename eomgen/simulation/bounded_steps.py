@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from eomgen.simulation.outcome import Outcome
@@ -19,19 +20,29 @@ _TIMES, _STEPS = 30.0, 1e5
 _ROUNDS = 3
 #: Factor by which a bound is reduced at least, if it is not enough.
 _SMALLER = 0.5
+#: Ratio of the steps of a run with a bound to the steps that the bound explains, above which the run is given up: steps
+#: become tiny at a jump that holds the motion.
+_GIVEN_UP = 4.0
 
 
-def with_bounded_steps(outcome: Outcome, stepped: Callable[[Run], Outcome], *, checkpoint: bool) -> Outcome:
+class CostlyRunError(Exception):
+    """A run with a bound takes many more steps than the bound explains."""
+
+
+def with_bounded_steps(outcome: Outcome, stepped: Callable[[Run, float], Outcome], *, checkpoint: bool) -> Outcome:
     """Return the outcome of the run with a bound of its steps, if they pass over a law and the bound is affordable.
 
     Parameters
     ----------
-    stepped : returns the outcome of another run from the same initial state, and writes its checkpoints
+    stepped : returns the outcome of another run from the same initial state, and writes its checkpoints; raises
+        CostlyRunError if the run takes more steps than its second argument says
     checkpoint : whether there are any, which have to be of the run that is returned
     """
-    run, counts = outcome.run, outcome.statistics
-    taken = counts.get("own_steps") or counts.get("expansions") or 1
-    left = max(_TIMES * taken, _STEPS / max(1, run.model.nv + run.model.nz))
+    run, taken = outcome.run, own_steps(outcome.statistics)
+    short = _STEPS / max(1, run.model.nv + run.model.nz)
+    if taken > short:  # then the examination, which repeats the run, takes long as well
+        return outcome
+    left = max(_TIMES * taken, short)
     try:
         for _ in range(_ROUNDS):
             law = outcome.passed_over if outcome.has(("complete", "two rows")) else None
@@ -39,19 +50,29 @@ def with_bounded_steps(outcome: Outcome, stepped: Callable[[Run], Outcome], *, c
                 break
             known = outcome.run.settings["largest_step"]
             bound = min(law.step, _SMALLER * known) if known else law.step
-            left -= (run.grid.reached - run.grid.start) / bound if bound else left
+            steps = (run.grid.reached - run.grid.start) / bound
+            left -= steps
             if left <= 0.0:
                 break
             _LOG.info("%s: steps of at most %.3g s, for %s", run.model.name, bound, law.law)
             settings = {**run.settings, "largest_step": bound}
-            bounded = stepped(replace(run, settings=settings, bounded_for=law.law))
+            try:
+                bounded = stepped(replace(run, settings=settings, bounded_for=law.law), _GIVEN_UP * (steps + taken))
+            except CostlyRunError:
+                outcome = stepped(outcome.run, math.inf) if checkpoint else outcome
+                break
             if not (bounded.complete or bounded.trajectory.interrupted):  # at a jump that no step is small enough for
                 reason = f"with largest_step = {bound:.2g} it fails at t = {bounded.trajectory.rows[-1, 0]:.6g} s"
                 hint = f"a method of fixed steps, of {bound:.2g} s ({reason})"
-                outcome = stepped(outcome.run) if checkpoint else outcome
+                outcome = stepped(outcome.run, math.inf) if checkpoint else outcome
                 outcome.passed_over = law._replace(finding=replace(law.finding, hint=hint))
                 break
             outcome = bounded
     except KeyboardInterrupt:  # in an examination: the run itself is complete
         pass
     return outcome
+
+
+def own_steps(counts: Mapping[str, int | float]) -> float:
+    """Return the number of steps that a method chose, from the counts of its stepper; 1 before the first one."""
+    return float(counts.get("own_steps") or counts.get("expansions") or 1)

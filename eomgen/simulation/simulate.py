@@ -23,7 +23,7 @@ from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.automatic_method import method_of
-from eomgen.simulation.bounded_steps import with_bounded_steps
+from eomgen.simulation.bounded_steps import CostlyRunError, own_steps, with_bounded_steps
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
 from eomgen.simulation.judgement.finished_run import Beginning
 from eomgen.simulation.motions import refuse_as_inputs
@@ -219,10 +219,17 @@ def simulate(
         outcome = _outcome(run, stepper, beginning, report, writer, wanted)
         if chosen.finds_bound and functions is None:
 
-            def again(bounded: Run) -> Outcome:
+            def again(bounded: Run, most: float) -> Outcome:
                 other = Stepper(library, bounded.settings, p)
                 rewritten = checkpoint_writer(bounded, library, checkpoint, checkpoint_every)
-                return _outcome(bounded, other, beginning, report, rewritten, wanted)
+
+                def watch(done: int, total: int) -> None:
+                    if own_steps(other.statistics) > most:
+                        raise CostlyRunError
+                    if report is not None:
+                        report(done, total)
+
+                return _outcome(bounded, other, beginning, watch, rewritten, wanted)
 
             outcome = with_bounded_steps(outcome, again, checkpoint=writer is not None)
         called = functions is not None or any(map(callable, from_caller.values()))

@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.cli import main
+from eomgen.simulation import bounded_steps
 from eomgen.simulation.accuracy import unseen_laws
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.simulation.test_laws_between_steps import LAWS, off, sliders
@@ -72,6 +73,16 @@ def test_a_bound_with_which_the_run_fails_is_named_and_not_taken(tmp_path: Path)
         "; try: a method of fixed steps, of 0.0029 s (with largest_step = 0.0029 it fails at t = 0.7 s)" in run.message
     )
     assert sliders().resume(kept, 2.5).t[-1] == 2.5  # the checkpoint is of the run that is returned
+
+
+def test_a_bounded_run_that_takes_many_more_steps_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounded_steps, "_GIVEN_UP", 0.01)
+    given, _, _ = LAWS["linear table over place"]
+    kept = tmp_path / "run.ckpt"
+    run = sliders().simulate(2.0, 0.1, method="rk45", parameters=given, checkpoint=kept)
+    assert names(run) == {"unseen_law"} and run.metadata["settings"]["largest_step"] == 0.0
+    assert "; try: largest_step = " in run.message
+    assert sliders().resume(kept, 2.5).metadata["settings"]["largest_step"] == 0.0
 
 
 def test_other_runs_pay_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -139,7 +139,7 @@ def test_an_aliased_force_beyond_the_stated_error_is_named(step: float) -> None:
 @pytest.mark.parametrize("seed", range(2))
 def test_windows_of_velocity_are_followed_or_named(seed: int) -> None:
     random = np.random.default_rng(seed)
-    for _ in range(30):
+    for _ in range(15):
         p = {
             "F": random.choice([-1.0, 1.0]) * 10.0 ** random.uniform(-0.3, 1.5),
             "c": random.uniform(0.2, 1.5),
@@ -147,8 +147,8 @@ def test_windows_of_velocity_are_followed_or_named(seed: int) -> None:
             "k": random.choice([0.0, random.uniform(0.0, 1.0)]),
         }
         speed, method = random.choice([0.0, random.uniform(0.0, 1.0)]), str(random.choice(METHODS))
-        step = 10.0 ** random.uniform(-2.7, -0.6)
-        chooses = method in ADAPTIVE
+        chooses = method in ADAPTIVE  # at a level their steps become tiny: few and long rows
+        step = 10.0 ** random.uniform(-0.9 if chooses else -2.7, -0.6)
         options = {"tolerance": 10.0 ** random.uniform(-5.0, -3.0)} if chooses else {}
         end = np.floor(2.0 / step) * step
         run = windowed().simulate(end, step, method=method, parameters=p, initial={"v": [speed]}, **options)
