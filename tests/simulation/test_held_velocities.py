@@ -18,8 +18,8 @@ from eomgen.arrays import Array
 from tests.simulation.test_laws_between_steps import DOUBTS
 
 EFFORT = "1 - k*q.x + (F if c - w < v.x < c + w else 0)"
-ADAPTIVE = ("rk45", "generalized_alpha_adaptive", "tdg1_adaptive")
-METHODS = ("generalized_alpha", "rk4", "rosenbrock", "trapezoidal", *ADAPTIVE)
+#: Methods of fixed steps: others take up to a million steps for a row at a level that holds the velocity.
+METHODS = ("generalized_alpha", "rk4", "rosenbrock", "trapezoidal")
 
 
 def model(effort: str, *parameters: str, rate: str = "0") -> eomgen.Model:
@@ -139,7 +139,7 @@ def test_an_aliased_force_beyond_the_stated_error_is_named(step: float) -> None:
 @pytest.mark.parametrize("seed", range(2))
 def test_windows_of_velocity_are_followed_or_named(seed: int) -> None:
     random = np.random.default_rng(seed)
-    for _ in range(15):
+    for _ in range(30):
         p = {
             "F": random.choice([-1.0, 1.0]) * 10.0 ** random.uniform(-0.3, 1.5),
             "c": random.uniform(0.2, 1.5),
@@ -147,15 +147,13 @@ def test_windows_of_velocity_are_followed_or_named(seed: int) -> None:
             "k": random.choice([0.0, random.uniform(0.0, 1.0)]),
         }
         speed, method = random.choice([0.0, random.uniform(0.0, 1.0)]), str(random.choice(METHODS))
-        chooses = method in ADAPTIVE  # at a level their steps become tiny: few and long rows
-        step = 10.0 ** random.uniform(-0.9 if chooses else -2.7, -0.6)
-        options = {"tolerance": 10.0 ** random.uniform(-5.0, -3.0)} if chooses else {}
+        step = 10.0 ** random.uniform(-2.7, -0.6)
         end = np.floor(2.0 / step) * step
-        run = windowed().simulate(end, step, method=method, parameters=p, initial={"v": [speed]}, **options)
-        if run.success:  # others end at the level, at which adaptive methods have no solution
+        run = windowed().simulate(end, step, method=method, parameters=p, initial={"v": [speed]})
+        if run.success:  # Newton iterations may fail at the level
             error = off(run, through_window(p, run.t, speed))
-            assert error < 0.1 or names(run) & DOUBTS, (p, speed, method, step, options, run.message)
-            assert error > 0.01 or "unseen_law" not in names(run), (p, speed, method, step, options, run.message)
+            assert error < 0.1 or names(run) & DOUBTS, (p, speed, method, step, run.message)
+            assert error > 0.01 or "unseen_law" not in names(run), (p, speed, method, step, run.message)
 
 
 @pytest.mark.slow

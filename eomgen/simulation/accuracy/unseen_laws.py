@@ -538,7 +538,8 @@ class _Examination:
             low = np.minimum.reduce([*ends, np.minimum.reduceat(inside[:, column], begins)]) - reach[:, column]
             high = np.maximum.reduce([*ends, np.maximum.reduceat(inside[:, column], begins)]) + reach[:, column]
             below, above = (self._rates_at(steps, column, value)[:, column] for value in (low, high))
-            yield column, (below > 0.0) & (above < 0.0) & ((below - above) * h > _STIFF * (high - low))
+            led = (below > 0.0) & (above < 0.0) & ((below - above) * h > _STIFF * (high - low))
+            yield column, led & (high - low <= _WITHIN * self._sizes[column])  # else the chatter is the error
 
     @cached_property
     def _jumping(self) -> list[int]:
