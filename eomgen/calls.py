@@ -95,8 +95,8 @@ class ByName(dict[str, T]):
 
         def __getattr__(self, name: str) -> object:
             if name in self:
-                what = f"{_several(self.kind)} are by name, and {name} is none of the attributes"
-                raise UnknownAttribute(Problem("", what, f"[{name!r}] in place of .{name}"))
+                fault = f"{_several(self.kind)} are by name, and {name} is none of the attributes"
+                raise UnknownAttribute(Problem("", fault, f"[{name!r}] in place of .{name}"))
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
 
@@ -263,8 +263,8 @@ def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
 
     def refused(owner: object, name: str, value: object) -> NoReturn:
         kind = type(owner).__name__
-        what = f"a {kind} does not change, so {shown(name)} is not assigned to"
-        raise NoAssignment(Problem("", what, what_to_try.format(name)))
+        fault = f"a {kind} does not change, so {shown(name)} is not assigned to"
+        raise NoAssignment(Problem("", fault, what_to_try.format(name)))
 
     def decorated(kind: C) -> C:
         type.__setattr__(kind, "__setattr__", refused)
@@ -325,14 +325,16 @@ def _misfit(
     if len(given) > len(in_order):
         by_name = [name for name in named if name not in in_order]
         many = len(by_name) > _FEW or (takes_any and not by_name)
-        what = f"{len(given)} arguments are given without a name, and {len(in_order) or 'none'} can be"
-        what += f": {', '.join(in_order)}" if in_order else ""
+        fault = f"{len(given)} arguments are given without a name, and {len(in_order) or 'none'} can be"
+        fault += f": {', '.join(in_order)}" if in_order else ""
         hint = "the others by name" if many else f"{by_name[0]}=..., and likewise for the others" if by_name else ""
-        return Problem(where, what, hint or "fewer arguments")
+        return Problem(where, fault, hint or "fewer arguments")
     twice = [name for name in in_order[: len(given)] if name in kwargs]
     if twice:
         return Problem(where, f"the argument {twice[0]} is given twice, by its place and by its name", "one of them")
     specified = {*in_order[: len(given)], *kwargs}
     missing = [name for name in named if every[name].default is inspect.Parameter.empty and name not in specified]
-    what = f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
-    return Problem(where, what, what_to_try or ", ".join(f"{name}=..." for name in missing))
+    fault = (
+        f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
+    )
+    return Problem(where, fault, what_to_try or ", ".join(f"{name}=..." for name in missing))

@@ -49,12 +49,12 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:
     given = [axes] if isinstance(axes, Axes) else list(flat) if hasattr(flat, "__iter__") else [axes]
     wrong = next((item for item in given if not isinstance(item, Axes)), None)
     if wrong is not None:
-        what = f"axes of matplotlib are needed, not {type(wrong).__name__}"
-        raise UsageError(Problem(f"{call}: axes", what, "figure, axes = matplotlib.pyplot.subplots()"))
+        fault = f"axes of matplotlib are needed, not {type(wrong).__name__}"
+        raise UsageError(Problem(f"{call}: axes", fault, "figure, axes = matplotlib.pyplot.subplots()"))
     if len(given) != len(panels):
-        what = f"{len(given)} axes are given for {len(panels)} panels: {', '.join(panels)}"
+        fault = f"{len(given)} axes are given for {len(panels)} panels: {', '.join(panels)}"
         hint = f"axes for {len(panels)} panels, fewer names, or no axes: then a figure is made"
-        raise UsageError(Problem(f"{call}: axes", what, hint))
+        raise UsageError(Problem(f"{call}: axes", fault, hint))
     return given
 
 

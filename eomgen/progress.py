@@ -70,8 +70,8 @@ def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | N
         with notebook_bar(title) if _in_notebook() else terminal_bar(title) as bar:
             yield bar
     else:
-        what = f"{progress!r} is neither a function nor True"
-        raise UsageError(Problem("progress", what, "True for a bar, or a function of (steps done, all steps)"))
+        fault = f"{progress!r} is neither a function nor True"
+        raise UsageError(Problem("progress", fault, "True for a bar, or a function of (steps done, all steps)"))
 
 
 @contextlib.contextmanager

@@ -37,12 +37,12 @@ def road_harmonics(
     generator = random.Random(seed)
     low, high = FREQUENCY_RANGE
     ratio = (high / low) ** (1.0 / harmonics)
-    found = []
+    result = []
     for band in range(harmonics):
         start, end = low * ratio**band, low * ratio ** (band + 1)
         scale = ROUGHNESS[road_class] * REFERENCE_FREQUENCY**2
         amplitude = math.sqrt(2.0 * scale * (1.0 / start - 1.0 / end))
         wavenumber = 2.0 * math.pi * math.sqrt(start * end)
         phase = generator.uniform(0.0, 2.0 * math.pi) - wavenumber * offset
-        found.append((amplitude, wavenumber * speed, math.remainder(phase, 2.0 * math.pi)))
-    return tuple(found)
+        result.append((amplitude, wavenumber * speed, math.remainder(phase, 2.0 * math.pi)))
+    return tuple(result)

@@ -25,9 +25,9 @@ def thread_count() -> int:
     if not (text := os.environ.get(THREADS_VARIABLE, "")):
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if not text.isascii() or not text.isdigit() or int(text) < 1:
-        what = f"{text!r} is no number of threads"
+        fault = f"{text!r} is no number of threads"
         raise UsageError(
-            Problem(f"environment variable {THREADS_VARIABLE}", what, f"{THREADS_VARIABLE}=2, or unset it")
+            Problem(f"environment variable {THREADS_VARIABLE}", fault, f"{THREADS_VARIABLE}=2, or unset it")
         )
     return int(text)
 

@@ -96,28 +96,28 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
         Rounding hides whether some columns are independent.
     """
     if model.multipliers:
-        what = "constraints share efforts out, so fewer combinations decide a motion than those of the tree"
-        raise UsageError(Problem("base_parameters", what, "the scene without its constraints"))
+        fault = "constraints share efforts out, so fewer combinations decide a motion than those of the tree"
+        raise UsageError(Problem("base_parameters", fault, "the scene without its constraints"))
     p = model.evaluator.one_set(parameters, "base_parameters(...) for each set")
     pi = model.regressor_parameters(parameters=p)
     names = tuple(pi)
     rng = np.random.default_rng(seed)
     motions = max(_MOTIONS, -(-_ROWS * len(names) // model.nv))
     try:
-        found = independent_columns(_rows(model, motions, rng, p))
+        result = independent_columns(_rows(model, motions, rng, p))
     except NoGap as error:
-        what = f"it cannot be told how many combinations there are: {error}"
+        fault = f"it cannot be told how many combinations there are: {error}"
         hint = "masses, inertias and lengths of like sizes in other units, or another seed"
-        raise NumericalError(Problem("base_parameters", what, hint)) from None
-    matrix = np.zeros((len(found.kept), len(names)))
-    matrix[np.arange(len(found.kept)), found.kept] = 1.0
-    matrix[:, found.others] = found.coefficients
-    _check(_rows(model, motions, rng, p), found.kept, matrix)
-    used = {*found.kept, *found.others}
+        raise NumericalError(Problem("base_parameters", fault, hint)) from None
+    matrix = np.zeros((len(result.kept), len(names)))
+    matrix[np.arange(len(result.kept)), result.kept] = 1.0
+    matrix[:, result.others] = result.coefficients
+    _check(_rows(model, motions, rng, p), result.kept, matrix)
+    used = {*result.kept, *result.others}
     unused = tuple(name for column, name in enumerate(names) if column not in used)
     values = matrix @ np.array([float(value) for value in pi.values()])
-    units = tuple(model.description.linear_parameters[column].unit for column in found.kept)
-    return BaseParameters(names, found.kept, matrix, unused, values, units)
+    units = tuple(model.description.linear_parameters[column].unit for column in result.kept)
+    return BaseParameters(names, result.kept, matrix, unused, values, units)
 
 
 def _rows(model: CompiledModel, motions: int, rng: np.random.Generator, p: Array) -> Array:
@@ -134,8 +134,8 @@ def _check(Y: Array, kept: tuple[int, ...], matrix: Array) -> None:
     sizes = np.linalg.norm(Y, axis=0)
     missed = np.linalg.norm(Y - Y[:, kept] @ matrix, axis=0)
     if np.any(missed > _MISSED * np.max(sizes, initial=0.0)):
-        what = "combinations that hold at some random motions do not hold at others"
-        raise NumericalError(Problem("base_parameters", what, "another seed"))
+        fault = "combinations that hold at some random motions do not hold at others"
+        raise NumericalError(Problem("base_parameters", fault, "another seed"))
 
 
 def _text(row: Array, names: tuple[str, ...], lead: int) -> str:

@@ -51,12 +51,12 @@ def shortenings(model: CompiledModel, q: Array) -> Array:
     that is no number."""
     places = {factor.name: factor.q for factor in model.factors}
     beams = model.library.layout["slopes"]
-    found = np.empty((len(q), len(beams)))
+    result = np.empty((len(q), len(beams)))
     with np.errstate(over="ignore", invalid="ignore"):
         for k, item in enumerate(beams):
             bent = q[:, places[item["name"]]]
-            found[:, k] = 0.5 * np.einsum("nk,kl,nl->n", bent, np.array(item["squares"]), bent) / item["length"]
-    return np.where(np.isnan(found), np.inf, found)
+            result[:, k] = 0.5 * np.einsum("nk,kl,nl->n", bent, np.array(item["squares"]), bent) / item["length"]
+    return np.where(np.isnan(result), np.inf, result)
 
 
 def largest_bending(model: CompiledModel, t: Array, q: Array) -> Bending | None:

@@ -102,8 +102,8 @@ def buckling_loads(
     try:
         factors, modes = linear_buckling(statics, start.rest, count)
     except ArithmeticError as error:
-        what = f"no buckling loads about {parameter} = {value:.6g}: {error}"
-        raise NumericalError(Problem("buckling_loads", what, "another preload, at=...")) from None
+        fault = f"no buckling loads about {parameter} = {value:.6g}: {error}"
+        raise NumericalError(Problem("buckling_loads", fault, "another preload, at=...")) from None
     named = tuple(components_of(model, statics, mode) for mode in np.transpose(modes))
     warning = _misleads(statics, start.rest, varied.name, value, factors)
     if warning:

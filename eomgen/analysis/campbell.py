@@ -82,8 +82,8 @@ def campbell(
     """
     array = numbers("values", values)
     if array.ndim != 1 or len(array) < 2:
-        what = f"the shape is {array.shape}, and two values and more are needed"
-        raise UsageError(Problem("values", what, "numpy.linspace(0.0, 300.0, 61)"))
+        fault = f"the shape is {array.shape}, and two values and more are needed"
+        raise UsageError(Problem("values", fault, "numpy.linspace(0.0, 300.0, 61)"))
     check_finite("values", array)
     if (array[1:] <= array[:-1]).any():
         raise UsageError(Problem("values", "they do not increase", "numpy.linspace(0.0, 300.0, 61)"))
@@ -92,11 +92,11 @@ def campbell(
     is_parameter = speed in model.parameters
     if not is_parameter and speed not in of_motion:
         known = [*model.parameters, *of_motion]
-        what = f"there is no tunable parameter or velocity {shown(speed)}"
-        raise UsageError(Problem("campbell", what, nearest(speed, known) or f"one of {', '.join(known[:12])}"))
+        fault = f"there is no tunable parameter or velocity {shown(speed)}"
+        raise UsageError(Problem("campbell", fault, nearest(speed, known) or f"one of {', '.join(known[:12])}"))
     if is_parameter and (velocities or coordinates):
-        what = f"{speed} is a parameter, and velocities and coordinates are of a steady motion"
-        raise UsageError(Problem("campbell", what, f"a velocity in place of {speed}, or neither"))
+        fault = f"{speed} is a parameter, and velocities and coordinates are of a steady motion"
+        raise UsageError(Problem("campbell", fault, f"a velocity in place of {speed}, or neither"))
     units = {item.name: item.unit for item in model.description.parameters}
     unit = units.get(speed, "") if is_parameter else _SPEED if speed in turning else "m/s"
     if orders is None:
@@ -106,8 +106,8 @@ def campbell(
         raise UsageError(Problem("orders", f"an order is {bad[0]:.6g}", "positive numbers such as (1, 2)"))
     wrong = [pair for pair in whirl if isinstance(pair, str) or len(pair) != 2]
     if wrong:
-        what = f"{shown(wrong[0])} is no pair of deflections"
-        raise UsageError(Problem("whirl", what, '[("x", "y")], the second a quarter turn from the first'))
+        fault = f"{shown(wrong[0])} is no pair of deflections"
+        raise UsageError(Problem("whirl", fault, '[("x", "y")], the second a quarter turn from the first'))
     held = coordinates or {}
     found_once = KnownSymmetries()
 

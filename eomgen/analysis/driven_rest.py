@@ -63,8 +63,8 @@ def driven_velocity(model: CompiledModel, measures: Measures, q: Array) -> Array
     if not np.any(rates):
         return np.zeros(model.nv)
     if model.description.joints:
-        what = "bodies have absolute coordinates, in which rest beside drives is a steady motion"
-        raise NumericalError(Problem("equilibrium", what, 'model.steady_motion(), or coordinates = "joint"'))
+        fault = "bodies have absolute coordinates, in which rest beside drives is a steady motion"
+        raise NumericalError(Problem("equilibrium", fault, 'model.steady_motion(), or coordinates = "joint"'))
     (B,) = model.evaluate("constraint_jacobian", q, **_given(measures)).values()
     extents = _extents(model, measures, q)
     v = extents * np.linalg.lstsq(B * extents, -rates, rcond=None)[0]
@@ -78,13 +78,13 @@ def driven_components(model: CompiledModel, measures: Measures, q: Array) -> dic
     if not np.any(rates):
         return {}
     (B,) = model.evaluate("constraint_jacobian", q, **_given(measures)).values()
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     for rate, row in zip(rates.tolist(), B, strict=True):
         moving = np.flatnonzero(row)
         if rate and len(moving) == 1:
             k = int(moving[0])
-            found[model.v_names[k].removeprefix("v.")] = -rate / float(row[k])
-    return found
+            result[model.v_names[k].removeprefix("v.")] = -rate / float(row[k])
+    return result
 
 
 def where_driven(model: CompiledModel, measures: Measures, q: Array) -> Array:
@@ -121,12 +121,12 @@ def check_rates(model: CompiledModel, measures: Measures, q: Array, v: Array) ->
         if not abs(then[k] - v[k]) <= _STEADY * size * extents[k]:
             before, after = distinct(float(v[k]), float(then[k]))
             unit = model.v_units[k]
-            what = (
+            fault = (
                 f"nothing rests beside the drive of {drives(model, v)}, for {model.v_names[k]} changes along it:"
                 f" {before} {unit} at t = {measures.t:.6g} s, {after} {unit} at t = {later.t:.6g} s"
             )
             hint = f'a law of constant rate such as "w*t", a t at which its rate is zero, {_AS_IT_MOVES}'
-            raise NumericalError(Problem("equilibrium", what, hint))
+            raise NumericalError(Problem("equilibrium", fault, hint))
 
 
 def check_lasting(model: CompiledModel, measures: Measures, u: Inputs, q: Array, v: Array, z: Array) -> None:
@@ -142,14 +142,14 @@ def check_lasting(model: CompiledModel, measures: Measures, u: Inputs, q: Array,
         if excess[k] <= _STEADY * pace**2 * extents[k]:
             continue
         unit = model.v_units[k].replace("/s", "/s^2")
-        what = (
+        fault = (
             f"nothing rests beside the drive of {drives(model, v)}, for forces change as it moves: at"
             f" t = {later.t:.6g} s {model.v_names[k]} would accelerate with {excess[k]:.3g} {unit}"
         )
         hint = off_axis_hint(model, measures, q, v) or (
             "a scene in which nothing depends on what is driven (axes and masses symmetric about it)"
         )
-        raise NumericalError(Problem("equilibrium", what, f"{hint}; {_AS_IT_MOVES}"))
+        raise NumericalError(Problem("equilibrium", fault, f"{hint}; {_AS_IT_MOVES}"))
 
 
 def drives(model: CompiledModel, v: Array) -> str:
@@ -165,9 +165,9 @@ def _kinematic(model: CompiledModel) -> CompiledModel:
     needed = ("constraint_velocity", "constraint_bias")
     able = model.having(needed)
     if missing := [name for name in needed if name not in able.functions]:
-        what = f"the terms {', '.join(missing)} are needed, and the model was built without them"
+        fault = f"the terms {', '.join(missing)} are needed, and the model was built without them"
         raise UsageError(
-            Problem("equilibrium", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])")
+            Problem("equilibrium", fault, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])")
         )
     return able
 
@@ -183,8 +183,8 @@ def _unbalanced(model: CompiledModel, measures: Measures, u: Inputs, q: Array, v
     rows = np.linalg.solve(L, B.T).T
     of_forces = -np.linalg.solve(L, r)
     inverse = np.linalg.pinv(rows)
-    found = of_forces - inverse @ (rows @ of_forces + asked)
-    return np.asarray(np.linalg.solve(L.T, found), dtype=float)
+    result = of_forces - inverse @ (rows @ of_forces + asked)
+    return np.asarray(np.linalg.solve(L.T, result), dtype=float)
 
 
 def _moved(model: CompiledModel, later: Measures, q: Array, v: Array, seconds: float) -> Array:

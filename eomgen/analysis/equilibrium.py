@@ -155,8 +155,8 @@ def equilibrium(
             statics = _statics(model, measures, start.q, u, driven)
             first = examine(statics, start.q, start.z)
     except np.linalg.LinAlgError:
-        what = "the inertia matrix at the initial state is not positive definite"
-        raise ModelError(Problem("equilibrium", what, "masses and inertias that bodies can have")) from None
+        fault = "the inertia matrix at the initial state is not positive definite"
+        raise ModelError(Problem("equilibrium", fault, "masses and inertias that bodies can have")) from None
     if not first.finite:
         raise _not_finite(model, first)
     assembled = onto_constraints(statics, first)
@@ -318,8 +318,8 @@ def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs, v: A
         if not model.nz:
             return np.zeros((model.nv, 0)), np.zeros((0, model.nv)), np.zeros((0, 0))
         if not whole:
-            found = nonzeros(q, np.zeros(rows), z)
-            return dense(found.Rz), dense(found.Fq), dense(found.Fz)
+            result = nonzeros(q, np.zeros(rows), z)
+            return dense(result.Rz), dense(result.Fq), dense(result.Fz)
         partials = model.internal_partials(q, v, z, **forces)
         return partials.residual_z, partials.rate_q, partials.rate_z
 
@@ -410,11 +410,11 @@ def _not_finite(model: CompiledModel, point: Point) -> NumericalError:
         if np.all(np.isfinite(point.rates))
         else "a rate of z"
     )
-    what, hint = f"{where} is not a finite number at the initial state", "formulas that have a value there"
+    fault, hint = f"{where} is not a finite number at the initial state", "formulas that have a value there"
     if not bad and (rough := rough_operations(model.description.formulas)):
-        what += f": a formula has no derivative there, of the forces perhaps {rough}"
+        fault += f": a formula has no derivative there, of the forces perhaps {rough}"
         hint = "a formula that is smooth there, atan2(y, x + 1e-6) for atan2(y, x)"
-    return NumericalError(Problem("equilibrium", what, f"another initial state, or {hint}"))
+    return NumericalError(Problem("equilibrium", fault, f"another initial state, or {hint}"))
 
 
 def _no_stiffness(statics: Statics) -> float:
@@ -435,18 +435,18 @@ def _failure(model: CompiledModel, statics: Statics, search: Search, stepped: st
         if np.any(soft) and np.max(np.abs(pull)) > 1e-3 * np.max(np.abs(acceleration)):
             k = int(np.argmax(np.abs(pull)))
             unit = model.v_units[k].replace("/s", "/s^2")
-            what = (
+            fault = (
                 f"nothing holds {model.v_names[k]}: it accelerates with {-pull[k]:.4g} {unit}, and no stiffness"
                 " opposes it"
             )
-            return NumericalError(Problem("equilibrium", what, "a spring, a stop, a constraint, or a fixed joint"))
+            return NumericalError(Problem("equilibrium", fault, "a spring, a stop, a constraint, or a fixed joint"))
     violation = float(np.max(np.abs(point.violation), initial=0.0))
     if not np.all(np.abs(point.violation) <= 1e-8 * point.row_sizes):
-        what = f"the constraints are off by {violation:.3g} after {steps} steps"
-        return NumericalError(Problem("equilibrium", what, "an initial state nearer to assembly"))
-    what = (
+        fault = f"the constraints are off by {violation:.3g} after {steps} steps"
+        return NumericalError(Problem("equilibrium", fault, "an initial state nearer to assembly"))
+    fault = (
         f"no equilibrium was found in {steps} steps: {model.v_names[k]} still accelerates with {acceleration[k]:.4g}"
         f" {unit}; {stepped}"
     )
     hint = "an initial state nearer to rest, or any_kind=True (--any-kind) for an unstable one"
-    return NumericalError(Problem("equilibrium", what, hint))
+    return NumericalError(Problem("equilibrium", fault, hint))

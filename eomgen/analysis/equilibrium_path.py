@@ -117,8 +117,8 @@ class EquilibriumPath:
             No equilibrium is found beside it.
         """
         if not -len(self.critical) <= number < len(self.critical):
-            what = f"there is no critical point {number}: the path has {len(self.critical)}"
-            raise UsageError(Problem("branch", what, "a number of EquilibriumPath.critical, from 0"))
+            fault = f"there is no critical point {number}: the path has {len(self.critical)}"
+            raise UsageError(Problem("branch", fault, "a number of EquilibriumPath.critical, from 0"))
         return self._branch(number % len(self.critical), size, to)
 
     def column(self, name: str) -> Array:
@@ -127,9 +127,9 @@ class EquilibriumPath:
             return self.values
         if name not in self.columns:
             known = list(self.columns)
-            what = f"the path has no column {shown(name)}"
+            fault = f"the path has no column {shown(name)}"
             raise UsageError(
-                Problem("equilibrium_path", what, nearest(name, known) or f"one of {', '.join(known[:8])}")
+                Problem("equilibrium_path", fault, nearest(name, known) or f"one of {', '.join(known[:8])}")
             )
         return self.columns[name]
 

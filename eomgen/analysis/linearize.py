@@ -117,12 +117,12 @@ def linearize(
         state, operating_point = as_found(
             "steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, operating_point
         )
-    found = about(able, state, operating_point, independent)
-    if state.a is not None and np.any(state.v) and not np.any(state.a) and found.sampled is None:
-        _warn_of_change(able, state, operating_point, found)
+    result = about(able, state, operating_point, independent)
+    if state.a is not None and np.any(state.v) and not np.any(state.a) and result.sampled is None:
+        _warn_of_change(able, state, operating_point, result)
     if specified and state.a is None and not np.any(state.v):
-        _warn_of_acceleration(able, found)
-    return found
+        _warn_of_acceleration(able, result)
+    return result
 
 
 def able_to_linearize(model: CompiledModel) -> CompiledModel:
@@ -183,17 +183,17 @@ def about(
     blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
     if bad:
-        what = f"partials are not finite numbers in this state: {', '.join(bad)}"
-        raise NumericalError(Problem("linearize", what, "a state in which forces and their slopes have a value"))
+        fault = f"partials are not finite numbers in this state: {', '.join(bad)}"
+        raise NumericalError(Problem("linearize", fault, "a state in which forces and their slopes have a value"))
     holonomic = model.functions.sizes["holonomic"]
     partials = Partials.of(blocks, len(names.inputs), len(names.disturbances), len(names.outputs), holonomic)
     sampled = sampled_part(model, state.q, state.v, state.z, operating_point.given)
     free = freedom(measures, partials, [names.measured.index(name) for name in independent])
     held = [name for name in independent if names.measured.index(name) not in free.coordinates]
     if held:
-        what = f"constraints do not leave {', '.join(held)} free beside the other independent coordinates"
+        fault = f"constraints do not leave {', '.join(held)} free beside the other independent coordinates"
         raise UsageError(
-            Problem("independent", what, f"up to {len(free.coordinates)} components that can move by themselves")
+            Problem("independent", fault, f"up to {len(free.coordinates)} components that can move by themselves")
         )
     reference = Reference(
         operating_point.t, state.q, state.v, a, state.z, _inputs(model, operating_point), lam, state.what
@@ -290,8 +290,8 @@ def _check_mass(model: CompiledModel, state: State, operating_point: OperatingPo
     used = ", ".join(
         f"{name} = {value:.6g}" for name, value in zip(model.parameters, operating_point.parameters, strict=True)
     )
-    what = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''}"
-    raise ModelError(Problem("linearize", what, "masses and inertias that bodies can have"))
+    fault = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''}"
+    raise ModelError(Problem("linearize", fault, "masses and inertias that bodies can have"))
 
 
 def _measures(

@@ -50,10 +50,10 @@ class Varied:
         units = {**model.evaluator.parameter_units, **model.input_units, "t": "s"}
         if name not in (*model.parameters, *model.inputs, "t"):
             known = [*model.parameters, *model.inputs, "t"]
-            what = f"there is no tunable parameter or input {shown(name)} to be varied"
+            fault = f"there is no tunable parameter or input {shown(name)} to be varied"
             fixed = name in model.evaluator.fixed_parameters
             hint = "tunable = true, where the scene gives it" if fixed else nearest(name, known)
-            raise UsageError(Problem(call, what, hint or f"one of {', '.join(known[:12])}"))
+            raise UsageError(Problem(call, fault, hint or f"one of {', '.join(known[:12])}"))
         if name in model.inputs and not (u is None or isinstance(u, Mapping)):
             raise UsageError(Problem("u", f"{name} is varied, so the other inputs are given by name", "u={...}"))
         return cls(model, name, units.get(name, ""), p, u, t)
@@ -111,8 +111,8 @@ def loaded_statics(
         return Balance(residual, constraint, rates)
 
     def tangents(rest: Rest) -> Tangents:
-        found = sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s))
-        return Tangents(found.K, found.B, found.Rz, found.Fq, found.Fz)
+        result = sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s))
+        return Tangents(result.K, result.B, result.Rz, result.Fq, result.Fz)
 
     def mass(rest: Rest) -> csc_array:
         where = given(rest.s)
@@ -165,5 +165,5 @@ def check_partials(model: CompiledModel, call: str) -> None:
     else:
         needed |= {"mass", "partials"} | ({"internal_rate", "internal_partials"} if model.nz else set())
     if missing := sorted(name for name in needed if name not in model.functions):
-        what = f"the terms {', '.join(missing)} are needed, and the model was built without them"
-        raise UsageError(Problem(call, what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
+        fault = f"the terms {', '.join(missing)} are needed, and the model was built without them"
+        raise UsageError(Problem(call, fault, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))

@@ -24,7 +24,7 @@ def off_axis_hint(model: CompiledModel, measures: Measures, q: Array, v: Array) 
     """
     if "poses" not in model.functions:
         return ""
-    worst, found = 0.0, ""
+    worst, result = 0.0, ""
     for factor in model.factors:
         k = factor.v_start
         if factor.group != "R" or factor.v_size != 1 or not v[k] or model.v_units[k] != "rad/s":
@@ -38,9 +38,9 @@ def off_axis_hint(model: CompiledModel, measures: Measures, q: Array, v: Array) 
             off, mass = 0.5 * float(np.linalg.norm(center[1] - center[0])), measures.number(solid.mass)
             if off > _ON_AXIS * measures.length(q) and mass * off > worst:
                 worst = mass * off
-                found = (
+                result = (
                     f"centres of mass on the axis of {factor.name} (that of {solid.name} is {off:.6g} m off,"
                     f" {worst:.6g} kg m), with gravity and springs that are the same all round it; unbalance acts on"
                     " the balanced rotor as a force that turns (docs/python.md, Rotors)"
                 )
-    return found
+    return result

@@ -66,8 +66,8 @@ def given_state(model: CompiledModel, given: Mapping[str, Any]) -> State:
         whole = model.evaluator.with_references(name, given[name]) if name == "q" else given[name]
         parts[name] = components(name, whole, size)
         if parts[name].ndim != 1:
-            what = f"one state is needed, not a batch of shape {parts[name].shape}"
-            raise UsageError(Problem(name, what, "one call for each state; nothing is compiled again"))
+            fault = f"one state is needed, not a batch of shape {parts[name].shape}"
+            raise UsageError(Problem(name, fault, "one call for each state; nothing is compiled again"))
         check_finite(name, parts[name])
     parts["q"] = model.evaluator.configuration(parts["q"])
     z = model.evaluator.internal(given.get("z"))
@@ -93,7 +93,7 @@ def check_constraints(model: CompiledModel, state: State, operating_point: Opera
     for level, names, values in rows:
         worst = int(np.argmax(np.abs(values)))
         if not abs(values[worst]) <= MET:
-            what = (
+            fault = (
                 f"the state does not meet the constraints: {names[worst]} is off by {values[worst]:.3g} in its {level}"
             )
             hint = (
@@ -101,7 +101,7 @@ def check_constraints(model: CompiledModel, state: State, operating_point: Opera
                 if level == "acceleration"
                 else "q and v of model.consistent(q, v)"
             )
-            raise UsageError(Problem("linearize", what, hint))
+            raise UsageError(Problem("linearize", fault, hint))
 
 
 def found_state(
@@ -144,11 +144,11 @@ def found_state(
         warnings.warn(f'{what}; try: at="equilibrium" if it is meant', RuntimeWarning, stacklevel=4)
     if at in (None, "equilibrium"):
         try:
-            found = equilibrium(model, *where, any_kind=any_kind)
-            if cautions := found.warnings(any_kind=any_kind):
+            result = equilibrium(model, *where, any_kind=any_kind)
+            if cautions := result.warnings(any_kind=any_kind):
                 what = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)}"
                 warnings.warn(what, RuntimeWarning, stacklevel=4)
-            return as_found("equilibrium", found, operating_point)
+            return as_found("equilibrium", result, operating_point)
         except (NumericalError, ModelError) as error:
             if at == "equilibrium":
                 raise

@@ -95,8 +95,8 @@ def equilibrium_path(
     """
     first, last = number_of("start", start), number_of("to", to)
     if first == last:
-        what = f"{parameter} is to go from {first:.6g} to the same value"
-        raise UsageError(Problem("equilibrium_path", what, "another value of to or start"))
+        fault = f"{parameter} is to go from {first:.6g} to the same value"
+        raise UsageError(Problem("equilibrium_path", fault, "another value of to or start"))
     if number_of("max_step", max_step) <= 0.0 or max_points < 2:
         raise UsageError(Problem("equilibrium_path", "max_step is positive and max_points at least 2", "the defaults"))
     varied, statics, onto = start_of_path(
@@ -139,9 +139,9 @@ def start_of_path(
         rest = _rest_at(statics, guess)
         return varied, statics, first_point(statics, rest, float(np.sign(change)))
     except PathEndError as end:
-        what = f"no equilibrium was found at {parameter} = {value:.6g}, where the path is to start: {end.why}"
+        fault = f"no equilibrium was found at {parameter} = {value:.6g}, where the path is to start: {end.why}"
         hint = "a start where less is loaded, or the initial state of an equilibrium"
-        raise NumericalError(Problem(call, what, hint)) from None
+        raise NumericalError(Problem(call, fault, hint)) from None
 
 
 def _rest_at(statics: LoadedStatics, guess: Rest) -> Rest:
@@ -175,13 +175,13 @@ def _followed(
 ) -> EquilibriumPath:
     """Return the path from a point to a value of the varied number, as far as it goes; Ctrl-C keeps it so far."""
     points, critical = [start], list[tuple[int, CriticalPoint]]()
-    found: list[Examined] = [examined(statics, start)] if stability else []
+    result: list[Examined] = [examined(statics, start)] if stability else []
     message, interrupted, reach = "", False, abs(target - start.rest.s) or 1.0
     try:
         for point in follow(statics, start, target, limits, 0.3):
             if stability:
-                found.append(examined(statics, point))
-                critical += [(len(points), at) for at in critical_points(statics, found[-2], found[-1])]
+                result.append(examined(statics, point))
+                critical += [(len(points), at) for at in critical_points(statics, result[-2], result[-1])]
             points.append(point)
             if len(points) >= max_points and point.rest.s != target:
                 message = f"{max_points} points are not enough; try: max_points={2 * max_points}, or a larger max_step"
@@ -192,7 +192,7 @@ def _followed(
         message = end.why
     except KeyboardInterrupt:
         message, interrupted = "interrupted", True
-        del found[len(points) :]  # critical points of the interrupted examination
+        del result[len(points) :]  # critical points of the interrupted examination
         critical = [(after, at) for after, at in critical if after < len(points)]
     where = f"{varied.name} = {points[-1].rest.s:.6g}{varied.shown_unit}"
     told = f"the path ends at {where}, not at {target:.6g}: {message}" if message else f"the path arrives at {where}"
@@ -204,7 +204,7 @@ def _followed(
     rests = [point.rest for point in points]
     columns, units, outputs = _columns(model, varied, rests)
     there, _, _ = _columns(model, varied, [item.point.rest for _, item in critical])
-    lowest = [lowest_frequency_squared(statics, item) for item in found]
+    lowest = [lowest_frequency_squared(statics, item) for item in result]
     return EquilibriumPath(
         varied.name,
         varied.unit,
@@ -215,7 +215,7 @@ def _followed(
         columns,
         units,
         outputs,
-        np.array([item.stiffness.negative for item in found]) if stability else np.full(len(rests), -1),
+        np.array([item.stiffness.negative for item in result]) if stability else np.full(len(rests), -1),
         np.array(lowest) if stability else np.full(len(rests), np.nan),
         tuple(
             Critical(
@@ -288,16 +288,16 @@ def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float, limits:
     along = Direction(unknowns / length, 0.0)
     for part in _ASIDE:
         way = size * part * length
-        found = corrected(statics, rest, along, way)
-        if found.trouble:
+        result = corrected(statics, rest, along, way)
+        if result.trouble:
             continue
         gone = float(
-            found.displacement @ (weights(statics, rest)[: len(statics.sizes)] * unknowns[: len(statics.sizes)])
+            result.displacement @ (weights(statics, rest)[: len(statics.sizes)] * unknowns[: len(statics.sizes)])
         )
-        onwards = direction(statics, found.rest, along)
+        onwards = direction(statics, result.rest, along)
         if onwards is not None and gone * way > 0.25 * way**2 * length:
             if way < 0.0:
-                onwards = direction(statics, found.rest, Direction(-along.unknowns, 0.0)) or onwards
-            return PathPoint(found.rest, onwards, 0.0, found.corrections, 0.0)
-    what = f"no equilibrium was found beside the {critical.kind}"
-    raise NumericalError(Problem("branch", what, "another size, such as 0.3 or -1"))
+                onwards = direction(statics, result.rest, Direction(-along.unknowns, 0.0)) or onwards
+            return PathPoint(result.rest, onwards, 0.0, result.corrections, 0.0)
+    fault = f"no equilibrium was found beside the {critical.kind}"
+    raise NumericalError(Problem("branch", fault, "another size, such as 0.3 or -1"))

@@ -60,15 +60,15 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
     try:
         rest, path, _ = by_load_steps(statics, start, _STEPS)
     except PathEndError as end:
-        what = f"no rest was found on the base, which turns: load steps end, for {end.why}"
+        fault = f"no rest was found on the base, which turns: load steps end, for {end.why}"
         raise NumericalError(
-            Problem("steady motion", what, "an initial state nearer to it, or more elements")
+            Problem("steady motion", fault, "an initial state nearer to it, or more elements")
         ) from None
     tangents = statics.tangents(rest)
     flexible = compliance(tangents.K, tangents.B)
     if flexible is None:
-        what = "nothing holds the scene on its base, for its stiffness is singular"
-        raise NumericalError(Problem("steady motion", what, "steady_motion with velocities"))
+        fault = "nothing holds the scene on its base, for its stiffness is singular"
+        raise NumericalError(Problem("steady motion", fault, "steady_motion with velocities"))
     rate = float(np.linalg.norm(base[_TURNING]))
     now = statics.balance(rest).residual
     for share in _LATER:
@@ -76,12 +76,12 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
         moved = flexible(_residual_later(model, rest, u, p, t + seconds) - now) / statics.sizes
         k = int(np.argmax(np.abs(moved)))
         if abs(moved[k]) > _STEADY:
-            what = (
+            fault = (
                 f"forces change as the base turns: at t = {t + seconds:.6g} s they would move"
                 f" {model.v_names[k].removeprefix('v.')} by {abs(moved[k]):.3g} of a rad or of the scene's length"
             )
             hint = "gravity along the axis of the base, or none, and loads that turn with the base; or simulate"
-            raise NumericalError(Problem("steady motion", what, hint))
+            raise NumericalError(Problem("steady motion", fault, hint))
     message = f"at rest on the base, which turns at {rate:.6g} rad/s, after {len(path) - 1} load steps"
     return SteadyMotion(rest.q, still, rest.z, rest.multipliers, t, 0.0, len(path) - 1, (), (), message, None, still)
 

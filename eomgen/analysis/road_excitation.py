@@ -40,17 +40,17 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
     if not under and (measured := _measured(model)):
         return _over_profile(measured, road, speed)
     if not under:
-        what = "no input of the scene is a random road, nor a measured one: a curve at a speed times t less an offset"
+        fault = "no input of the scene is a random road, nor a measured one: a curve at a speed times t less an offset"
         hint = '[inputs] front = { road = { class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand'
-        raise UsageError(Problem("road_excitation", what, hint))
+        raise UsageError(Problem("road_excitation", fault, hint))
     classes = {item.road_class for item in under.values()}
     speeds = {item.speed for item in under.values()}
     if road is None and len(classes) > 1:
-        what = f"the roads of the scene are of the classes {listed(sorted(classes))}"
-        raise UsageError(Problem("road_excitation", what, 'one of them: road=eomgen.spectra.Road("C")'))
+        fault = f"the roads of the scene are of the classes {listed(sorted(classes))}"
+        raise UsageError(Problem("road_excitation", fault, 'one of them: road=eomgen.spectra.Road("C")'))
     if speed is None and len(speeds) > 1:
-        what = f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s"
-        raise UsageError(Problem("road_excitation", what, "one of them: speed=20.0"))
+        fault = f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s"
+        raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
     tracks = {seed: float(k) for k, seed in enumerate(dict.fromkeys(item.seed for item in under.values()))}
     return RoadExcitation(
         Road(classes.pop()) if road is None else road,
@@ -73,8 +73,8 @@ class _Passed(NamedTuple):
 def _measured(model: CompiledModel) -> dict[str, _Passed]:
     """Return the inputs that are a curve of points at a distance that is travelled at a constant speed."""
     values = model.description.values({})
-    found = {item.name: _passed(item.formula, values) for item in model.description.inputs if item.formula is not None}
-    return {name: passed for name, passed in found.items() if passed is not None}
+    result = {item.name: _passed(item.formula, values) for item in model.description.inputs if item.formula is not None}
+    return {name: passed for name, passed in result.items() if passed is not None}
 
 
 def _passed(formula: Formula, values: Mapping[str, float]) -> _Passed | None:
@@ -108,17 +108,17 @@ def _over_profile(measured: Mapping[str, _Passed], road: Road | None, speed: flo
         if passed.is_rate and _alike(passed.curve, under.curve) and np.isclose(passed.offset, under.offset)
     }
     if not wheels:
-        what = f"{listed(measured)} is the rate of a measured road, and no input is its elevation"
-        raise UsageError(Problem("road_excitation", what, "an input of the elevation, too"))
+        fault = f"{listed(measured)} is the rate of a measured road, and no input is its elevation"
+        raise UsageError(Problem("road_excitation", fault, "an input of the elevation, too"))
     first = next(iter(wheels.values()))
     speeds = {passed.speed for passed in wheels.values()}
     if speed is None and len(speeds) > 1:
-        what = f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s"
-        raise UsageError(Problem("road_excitation", what, "one of them: speed=20.0"))
+        fault = f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s"
+        raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
     if road is None and not all(_alike(passed.curve, first.curve) for passed in wheels.values()):
-        what = "the wheels of the scene run over different profiles"
+        fault = "the wheels of the scene run over different profiles"
         hint = "the spectrum of one of them: road=eomgen.spectra.MeasuredRoad.of_profile(distance, elevation)"
-        raise UsageError(Problem("road_excitation", what, hint))
+        raise UsageError(Problem("road_excitation", fault, hint))
     if road is None:
         x = np.linspace(first.curve.start, first.curve.end, len(first.curve.x))
         gap = float(np.diff(first.curve.breaks).max())

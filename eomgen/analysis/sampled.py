@@ -47,8 +47,10 @@ def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapp
     names = tuple(str(model.states[int(row["state"])]) for row in rows)
     called = [name for name, row in zip(names, rows, strict=True) if int(row["controller"]) >= 0]
     if called:
-        what = f"a function gives {', '.join(called)}, and its slopes are not known"
-        raise ModelError(Problem("linearize", what, "sampled states by formulas, or inputs in place of the controller"))
+        fault = f"a function gives {', '.join(called)}, and its slopes are not known"
+        raise ModelError(
+            Problem("linearize", fault, "sampled states by formulas, or inputs in place of the controller")
+        )
     sizes = [_CHANGE * np.maximum(np.abs(part), 1.0) for part in (np.zeros(len(v)), v, z)]
     changes = np.diag(np.concatenate(sizes))
     nv = len(v)

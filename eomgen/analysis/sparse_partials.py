@@ -75,10 +75,10 @@ def sparse_partials(
         "Fz": (nz, nz),
     }
     if "iteration" in model.functions:
-        found = _of_iteration(model, model.evaluate("iteration", **state), shapes)
+        result = _of_iteration(model, model.evaluate("iteration", **state), shapes)
     else:
-        found = {name: csc_array(block) for name, block in _whole(model, state).items()}
-    return SparsePartials(**{name: found.get(name, csc_array(shape)) for name, shape in shapes.items()})
+        result = {name: csc_array(block) for name, block in _whole(model, state).items()}
+    return SparsePartials(**{name: result.get(name, csc_array(shape)) for name, shape in shapes.items()})
 
 
 def _whole(model: CompiledModel, state: Mapping[str, Any]) -> dict[str, Array]:
@@ -97,25 +97,25 @@ def _of_iteration(
     nv, nz = model.nv, model.nz
     places = {name: unpacked_places(text) for name, text in model.library.layout["patterns"].items()}
     inner = int(places["X"][1].max()) + 1 if "X" in places and places["X"].size else 0
-    found: dict[str, csc_array] = {}
+    result: dict[str, csc_array] = {}
     for name, entries in values.items():
         rows, columns = shapes.get(name, (nz if name == "Fx" else nv, inner))
         whole = (rows + inner if name in ("K", "C", "M", "Rz", "X") else rows, columns)
-        found[name] = csc_array((entries, tuple(places[name])), shape=whole)
+        result[name] = csc_array((entries, tuple(places[name])), shape=whole)
     if not inner:
-        return found
-    X, Fx = found.pop("X"), found.pop("Fx", None)
+        return result
+    X, Fx = result.pop("X"), result.pop("Fx", None)
     own = splu(csc_array(X[nv:]))
     for name, of_rates in (("K", "Fq"), ("C", "Fv"), ("M", ""), ("Rz", "Fz")):
-        if name not in found:
+        if name not in result:
             continue
-        outer = found[name]
+        outer = result[name]
         along = csc_array(own.solve(outer[nv:].toarray()))
-        found[name] = csc_array(outer[:nv] - X[:nv] @ along)
+        result[name] = csc_array(outer[:nv] - X[:nv] @ along)
         if Fx is not None and of_rates:
-            before = found.get(of_rates, csc_array(shapes[of_rates]))
-            found[of_rates] = csc_array(before - Fx @ along)
-    return found
+            before = result.get(of_rates, csc_array(shapes[of_rates]))
+            result[of_rates] = csc_array(before - Fx @ along)
+    return result
 
 
 def dense(matrix: csc_array) -> Array:

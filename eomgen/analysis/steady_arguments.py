@@ -44,8 +44,8 @@ def named_values(
             )
     for name, value in (velocities or {}).items():
         if str(name).startswith("q."):
-            what = f"{shown(str(name))} is a position, and a velocity is given here"
-            raise UsageError(Problem("velocities", what, f'coordinates={{"{str(name)[2:]}": ...}}'))
+            fault = f"{shown(str(name))} is a position, and a velocity is given here"
+            raise UsageError(Problem("velocities", fault, f'coordinates={{"{str(name)[2:]}": ...}}'))
         check_name("component", str(name).removeprefix("v."), names)
         k = names.index(name.removeprefix("v."))
         v[k], held_v[k] = _number(f"velocity {name}", value), True
@@ -76,9 +76,9 @@ def check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) ->
         rate = driven.get(name.removeprefix("v."), value)
         if abs(rate - value) > _SAME * max(abs(rate), abs(value)):
             found, given = distinct(rate, value)
-            what = f"it is driven at {found} {unit}, and {given} {unit} is given"
+            fault = f"it is driven at {found} {unit}, and {given} {unit} is given"
             hint = 'a tunable parameter in the law, drive = "w*t", and the value as that parameter\'s; or no drive'
-            raise UsageError(Problem(f"velocity {name.removeprefix('v.')}", what, hint))
+            raise UsageError(Problem(f"velocity {name.removeprefix('v.')}", fault, hint))
 
 
 def _number(name: str, value: ArrayLike) -> float:

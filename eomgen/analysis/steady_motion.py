@@ -158,17 +158,17 @@ def motion_along(
         q = conditions.followed(q)
         given = Given(held_q, held_v, v, conditions.ignorable(q, start.z))
         names = [able.v_names[k] for k in np.flatnonzero(given.alone)]
-        found = search(conditions, known.near(conditions, q, start.z), given, q, start.v, start.z)
-        if not found.balanced:
-            raise _failure(able, conditions, found, given, _hint(names, found.fields))
-        _check_lasting(able, conditions, found, measures, names)
+        result = search(conditions, known.near(conditions, q, start.z), given, q, start.v, start.z)
+        if not result.balanced:
+            raise _failure(able, conditions, result, given, _hint(names, result.fields))
+        _check_lasting(able, conditions, result, measures, names)
     except np.linalg.LinAlgError:
         raise _not_positive_definite(able, q, p) from None
-    state = found.state
+    state = result.state
     able.check_left_out(state.q, state.v, conditions.t, p)
-    undetermined = _undetermined(conditions, found, given)
+    undetermined = _undetermined(conditions, result, given)
     acceleration = float(np.max(np.abs(conditions.accelerations(*state.motion)), initial=0.0))
-    message = f"steady after {found.steps} steps, unbalanced acceleration {acceleration:.3g}"
+    message = f"steady after {result.steps} steps, unbalanced acceleration {acceleration:.3g}"
     if undetermined:
         message += f"; one more value could have been given, of {', '.join(undetermined[:6])}"
     return SteadyMotion(
@@ -178,7 +178,7 @@ def motion_along(
         state.lam,
         conditions.t,
         acceleration,
-        found.steps,
+        result.steps,
         tuple(names),
         tuple(undetermined),
         message,
@@ -242,13 +242,13 @@ def _check_lasting(
         worst = np.maximum(worst, np.abs(later.accelerations(*moved.motion)))
     k = int(np.argmax((worst - rounding) / extents)) if len(worst) else 0
     if len(worst) and not worst[k] <= (_STEADY * conditions.pace**2 + left) * extents[k] + rounding[k]:
-        what = (
+        fault = (
             "forces balance at this instant only, for they change along the motion or with time: later"
             f" {model.v_names[k]} "
         )
-        what += f"accelerates with {worst[k]:.3g} {_per_second(model, k)}"
+        fault += f"accelerates with {worst[k]:.3g} {_per_second(model, k)}"
         hint = off_axis_hint(model, measures, state.q, state.v) or _hint(names, found.fields)
-        raise NumericalError(Problem("steady motion", what, hint))
+        raise NumericalError(Problem("steady motion", fault, hint))
 
 
 def _failure(model: CompiledModel, conditions: Conditions, found: Search, given: Given, hint: str) -> NumericalError:
@@ -256,8 +256,8 @@ def _failure(model: CompiledModel, conditions: Conditions, found: Search, given:
     state = found.state
     unbalanced = conditions.accelerations(*state.motion)
     if not np.all(np.isfinite(unbalanced)):
-        what = "forces are not finite numbers where the search starts"
-        return NumericalError(Problem("steady motion", what, "another initial state"))
+        fault = "forces are not finite numbers where the search starts"
+        return NumericalError(Problem("steady motion", fault, "another initial state"))
     linear = linear_conditions(conditions, found.fields, given, state)
     parts = []
     k = int(np.argmax(np.abs(unbalanced) / conditions.extents))
@@ -270,8 +270,8 @@ def _failure(model: CompiledModel, conditions: Conditions, found: Search, given:
         unit = model.v_units[component]
         found_v, given_v = distinct(state.v[component], given.v[component])
         parts.append(f"{model.v_names[component]} is {found_v} {unit} and not {given_v} {unit} as given")
-    what = f"no steady motion was found in {found.steps} steps: {', '.join(parts)}"
-    return NumericalError(Problem("steady motion", what, f"other values, an initial state nearer to it, or {hint}"))
+    fault = f"no steady motion was found in {found.steps} steps: {', '.join(parts)}"
+    return NumericalError(Problem("steady motion", fault, f"other values, an initial state nearer to it, or {hint}"))
 
 
 def _rows_not_met(model: CompiledModel, linear: Linear) -> list[str]:
@@ -299,9 +299,9 @@ def _not_positive_definite(model: CompiledModel, q: Array, p: Array) -> ModelErr
     start = inertia_warning(model, q, p, where="where the search starts")
     if start is not None and beams_beyond_linear_range(model, q, p):
         return ModelError(Problem("steady motion", start.what, start.hint))
-    what = "the inertia matrix is singular where the search came to"
+    fault = "the inertia matrix is singular where the search came to"
     hint = "an initial state nearer to the motion, or masses and inertias that bodies can have"
-    return ModelError(Problem("steady motion", what, hint))
+    return ModelError(Problem("steady motion", fault, hint))
 
 
 def _per_second(model: CompiledModel, k: int) -> str:

@@ -68,8 +68,8 @@ def search(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Ar
     moving = given.alone | given.held_v
     components = np.flatnonzero(moving | _forced(conditions, moving, q))
     single = constant(conditions.model, components.tolist(), conditions.extents)
-    found = _search_around(conditions, single, given, q, np.where(given.alone, v, 0.0), z)
-    return found if found.balanced or along is None else along
+    result = _search_around(conditions, single, given, q, np.where(given.alone, v, 0.0), z)
+    return result if result.balanced or along is None else along
 
 
 def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
@@ -89,17 +89,17 @@ def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
 def _search_around(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> Search:
     """Search from the start, and if that ends short of balance, from states around it."""
     rng = np.random.default_rng(2)
-    first = found = _search(conditions, fields, given, _start(conditions, fields, given, q, v, z))
+    first = result = _search(conditions, fields, given, _start(conditions, fields, given, q, v, z))
     for _ in range(_RETRIES):
-        if found.balanced:
-            return found
+        if result.balanced:
+            return result
         eta = np.where(given.held_q, 0.0, conditions.around(rng.normal(0.0, 0.3, conditions.model.nv)))
         try:
             moved = _start(conditions, fields, given, update(conditions.model.factors, q, eta), v, z)
-            found = _search(conditions, fields, given, moved)
+            result = _search(conditions, fields, given, moved)
         except np.linalg.LinAlgError:
             continue
-    return found if found.balanced else first
+    return result if result.balanced else first
 
 
 def _start(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> MovingState:

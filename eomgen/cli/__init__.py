@@ -1,4 +1,4 @@
-"""The command line: one command per verb; it prints, and computes nothing.
+"""The command line: one command per verb, which prints the results of the packages below.
 
 Exit codes: 0 fine, 2 usage, 3 description, 4 model, 5 toolchain, 6 numerical, 7 input and output, 130 interrupted.
 """

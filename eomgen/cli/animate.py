@@ -42,10 +42,10 @@ def _check_scene(path: Path) -> None:
     """Raise UsageError for a table or a folder of a run, beside which its solution lies."""
     folder = path if path.is_dir() else path.parent if path.suffix == ".csv" else None
     if folder is not None:
-        what = "this is a folder" if folder == path else "a table does not hold what is drawn"
+        fault = "this is a folder" if folder == path else "a table does not hold what is drawn"
         kept = folder / "solution.npz"
         hint = f"{kept}" if kept.is_file() else "the scene, or the solution.npz of eomgen simulate"
-        raise UsageError(Problem(str(path), f"{what}, and a scene or a stored solution is needed", hint))
+        raise UsageError(Problem(str(path), f"{fault}, and a scene or a stored solution is needed", hint))
 
 
 def _stored(path: str) -> Solution:
@@ -59,6 +59,6 @@ def _stored(path: str) -> Solution:
         and context.get_parameter_source(option.name or "") is not click.core.ParameterSource.DEFAULT
     ]
     if given:
-        what = f"{', '.join(given)} would change a run, and this one is stored"
-        raise UsageError(Problem(path, what, "the scene in place of its solution, or no such option"))
+        fault = f"{', '.join(given)} would change a run, and this one is stored"
+        raise UsageError(Problem(path, fault, "the scene in place of its solution, or no such option"))
     return Solution.load(path)

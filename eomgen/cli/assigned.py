@@ -28,14 +28,14 @@ def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping
             raise UsageError(Problem(f"--set {name}", f"{name} is an input", f"--input {name}={_said(value)}"))
         body = max((link for link in links if name == link or name.startswith(f"{link}_")), key=len, default="")
         if robot and body and name not in tunable:
-            what = f"the mass, the centre of mass and the inertia of {body} are fixed in the code"
-            raise UsageError(Problem(f"--set {name}", what, f"--tunable {body}, which makes them parameters"))
+            fault = f"the mass, the centre of mass and the inertia of {body} are fixed in the code"
+            raise UsageError(Problem(f"--set {name}", fault, f"--tunable {body}, which makes them parameters"))
     for name, value in signals.items():
         if name in tunable and name not in inputs:
             raise UsageError(Problem(f"--input {name}", f"{name} is a parameter", f"--set {name}={_said(value)}"))
         if robot and name in joints and name not in inputs:
-            what = f"{name} is a joint, which no input drives"
-            raise UsageError(Problem(f"--input {name}", what, "--actuated, for an effort of every joint"))
+            fault = f"{name} is a joint, which no input drives"
+            raise UsageError(Problem(f"--input {name}", fault, "--actuated, for an effort of every joint"))
 
 
 def _said(value: object) -> str:
@@ -47,9 +47,9 @@ def starts_of(starts: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
     joints = {joint.name for joint in scene.joints}
     parts = {name: name.partition(".") for name in starts}
     of_joints = {name: joint for name, (letter, _, joint) in parts.items() if letter in _PARTS and joint in joints}
-    found = {name: value for name, value in starts.items() if name not in of_joints}
+    result = {name: value for name, value in starts.items() if name not in of_joints}
     for name, joint in of_joints.items():
-        whole = found.get(joint, {})
+        whole = result.get(joint, {})
         known = whole if isinstance(whole, dict) else {"position": whole}
-        found[joint] = {**known, _PARTS[parts[name][0]]: starts[name]}
-    return found
+        result[joint] = {**known, _PARTS[parts[name][0]]: starts[name]}
+    return result

@@ -78,36 +78,36 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     file = options.pop("table")
     table = None if file is None else _read_samples(Path(file))
     if not vary and table is None:
-        what, hint = "nothing varies: all samples would be the same", "--vary 'mass=normal(1, 0.1)', or --table FILE"
-        raise UsageError(Problem("--vary", what, hint))
+        fault, hint = "nothing varies: all samples would be the same", "--vary 'mass=normal(1, 0.1)', or --table FILE"
+        raise UsageError(Problem("--vary", fault, hint))
     described = read_scene(scene, options)
     profile = options.pop("profile")
     with building(described.name):
         model = pipeline.built_for_run(described, options["method"], options.get("start"), profile)
     with terminal_bar(described.name) as progress:
-        found = model.simulate_many(
+        result = model.simulate_many(
             vary=vary or None, table=table, columns=columns or None, folder=folder, progress=progress, **own, **options
         )
-    files = found.save(folder)
+    files = result.save(folder)
     if plots:
-        files += found.plot(folder)
+        files += result.plot(folder)
     if as_json:
-        print_json(found.to_dict() | {"files": [file.name for file in files], "folder": str(Path(folder))})
+        print_json(result.to_dict() | {"files": [file.name for file in files], "folder": str(Path(folder))})
     else:
-        _print(found)
-    for one in found.failed[:_NAMED]:
+        _print(result)
+    for one in result.failed[:_NAMED]:
         values = ", ".join(f"{name} = {value:.6g}" for name, value in one.values.items())
         say(f"sample {one.number} failed ({values}): {one.reason}")
-    if len(found.failed) > _NAMED:
-        say(f"{counted(len(found.failed) - _NAMED, 'more failed sample')}, in failed.csv")
-    say(f"{found.message}\nwritten to {Path(folder)}: {', '.join(file.name for file in files)}")
-    if not found.reduction.has_quantiles:
+    if len(result.failed) > _NAMED:
+        say(f"{counted(len(result.failed) - _NAMED, 'more failed sample')}, in failed.csv")
+    say(f"{result.message}\nwritten to {Path(folder)}: {', '.join(file.name for file in files)}")
+    if not result.reduction.has_quantiles:
         say("without medians and quantiles, which need pip install 'eomgen[ensembles]'")
-    if plots and found.varied and not any(file.name == "sensitivity.png" for file in files):
-        say(_why_unranked(found))
-    if found.interrupted:
+    if plots and result.varied and not any(file.name == "sensitivity.png" for file in files):
+        say(_why_unranked(result))
+    if result.interrupted:
         return INTERRUPTED
-    return NumericalError.exit_code if len(found.failed) == found.done else 0
+    return NumericalError.exit_code if len(result.failed) == result.done else 0
 
 
 def _why_unranked(found: Ensemble) -> str:
@@ -121,16 +121,16 @@ def _why_unranked(found: Ensemble) -> str:
 
 def _varied(texts: tuple[str, ...]) -> dict[str, str]:
     """Return distributions by name. Raises UsageError."""
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     for text in texts:
         name, equals, how = (part.strip() for part in text.partition("="))
         if not (name and equals and how):
-            what = "a name and a distribution are needed"
-            raise UsageError(Problem(f"--vary {text}", what, "--vary 'mass=normal(1, 0.1)'"))
-        if name in found:
+            fault = "a name and a distribution are needed"
+            raise UsageError(Problem(f"--vary {text}", fault, "--vary 'mass=normal(1, 0.1)'"))
+        if name in result:
             raise UsageError(Problem(f"--vary {text}", f"{name} varies twice", "one distribution for each name"))
-        found[name] = how
-    return found
+        result[name] = how
+    return result
 
 
 def _read_samples(path: Path) -> dict[str, list[float | str]]:
@@ -150,8 +150,8 @@ def _cell(where: str, word: str) -> float | str:
     except ValueError:
         if is_quantity(word):
             return word
-        what = f"{shown(word)} is not a number" if word else "a cell is empty"
-        raise FileError(Problem(where, what, "numbers in the scene's units, or with units: 250 mm")) from None
+        fault = f"{shown(word)} is not a number" if word else "a cell is empty"
+        raise FileError(Problem(where, fault, "numbers in the scene's units, or with units: 250 mm")) from None
 
 
 #: Designs whose samples are not drawn, or not one by one.

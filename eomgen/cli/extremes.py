@@ -52,10 +52,10 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
         raise UsageError(Problem("--out", "the name of the folder is empty", "--out . for this folder"))
     for name in ("budget", "limit"):
         if not options[name] > 0.0:
-            what = f"{options[name]:g} is no positive number of seconds"
-            raise UsageError(Problem(f"--{name}", what, f"--{name} 60"))
+            fault = f"{options[name]:g} is no positive number of seconds"
+            raise UsageError(Problem(f"--{name}", fault, f"--{name} 60"))
     with _bar(Path(scene).stem) as progress:
-        found = studied(
+        result = studied(
             scene,
             ladders=_words(options["ladders"]),
             methods=_words(options["methods"]),
@@ -67,22 +67,22 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
             progress=progress,
             **reading,
         )
-    files = [] if folder is None else found.save(folder)
+    files = [] if folder is None else result.save(folder)
     if as_json:
-        print_json(found.to_dict())
+        print_json(result.to_dict())
     elif options["cells"]:
-        _print_cells(found)
+        _print_cells(result)
     else:
-        _print_map(found)
-    for why in dict.fromkeys(found.left_out.values()):
-        names = [name for name, reason in found.left_out.items() if reason == why]
+        _print_map(result)
+    for why in dict.fromkeys(result.left_out.values()):
+        names = [name for name, reason in result.left_out.items() if reason == why]
         say(f"left out: {listed(names) if len(names) <= _NAMED else counted(len(names), 'cell')}: {why}")
     if files:
         say(f"written to {folder}: {', '.join(file.name for file in files)}")
-    for cell in found.fails:
+    for cell in result.fails:
         said = f", and says: {cell.said}" if cell.said else ""
-        say(f"fails: {_what(cell)}{said}; {found.command(cell)}")
-    return NumericalError.exit_code if found.fails else 0
+        say(f"fails: {_what(cell)}{said}; {result.command(cell)}")
+    return NumericalError.exit_code if result.fails else 0
 
 
 def _print_map(found: Extremes) -> None:

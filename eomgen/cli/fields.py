@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def show(system: FieldSystem, method: str | None, *, as_json: bool) -> None:
-    """Print mesh, memory, operators, data, energy and method; nothing of the mesh's size is made."""
+    """Print mesh, memory, operators, data, energy and method, without an array of the mesh's size."""
     from eomgen.integrators.compositions import composition_named  # noqa: PLC0415
     from eomgen.sampling import at_settings, memory_of  # noqa: PLC0415
 

@@ -84,8 +84,8 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
 
     if given := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
         option = f"--{given[0].replace('_', '-')}"
-        what = f"this option is of mechanical scenes, and {document.name} is a Hamiltonian system"
-        raise UsageError(Problem(option, what, "leave it out"))
+        fault = f"this option is of mechanical scenes, and {document.name} is a Hamiltonian system"
+        raise UsageError(Problem(option, fault, "leave it out"))
     coordinates = document.coordinates
     labels = {item.name: item.unit for item in document.parameters}
     changes = _numbers("--set", options["parameters"], labels)
@@ -135,14 +135,14 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
 
 def _numbers(option: str, given: Sequence[str], labels: Mapping[str, str]) -> dict[str, float]:
     """Return numbers by name, those with a unit in that of the label. Raises UsageError where there is no label."""
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     for name, value in assignments(option, given).items():
         if isinstance(value, str) and name in labels and not labels[name] and is_quantity(value):
-            what = f"{name} has no unit in the file, so {shown(value)} could be anything"
-            raise UsageError(Problem(f"{option} {name}={value}", what, "the number alone"))
+            fault = f"{name} has no unit in the file, so {shown(value)} could be anything"
+            raise UsageError(Problem(f"{option} {name}={value}", fault, "the number alone"))
         known = labels.get(name, "")
-        found[name] = in_label(f"{option} {name}={value}", value, known) if isinstance(value, str) else value
-    return found
+        result[name] = in_label(f"{option} {name}={value}", value, known) if isinstance(value, str) else value
+    return result
 
 
 def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:

@@ -143,18 +143,18 @@ def _interval(low: float, high: float) -> tuple[str, str]:
 
 
 def _bounds(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
-    found = {}
+    result = {}
     for text in texts:
         name, equals, ends = text.partition("=")
         first, colon, last = ends.partition(":")
         try:
             if not (equals and colon and name.strip()):
                 raise ValueError
-            found[name.strip()] = (float(first or "-inf"), float(last or "inf"))
+            result[name.strip()] = (float(first or "-inf"), float(last or "inf"))
         except ValueError:
-            what = "a name and two numbers are needed"
-            raise UsageError(Problem(f"--bounds {text}", what, "--bounds mass=0.5:2, --bounds mass=0:")) from None
-    return found
+            fault = "a name and two numbers are needed"
+            raise UsageError(Problem(f"--bounds {text}", fault, "--bounds mass=0.5:2, --bounds mass=0:")) from None
+    return result
 
 
 def _deviations(scene: Scene, texts: tuple[str, ...]) -> dict[str, float] | None:

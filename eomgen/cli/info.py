@@ -119,10 +119,10 @@ def _base_parameters(scene: Scene) -> dict[str, Any]:
     """Return the combinations of inertial and friction parameters that decide inverse dynamics, and the others."""
     from eomgen.pipeline.pipeline import build  # noqa: PLC0415
 
-    found = build(scene, ["inverse_dynamics", "regressor", "regressor_parameters"]).base_parameters()
-    listed = zip(found.expressions, found.values.tolist(), found.units, strict=True)
+    result = build(scene, ["inverse_dynamics", "regressor", "regressor_parameters"]).base_parameters()
+    listed = zip(result.expressions, result.values.tolist(), result.units, strict=True)
     combinations = [{"combination": text, "value": value, "unit": unit} for text, value, unit in listed]
-    return {"of": len(found.parameters), "combinations": combinations, "without_effect": list(found.without_effect)}
+    return {"of": len(result.parameters), "combinations": combinations, "without_effect": list(result.without_effect)}
 
 
 _LISTED = 8
@@ -285,10 +285,10 @@ def _joined(names: Sequence[str]) -> list[str]:
         for text, alike in by_text.items()
         if len(alike) >= _MANY and (len(text) > 2 or text[-1]) and _is_whole_range(alike)
     }
-    found = dict.fromkeys(
+    result = dict.fromkeys(
         f"{by_text[text][0]} to {by_text[text][-1]}" if (text := _text(name)) in whole else name for name in names
     )
-    return _runs_joined(list(found))
+    return _runs_joined(list(result))
 
 
 def _text(name: str) -> tuple[str, ...]:
@@ -316,11 +316,11 @@ def _runs_joined(names: Sequence[str]) -> list[str]:
             runs.setdefault(stem, []).append([number])
     if max((len(part) for parts in runs.values() for part in parts), default=0) < _MANY:
         return list(names)
-    found: list[str] = []
+    result: list[str] = []
     for stem, parts in runs.items():
         for part in parts:
             if len(part) >= _MANY:
-                found.append(f"{stem}{part[0]} to {part[-1]}")
+                result.append(f"{stem}{part[0]} to {part[-1]}")
             else:
-                found += [f"{stem}{number}" if number >= 0 else stem for number in part]
-    return found
+                result += [f"{stem}{number}" if number >= 0 else stem for number in part]
+    return result

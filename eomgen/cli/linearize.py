@@ -169,8 +169,8 @@ class _Request:
         given: dict[str, Any] = {"parameters": parameters, "t": self.time, "u": self.inputs or None}
         if self.velocities or self.held:
             # checked there
-            found = self.model.steady_motion(self.velocities, self.held, initial, **given)  # type: ignore[arg-type]
-            return self.model.linearize(at=found, parameters=parameters, u=given["u"])
+            result = self.model.steady_motion(self.velocities, self.held, initial, **given)  # type: ignore[arg-type]
+            return self.model.linearize(at=result, parameters=parameters, u=given["u"])
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
 
     def campbell(self, wanted: CampbellRequest) -> tuple[Campbell | None, str]:
@@ -180,10 +180,10 @@ class _Request:
         at = {"at": self.at} if wanted.speed in self.model.parameters else {}
         given |= {"velocities": motion, "coordinates": self.held, "u": self.inputs or None}
         try:
-            found = wanted.diagram(self.model, **given, **at)
+            result = wanted.diagram(self.model, **given, **at)
         except KeyboardInterrupt:
             return None, wanted.interruption(None)
-        return found, wanted.interruption(found) if found.interrupted else ""
+        return result, wanted.interruption(result) if result.interrupted else ""
 
     def written(
         self,
@@ -332,8 +332,8 @@ def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[fl
             raise ValueError
         first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
     except ValueError:
-        what = "a parameter, two values and their number are needed"
-        raise UsageError(Problem(f"{option} {text}", what, hint)) from None
+        fault = "a parameter, two values and their number are needed"
+        raise UsageError(Problem(f"{option} {text}", fault, hint)) from None
     if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
         raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed", hint))
     if logarithmic and not (first > 0.0 and last > 0.0):

@@ -283,11 +283,11 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
         except ValueError:
             if not is_quantity(number):
                 if option == "--input" and _FORMULA.search(number):
-                    what = f"{shown(number.strip())} is a formula, and this option takes a number"
+                    fault = f"{shown(number.strip())} is a formula, and this option takes a number"
                     hint = f"[inputs] {name.strip()} = {{ formula = {shown(number.strip())} }} in the scene"
-                    raise UsageError(Problem(f"{option} {text}", what, hint.replace("'", '"'))) from None
-                what = f"{number.strip()!r} is not a number"
-                raise UsageError(Problem(f"{option} {text}", what, f"{option} {name.strip()}=0.5")) from None
+                    raise UsageError(Problem(f"{option} {text}", fault, hint.replace("'", '"'))) from None
+                fault = f"{number.strip()!r} is not a number"
+                raise UsageError(Problem(f"{option} {text}", fault, f"{option} {name.strip()}=0.5")) from None
             values[name.strip()] = number
     return values
 

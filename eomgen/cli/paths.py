@@ -41,8 +41,8 @@ class PathRequest:
             if over:
                 raise UsageError(Problem("--over", "it belongs to a path", "--path load=0:10"))
             if buckling is not None and figure:
-                what = "it belongs to a path, or to an equilibrium alone"
-                raise UsageError(Problem("--plot", what, "--path load=0:10"))
+                fault = "it belongs to a path, or to an equilibrium alone"
+                raise UsageError(Problem("--plot", fault, "--path load=0:10"))
         if figure is not None and Path(figure).suffix not in _FIGURES:
             raise UsageError(Problem(f"--plot {figure}", "a figure is a .png, .svg or .pdf file", "--plot rest.png"))
         if along is None and buckling is None:
@@ -51,8 +51,8 @@ class PathRequest:
             raise UsageError(Problem("--buckling", "it is asked for beside --path", "one of them"))
         endings = (".csv", ".json") if along is not None else (".json",)
         if out is not None and Path(out).suffix not in endings:
-            what = f"{'a path is' if along is not None else 'buckling loads are'} written as {' or '.join(endings)}"
-            raise UsageError(Problem(f"--out {out}", what, f"--out result{endings[0]}"))
+            fault = f"{'a path is' if along is not None else 'buckling loads are'} written as {' or '.join(endings)}"
+            raise UsageError(Problem(f"--out {out}", fault, f"--out result{endings[0]}"))
         return cls(
             None if along is None else _range(along),
             over,
@@ -69,8 +69,8 @@ class PathRequest:
         given = {"initial": initial or None, "parameters": parameters, "t": time, "u": inputs}
         if self.buckling is not None:
             with waiting(f"{model.name}: buckling loads"):
-                found = model.buckling_loads(*self.buckling, **given)
-            return self._buckling(found, model, as_json)
+                result = model.buckling_loads(*self.buckling, **given)
+            return self._buckling(result, model, as_json)
         if self.along is None:
             return 0
         name, start, to = self.along

@@ -39,14 +39,14 @@ class RideRequest:
         for text in rides:
             name, colon, weighting = text.rpartition(":")
             if colon and weighting not in WEIGHTINGS:
-                what = f"there is no weighting {ascii(weighting)[:32]}"
-                raise UsageError(Problem(f"--ride {text}", what, " or ".join(f"{name}:{key}" for key in WEIGHTINGS)))
+                fault = f"there is no weighting {ascii(weighting)[:32]}"
+                raise UsageError(Problem(f"--ride {text}", fault, " or ".join(f"{name}:{key}" for key in WEIGHTINGS)))
             outputs[(name if colon else text).strip()] = weighting or None if colon else None
         chosen = tuple(part.strip() for part in classes.split(",")) if classes is not None else ()
         unknown = [name for name in chosen if name not in ROUGHNESS]
         if unknown:
-            what = f"there is no road class {ascii(unknown[0])[:32]}"
-            raise UsageError(Problem(f"--classes {classes}", what, f"some of {','.join(ROUGHNESS)}"))
+            fault = f"there is no road class {ascii(unknown[0])[:32]}"
+            raise UsageError(Problem(f"--classes {classes}", fault, f"some of {','.join(ROUGHNESS)}"))
         return cls(outputs, chosen, _speeds(speeds), band)
 
     def table(self, lin: Linearization, excitation: RoadExcitation) -> RideTable:

@@ -56,7 +56,7 @@ def say_notes(scene: Scene) -> None:
 
 
 def say_stand_in(scene: Scene, method: str | None, use: str) -> None:
-    """Print to stderr which method is used in place of ``auto``, which chooses for each run; nothing for others.
+    """Print to stderr the method that ``auto`` chooses for a run.
 
     Parameters
     ----------
@@ -96,8 +96,8 @@ def _method_of(file: str, given: dict[str, Any]) -> str:
         if value is not None
     ]
     if fixed:
-        what = "the run that goes on has its method, step and rows settled"
-        raise UsageError(Problem(", ".join(fixed), what, "--resume without them; --t-end may be later"))
+        fault = "the run that goes on has its method, step and rows settled"
+        raise UsageError(Problem(", ".join(fixed), fault, "--resume without them; --t-end may be later"))
     return str(Checkpoint.load(Path(file)).run["method"])
 
 

@@ -53,14 +53,14 @@ def sample(file: str, folder: str, resume: bool, plots: bool, as_json: bool, **o
 
     given = {name: value for name, value in options.items() if value is not None}
     with terminal_bar(file) as bar:
-        found = sampled(file, folder=folder, resume=resume, progress=bar, **given)
-    files = found.save(folder) + (draw(found, folder) if plots else [])
+        result = sampled(file, folder=folder, resume=resume, progress=bar, **given)
+    files = result.save(folder) + (draw(result, folder) if plots else [])
     if as_json:
-        print_json({**found.to_dict(), "folder": folder, "files": [path.name for path in files]})
+        print_json({**result.to_dict(), "folder": folder, "files": [path.name for path in files]})
     else:
-        _print(found)
-    say(f"{found.message}\nwritten to {folder}: {', '.join(path.name for path in files)}")
-    return INTERRUPTED if found.interrupted else 0
+        _print(result)
+    say(f"{result.message}\nwritten to {folder}: {', '.join(path.name for path in files)}")
+    return INTERRUPTED if result.interrupted else 0
 
 
 def _print(found: FieldSamples) -> None:

@@ -178,14 +178,14 @@ def _time(seconds: float | None) -> str:
 def _remarks(study: Tradeoff) -> list[str]:
     """Return what there is to say beside the table, a line each."""
     by, second = study.reference["by"], study.reference["held against"]
-    found = [f"reference: {by}, known to {study.uncertainty:.1e} by {second}"]
+    result = [f"reference: {by}, known to {study.uncertainty:.1e} by {second}"]
     own = study.points[0] if study.points else None
     if own is not None and own.seconds is not None:
         better = study.best(study.error(own))
         faster = ""
         if better is not None and better.seconds and own.seconds > 1.1 * better.seconds:
             faster = f"; {better.label} is {own.seconds / better.seconds:.3g} x as fast at no more"
-        found.append(f"the scene's own, {own.label}: error {study.error(own):.1e} in {_time(own.seconds)}{faster}")
+        result.append(f"the scene's own, {own.label}: error {study.error(own):.1e} in {_time(own.seconds)}{faster}")
     off = [s for s in study.slopes if abs(s.slope - s.declared) > _OFF]
     every = len(study.slopes)
     slopes = f"order as declared within {_OFF:g}: {every - len(off)} of {counted(every, 'configuration')}"
@@ -193,19 +193,19 @@ def _remarks(study: Tradeoff) -> list[str]:
         slopes += f"; {slope.configuration.label} {slope.slope:.2f} (declared {slope.declared})"
     if len(off) > _NAMED:
         slopes += f"; and {len(off) - _NAMED} more, under slopes in tradeoff.json"
-    found.append(slopes)
+    result.append(slopes)
     if study.wrong:
         said = len(study.wrong) - len(study.silent)
-        found.append(f"wrong by more than 10 %: {counted(len(study.wrong), 'run')}, of which {said} said something")
+        result.append(f"wrong by more than 10 %: {counted(len(study.wrong), 'run')}, of which {said} said something")
     if study.failures:
-        found.append(f"did not reach the end: {counted(len(study.failures), 'run')}")
+        result.append(f"did not reach the end: {counted(len(study.failures), 'run')}")
     if study.left_out:
         left_out = f"left out: {counted(len(study.left_out), 'configuration')}, with reasons in tradeoff.json"
         late = len(study.not_built)
-        found.append(f"{left_out}; {late} for want of time: --resume goes on with them" if late else left_out)
+        result.append(f"{left_out}; {late} for want of time: --resume goes on with them" if late else left_out)
     built = sum(study.compiled.values())
     machine = f"{study.machine['processor']}, {study.machine['compiler']}"
-    found.append(
+    result.append(
         f"{counted(len(study.points), 'run')} in {study.seconds:.0f} s, {built:.0f} s of it building; {machine}"
     )
-    return found
+    return result

@@ -79,7 +79,7 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     if file is not None:
         check_writable(Path(file))
     with _status(described.name) as progress:
-        found = tuned(
+        result = tuned(
             scene,
             options["error"],
             real_time=_seconds(options["real_time"]),
@@ -96,15 +96,15 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
             **reading,
         )
     if as_json:
-        print_json(found.to_dict())
-    elif isinstance(found, Tuned):
-        _print(found)
+        print_json(result.to_dict())
+    elif isinstance(result, Tuned):
+        _print(result)
     else:
-        _print_real_time(found)
-    say(found.why)
+        _print_real_time(result)
+    say(result.why)
     if file is not None:
-        say(f"written: {found.save(file)}")
-    return 0 if not isinstance(found, Tuned) or found.met else NumericalError.exit_code
+        say(f"written: {result.save(file)}")
+    return 0 if not isinstance(result, Tuned) or result.met else NumericalError.exit_code
 
 
 @contextlib.contextmanager

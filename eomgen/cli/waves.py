@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 def described_waves(scene: Scene) -> list[dict[str, Any]]:
     """Return seas: their free waves, what their amplitudes come to, and the parameters that vary them."""
-    found = []
+    result = []
     for sea in scene.waves:
         free = sea.components[: sea.free]
         # amplitudes of 1 that are multiplied by two standard normal variables have twice the variance of a sinusoid
         share = 1.0 if sea.variables else 0.5
         periods = [2.0 * math.pi / wave.frequency for wave in free]
         lengths = [2.0 * math.pi / math.hypot(wave.kx, wave.ky) for wave in free]
-        found.append(
+        result.append(
             {
                 "name": sea.name,
                 "waves": len(free),
@@ -35,7 +35,7 @@ def described_waves(scene: Scene) -> list[dict[str, Any]]:
                 "variables": list(sea.variables),
             }
         )
-    return found
+    return result
 
 
 def described_hulls(scene: Scene) -> list[dict[str, Any]]:

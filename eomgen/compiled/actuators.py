@@ -66,12 +66,12 @@ class ActuatorEfforts:
     def internal(self) -> tuple[str, ...]:
         """The null space in words, column by column, of the first state: ``left 0.71, right -0.71``."""
         first = self.null_space[(0,) * (self.null_space.ndim - 2)]
-        found = []
+        result = []
         for column in first.T:
             largest = np.abs(column).max()
             pairs = zip(self.names, column, strict=True)
-            found.append(", ".join(f"{name} {part:.3g}" for name, part in pairs if abs(part) > _PART * largest))
-        return tuple(found)
+            result.append(", ".join(f"{name} {part:.3g}" for name, part in pairs if abs(part) > _PART * largest))
+        return tuple(result)
 
 
 def actuator_efforts(
@@ -147,12 +147,12 @@ def _columns(
         twos = [terms.call("force", **given, u={**still, name: 2.0})[0] - base for name in names]
         for name, one, two in zip(names, ones, twos, strict=True):
             if np.any(np.abs(two - 2.0 * one) > 1e-9 * (np.abs(two).max() + np.abs(base).max() + 1e-300)):
-                what = f"the generalized forces are not linear in the input {name}, so it is no actuator"
-                raise UsageError(Problem("actuators", what, "actuators=[...], joints by their names"))
+                fault = f"the generalized forces are not linear in the input {name}, so it is no actuator"
+                raise UsageError(Problem("actuators", fault, "actuators=[...], joints by their names"))
         columns = np.stack(ones, axis=-1) if names else np.zeros((terms.functions.sizes["v"], 0))
     if not names:
-        what = "there are no actuators: the scene has no inputs that a caller drives"
-        raise UsageError(Problem("actuators", what, "actuators=[...], joints by their names"))
+        fault = "there are no actuators: the scene has no inputs that a caller drives"
+        raise UsageError(Problem("actuators", fault, "actuators=[...], joints by their names"))
     return names, columns, still
 
 
@@ -163,20 +163,20 @@ def _check_accelerations(terms: Any, B: Array, a: Array, bias: Array) -> None:
     if np.any(share > 0.0):
         row = int(np.argmax(share.max(axis=tuple(range(share.ndim - 1)))))
         off = float(np.abs(missed[..., row]).max())
-        what = f"the accelerations do not meet the constraint {terms.multipliers[row]}: its row is off by {off:.3g}"
+        fault = f"the accelerations do not meet the constraint {terms.multipliers[row]}: its row is off by {off:.3g}"
         hint = "a with B a = -g, where g is the term constraint_bias: those of the independent joints decide the others"
-        raise UsageError(Problem("a", what, hint))
+        raise UsageError(Problem("a", fault, hint))
 
 
 def _check_left_over(v_names: Sequence[str], names: Sequence[str], left: Array, wanted: Array) -> None:
     size = np.linalg.norm(wanted, axis=-1)
     if np.any(np.linalg.norm(left, axis=-1) > _LEFT_OVER * size):
         most = int(np.argmax(np.abs(left).max(axis=tuple(range(left.ndim - 1)))))
-        what = (
+        fault = (
             f"the actuators {', '.join(names)} cannot give this motion: {float(np.abs(left[..., most]).max()):.3g}"
             f" remains along {v_names[most]}"
         )
-        raise NumericalError(Problem("actuator_efforts", what, "more actuators, or a motion that these can give"))
+        raise NumericalError(Problem("actuator_efforts", fault, "more actuators, or a motion that these can give"))
 
 
 def _null_space(A: Array) -> Array:
@@ -186,7 +186,9 @@ def _null_space(A: Array) -> Array:
     ranks = np.sum(values > _SINGULAR * scale, axis=-1)
     rank = int(np.max(ranks)) if ranks.size else 0
     if np.any(ranks != rank):
-        what = "in some of these states actuators lose their effect, and there are more internal efforts than in others"
-        raise NumericalError(Problem("actuator_efforts", what, "these states one by one"))
-    found: Array = np.swapaxes(rows[..., rank:, :], -1, -2)
-    return found
+        fault = (
+            "in some of these states actuators lose their effect, and there are more internal efforts than in others"
+        )
+        raise NumericalError(Problem("actuator_efforts", fault, "these states one by one"))
+    result: Array = np.swapaxes(rows[..., rank:, :], -1, -2)
+    return result

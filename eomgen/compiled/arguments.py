@@ -37,8 +37,8 @@ def numbers(name: str, value: ArrayLike) -> Array:
             hint = f"a list of numbers, in the order of the model's {name}_names" if name in ("q", "v") else "a list"
         elif np.iscomplexobj(value):
             hint = "real numbers; partials(...) has derivatives without steps"
-        what = f"an array of real numbers is needed, not {type(value).__name__}: {error}"
-        raise UsageError(Problem(name, what, hint)) from None
+        fault = f"an array of real numbers is needed, not {type(value).__name__}: {error}"
+        raise UsageError(Problem(name, fault, hint)) from None
 
 
 def read_only(values: ArrayLike) -> Array:
@@ -90,10 +90,10 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
         if np.any(wrong):
             found = float(np.ravel(length[wrong])[0])
             where = f"{name}[..., {factor.q_start}:{factor.q_start + 4}]"
-            what = f"the quaternion (w, x, y, z) of this joint has length {found:.9g}, not 1"
+            fault = f"the quaternion (w, x, y, z) of this joint has length {found:.9g}, not 1"
             unit = np.reshape(part, (-1, 4))[int(np.argmax(np.ravel(wrong)))] / (found or 1.0)
             hint = f"it divided by its length, [{', '.join(f'{number:.9g}' for number in unit)}]"
-            raise UsageError(Problem(where, what, hint if found else "neutral(), for the joints' places at zero"))
+            raise UsageError(Problem(where, fault, hint if found else "neutral(), for the joints' places at zero"))
 
 
 #: Where things are declared that a model has none of.
@@ -120,8 +120,8 @@ def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[st
 def check_place(name: object) -> None:
     """Raise UsageError where an array stands in the place of the name of a body or frame, which comes first."""
     if not isinstance(name, str):
-        what = f"the name of a body or frame comes first, not {type(name).__name__}"
-        raise UsageError(Problem("", what, 'the name, and q behind it: pose("body", q)'))
+        fault = f"the name of a body or frame comes first, not {type(name).__name__}"
+        raise UsageError(Problem("", fault, 'the name, and q behind it: pose("body", q)'))
 
 
 def by_name(

@@ -43,12 +43,12 @@ def pose(
     """Return quaternion (own to world axes) and position of a body or a frame, (..., 7)."""
     place = _placed(model, body, parameters)
     model = _having(model, place.body, "poses")
-    found = _of(model, place.body, "poses", q=q, t=t, parameters=parameters, base=base)
+    result = _of(model, place.body, "poses", q=q, t=t, parameters=parameters, base=base)
     if place.fixed is None:
-        return found
-    turn = np.broadcast_to(np.array(place.fixed.quaternion), (*found.shape[:-1], 4))
-    position = found[..., 4:] + rotated(found[..., :4], place.position)
-    return np.concatenate([quaternion_product(found[..., :4], turn), position], axis=-1)
+        return result
+    turn = np.broadcast_to(np.array(place.fixed.quaternion), (*result.shape[:-1], 4))
+    position = result[..., 4:] + rotated(result[..., :4], place.position)
+    return np.concatenate([quaternion_product(result[..., :4], turn), position], axis=-1)
 
 
 def twist(
@@ -64,10 +64,10 @@ def twist(
     """Return the inertial twist of a body or a frame in its own axes, angular first, (..., 6)."""
     place = _placed(model, body, parameters)
     model = _having(model, place.body, "twists")
-    found = _of(model, place.body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
+    result = _of(model, place.body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
     if place.fixed is None:
-        return found
-    omega, velocity = found[..., :3], found[..., 3:] + np.cross(found[..., :3], place.position)
+        return result
+    omega, velocity = result[..., :3], result[..., 3:] + np.cross(result[..., :3], place.position)
     back = np.array(place.fixed.orientation)
     return np.concatenate([omega @ back, velocity @ back], axis=-1)
 
@@ -116,10 +116,10 @@ def body_jacobian(model: Extensible, body: str, q: ArrayLike, *, parameters: Par
     """
     place = _placed(model, body, parameters)
     model = _having(model, place.body, "jacobians")
-    found = _of(model, place.body, "jacobians", q=q, parameters=parameters)
+    result = _of(model, place.body, "jacobians", q=q, parameters=parameters)
     if place.fixed is None:
-        return found
-    columns = np.swapaxes(found, -1, -2)
+        return result
+    columns = np.swapaxes(result, -1, -2)
     angular, back = columns[..., :3], np.array(place.fixed.orientation)
     linear = columns[..., 3:] + np.cross(angular, place.position[..., np.newaxis, :])
     return np.swapaxes(np.concatenate([angular @ back, linear @ back], axis=-1), -1, -2)
@@ -195,9 +195,9 @@ def _fixed_in(model: Evaluated, body: str, r: ArrayLike, parameters: Parameters)
 def _rigid(model: Evaluated, name: str, body: str, position: Array) -> Array:
     """Return coordinates in a body's frame, once it is clear that they belong to a point that the frame carries."""
     if body in model.evaluator.beams and np.any(position != 0.0):
-        what = "the beam deforms, and the compiled model knows its shapes at the points of the scene only"
+        fault = "the beam deforms, and the compiled model knows its shapes at the points of the scene only"
         raise UsageError(
-            Problem(f"point of {name}", what, "an entry of [points] with an output of it; r = 0 for the frame")
+            Problem(f"point of {name}", fault, "an entry of [points] with an output of it; r = 0 for the frame")
         )
     return position
 
@@ -208,8 +208,8 @@ def _of(model: Evaluated, body: str, term: str, **given: Any) -> Array:
     if body in (BASE, WORLD):
         return _of_base(model, body, term, **given)
     every = terms.call(term, **given)[0]
-    found: Array = np.take(every, terms.bodies.index(body), axis=-3 if term == "jacobians" else -2)
-    return found
+    result: Array = np.take(every, terms.bodies.index(body), axis=-3 if term == "jacobians" else -2)
+    return result
 
 
 def _of_base(model: Evaluated, name: str, term: str, **given: Any) -> Array:
@@ -220,10 +220,10 @@ def _of_base(model: Evaluated, name: str, term: str, **given: Any) -> Array:
         return np.zeros((*batch, 6, terms.functions.sizes["v"]))
     if name == BASE and terms.moving_base:
         struct = terms.base_at(given.get("t", 0.0), given["parameters"], given.get("base"))
-        found = struct[..., {"poses": slice(0, 7), "twists": slice(7, 13), "accelerations": slice(13, 19)}[term]]
+        result = struct[..., {"poses": slice(0, 7), "twists": slice(7, 13), "accelerations": slice(13, 19)}[term]]
         if term == "accelerations":
             turning = np.cross(struct[..., 7:10], struct[..., 10:13])
-            found = np.concatenate([found[..., :3], found[..., 3:] + turning], axis=-1)
-        return np.broadcast_to(found, (*np.broadcast_shapes(batch, found.shape[:-1]), found.shape[-1]))
+            result = np.concatenate([result[..., :3], result[..., 3:] + turning], axis=-1)
+        return np.broadcast_to(result, (*np.broadcast_shapes(batch, result.shape[:-1]), result.shape[-1]))
     still = [1.0, *[0.0] * 6] if term == "poses" else [0.0] * 6
     return np.broadcast_to(np.array(still), (*batch, len(still)))

@@ -41,8 +41,8 @@ def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, param
         return next(iter(able.evaluate(name, t=t, parameters=parameters[chosen], **state).values()))
 
     def sizes(q: Array, chosen: Chosen) -> tuple[Array, Array]:
-        found = able.evaluate("constraint_size", q, t=t, parameters=parameters[chosen])
-        values = np.concatenate(list(found.values()), axis=-1)
+        result = able.evaluate("constraint_size", q, t=t, parameters=parameters[chosen])
+        values = np.concatenate(list(result.values()), axis=-1)
         return values[:, :rows], values[:, rows:]
 
     system = ConstrainedSamples(
@@ -56,5 +56,5 @@ def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, param
         mass=lambda q, chosen: able.mass(q, parameters=parameters[chosen]),
         sizes=sizes,
     )
-    found = consistent_states(system, q, v)
-    return found._replace(q=model.evaluator.followed(found.q, t, parameters))
+    result = consistent_states(system, q, v)
+    return result._replace(q=model.evaluator.followed(result.q, t, parameters))

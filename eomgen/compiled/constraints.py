@@ -47,9 +47,9 @@ def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Ar
     try:
         solution = np.linalg.solve(system, right[..., np.newaxis])[..., 0]
     except np.linalg.LinAlgError:
-        what = (
+        fault = (
             "accelerations and multipliers are not unique: rows depend on each other in this state, or no inertia"
             " resists"
         )
-        raise NumericalError(Problem("constraints", what, "a state next to it")) from None
+        raise NumericalError(Problem("constraints", fault, "a state next to it")) from None
     return solution[..., :nv], solution[..., nv:]

@@ -47,11 +47,11 @@ def coordinate_units(factors: Sequence[Factor], coordinates: Iterable[Coordinate
 def reaches(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> list[float]:
     """Return how far each component of v may be drawn at random, in its own unit; infinity for any value."""
     known = {item.name: item.reach for item in coordinates if item.reach}
-    found = [math.inf] * sum(factor.v_size for factor in factors)
+    result = [math.inf] * sum(factor.v_size for factor in factors)
     for factor in factors:
         if factor.name in known:
-            found[factor.v] = known[factor.name]
-    return found
+            result[factor.v] = known[factor.name]
+    return result
 
 
 def configuration_rate(factors: Sequence[Factor], q: Array, v: Array) -> Array:

@@ -159,9 +159,9 @@ def forward_dynamics(
     if parameters is None or model.evaluator.multipliers:
         return accelerations(model, q, v, t, u, z=z, parameters=parameters, base=base)
     p = model.evaluator.parameters(parameters)
-    found = accelerations(model, q, v, t, u, z=z, parameters=p, base=base)
-    check_digits(model, q, p, found)
-    return found
+    result = accelerations(model, q, v, t, u, z=z, parameters=p, base=base)
+    check_digits(model, q, p, result)
+    return result
 
 
 def accelerations(
@@ -319,8 +319,8 @@ def of_motion(model: Evaluated, name: str, values: Mapping[str, Array]) -> dict[
     """
     if name == "outputs" and not model.evaluator.library.layout["outputs"]:
         return ByName("output", {})
-    found = model.evaluator.functions(name, values)[0]
-    return _outputs(model, found) if name == "outputs" else _energies(found)
+    result = model.evaluator.functions(name, values)[0]
+    return _outputs(model, result) if name == "outputs" else _energies(result)
 
 
 def internal_rates(

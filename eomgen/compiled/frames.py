@@ -143,9 +143,9 @@ def operational_inertia(
     values = np.linalg.eigvalsh(mobility)
     if not np.all(values[..., 0] > _SINGULAR * values[..., -1]):
         by = ", for joints and constraints together" if held else ""
-        what = f"J M^-1 J^T of {frame} is singular: there is a direction in which it cannot move{by}"
+        fault = f"J M^-1 J^T of {frame} is singular: there is a direction in which it cannot move{by}"
         hint = "rows=[...] of the directions in which it can, or a configuration away from the singularity"
-        raise NumericalError(Problem("operational_inertia", what, hint))
+        raise NumericalError(Problem("operational_inertia", fault, hint))
     return np.asarray(np.linalg.inv(mobility), dtype=np.float64)
 
 
@@ -188,11 +188,11 @@ def _taken(model: Extensible, term: str, frame: str, **given: Any) -> Array:
         raise UsageError(Problem("t", f"{shown(given['t'])} is no time: a reference goes by its name", hint))
     terms = model.evaluator
     if frame not in terms.frames and frame in (*terms.bodies, *terms.fixed_frames):
-        what = f"{frame} is no task frame, and the terms of frames give {', '.join(terms.frames)} only"
-        raise UsageError(Problem("task_frames", what, f'task_frames = [..., "{frame}"], or none for all'))
+        fault = f"{frame} is no task frame, and the terms of frames give {', '.join(terms.frames)} only"
+        raise UsageError(Problem("task_frames", fault, f'task_frames = [..., "{frame}"], or none for all'))
     if frame not in terms.frames:
         hint = f"{nearest(str(frame), terms.frames)}; for a point point_jacobian(body, r, q), or [frames] in the scene"
         raise UsageError(Problem("", f"there is no body or frame {shown(str(frame))}", hint))
     every = model.having((term,)).evaluator.call(term, **given)[0]
-    found: Array = np.take(every, terms.frames.index(frame), axis=-2 if term.startswith("frame_drifts") else -3)
-    return found
+    result: Array = np.take(every, terms.frames.index(frame), axis=-2 if term.startswith("frame_drifts") else -3)
+    return result

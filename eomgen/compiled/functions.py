@@ -59,9 +59,9 @@ class Functions:
         """Return the input blocks of a function. Raises UsageError when the model was built without it."""
         if name not in self._layouts:
             there = ", ".join(name for name in self._layouts if name not in DRIVERS)
-            what = f"the term {name} is not in this model, which was built with {there}"
+            fault = f"the term {name} is not in this model, which was built with {there}"
             known = f'eomgen.build(scene, terms=[..., "{name}"])' if name in TERMS else nearest_term(str(name))
-            raise UsageError(Problem("", what, known))
+            raise UsageError(Problem("", fault, known))
         inputs: list[str] = self._layouts[name]["inputs"]
         return inputs
 

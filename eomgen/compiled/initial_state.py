@@ -85,13 +85,13 @@ def initial_state(
 def check_initial(given: object) -> None:
     """Raise UsageError unless the caller's initial state is a mapping or None."""
     if given is not None and not isinstance(given, Mapping):
-        what = f"a mapping is needed, not {type(given).__name__}"
+        fault = f"a mapping is needed, not {type(given).__name__}"
         hint = 'dict(q=..., v=...) or {"joint": position}'
         if isinstance(getattr(given, "initial", None), Mapping):
             hint = "its .initial: initial=found.initial"
         elif hasattr(given, "t") and hasattr(given, "q") and hasattr(given, "v"):
             hint = 'its last row: initial={"q": solution.q[-1], "v": solution.v[-1]}'
-        raise UsageError(Problem("initial", what, hint))
+        raise UsageError(Problem("initial", fault, hint))
 
 
 def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | None) -> list[str]:
@@ -122,8 +122,8 @@ def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState)
         block, _, of = str(name).partition(".")
         if block in ("q", "v") and of in factors:
             meant = f'"{of}": {{"{"velocity" if block == "v" else "position"}": ...}}'
-            what = f"{shown(str(name))} is a component, and initial states are given by joints"
-            raise UsageError(Problem("initial", what, f"initial={{{meant}}}, or all of {block} as an array"))
+            fault = f"{shown(str(name))} is a component, and initial states are given by joints"
+            raise UsageError(Problem("initial", fault, f"initial={{{meant}}}, or all of {block} as an array"))
         check_name("joint or state" if model.states else "joint", name, [*factors, *model.states])
         parts = value if isinstance(value, Mapping) else {"position": value}
         for key, number in parts.items():

@@ -59,8 +59,8 @@ def chosen() -> Choice:
     try:
         return Choice(text)
     except ValueError:
-        where, what = f"environment variable {LANES_VARIABLE}", f"{text!r} is no choice of lanes"
-        raise UsageError(Problem(where, what, "auto, off or now")) from None
+        where, fault = f"environment variable {LANES_VARIABLE}", f"{text!r} is no choice of lanes"
+        raise UsageError(Problem(where, fault, "auto, off or now")) from None
 
 
 class Companion:

@@ -40,11 +40,11 @@ def check_digits(model: Evaluated, q: ArrayLike, p: Array, accelerations: Array)
             known.clear()
         known[key] = 0.0 if np.array_equal(p, evaluator.parameters(None)[np.newaxis]) else _lost(model, q, p)
         if known[key] > LOST:
-            what = f"forward_dynamics: at these parameters {digits_kept(known[key])}"
-            warnings.warn(f"{what}; try: {_hint(model)}", RuntimeWarning, stacklevel=4)
+            fault = f"forward_dynamics: at these parameters {digits_kept(known[key])}"
+            warnings.warn(f"{fault}; try: {_hint(model)}", RuntimeWarning, stacklevel=4)
     if known[key] > LOST and not np.all(np.isfinite(accelerations)):
-        what = "forward_dynamics: accelerations are not finite at these parameters, since light or short links carry"
-        raise NumericalError(f"{what} heavy or long ones: M loses all digits when it is eliminated", _hint(model))
+        fault = "forward_dynamics: accelerations are not finite at these parameters, since light or short links carry"
+        raise NumericalError(f"{fault} heavy or long ones: M loses all digits when it is eliminated", _hint(model))
 
 
 def _lost(model: Evaluated, q: ArrayLike, p: Array) -> float:

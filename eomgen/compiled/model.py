@@ -143,8 +143,8 @@ class CompiledModel:
         if "in lanes" not in library.kept:
             made = "the model was made by hand" if self._in_lanes is None else self._in_lanes(library)
             library.kept["in lanes"] = made
-        found: LaneLibrary | str = library.kept["in lanes"]
-        return found
+        result: LaneLibrary | str = library.kept["in lanes"]
+        return result
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 
@@ -167,8 +167,8 @@ class CompiledModel:
     def __reduce__(self) -> tuple[Any, ...]:
         """Return what goes to another process: the call that makes the model, since machine code does not travel."""
         if self._again is None:
-            what = "this model was made by hand and cannot be sent to another process"
-            raise UsageError(Problem("pickle", what, "eomgen.build(scene), whose models can"))
+            fault = "this model was made by hand and cannot be sent to another process"
+            raise UsageError(Problem("pickle", fault, "eomgen.build(scene), whose models can"))
         return self._again, ()
 
     # -- functions of the model ----------------------------------------------------------------------------------------
@@ -298,8 +298,8 @@ class CompiledModel:
         wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
         if wanted not in self._complex:
             if self._in_complex is None:
-                what = "this model was made by hand and has no functions in complex numbers"
-                raise UsageError(Problem("in_complex", what, "eomgen.build(scene), whose models can"))
+                fault = "this model was made by hand and has no functions in complex numbers"
+                raise UsageError(Problem("in_complex", fault, "eomgen.build(scene), whose models can"))
             self._complex[wanted] = Functions(self._in_complex(wanted))
         return self._complex[wanted]
 
@@ -318,8 +318,8 @@ class CompiledModel:
         """
         self.parameter_array(parameters)
         if self._gains is None and getattr(self.scene, "feedback", None) == ():
-            what = "the scene has no state_feedback, so there are no gains to be found"
-            raise UsageError(Problem("calibrate", what, 'type = "state_feedback" of an entry of [controllers]'))
+            fault = "the scene has no state_feedback, so there are no gains to be found"
+            raise UsageError(Problem("calibrate", fault, 'type = "state_feedback" of an entry of [controllers]'))
         return {} if self._gains is None else self._gains(dict(parameters or {}))
 
     def consistent(self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None) -> Assembly:
@@ -407,8 +407,8 @@ def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: A
     holonomic = model.functions.sizes["holonomic"]
 
     def sizes(q: Array, _: float) -> tuple[Array, Array]:
-        found = able.evaluate("constraint_size", q, t=t, parameters=parameters)
-        return split_sizes(np.concatenate(list(found.values())))
+        result = able.evaluate("constraint_size", q, t=t, parameters=parameters)
+        return split_sizes(np.concatenate(list(result.values())))
 
     equations = Constrained(
         factors=model.factors,
@@ -423,6 +423,6 @@ def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: A
         sizes=sizes,
         beams=beams,
     )
-    found = assemble(equations, q, v, t)
-    deviations = (*found.deviations, *model.check_left_out(found.q, found.v, t, parameters))
-    return replace(found, q=model.evaluator.followed(found.q, t, parameters), deviations=deviations)
+    result = assemble(equations, q, v, t)
+    deviations = (*result.deviations, *model.check_left_out(result.q, result.v, t, parameters))
+    return replace(result, q=model.evaluator.followed(result.q, t, parameters), deviations=deviations)

@@ -70,9 +70,9 @@ def parameter_partials(
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
     made = model.having(("parameter_partials",)).evaluator
     values = made.call("parameter_partials", **given, multipliers=multipliers, parameters=parameters)
-    found = dict(zip(made.functions.output_names("parameter_partials"), values, strict=True))
+    result = dict(zip(made.functions.output_names("parameter_partials"), values, strict=True))
     none = np.zeros((*values[0].shape[:-2], 0, values[0].shape[-1]))
-    return ParameterPartials(*(found.get(name, none)[..., chosen] for name in _BLOCKS))
+    return ParameterPartials(*(result.get(name, none)[..., chosen] for name in _BLOCKS))
 
 
 def output_parameter_partials(
@@ -120,9 +120,9 @@ def output_parameter_partials(
 def _columns(terms: Terms, of: Sequence[str] | None) -> list[int]:
     """Return the places of parameters by name, of all of them where no names are given."""
     if not terms.parameter_names:
-        what = "the scene has no tunable parameters, so there is nothing to differentiate in"
+        fault = "the scene has no tunable parameters, so there is nothing to differentiate in"
         hint = "mass = { value = ..., tunable = true } in the scene's [parameters]"
-        raise UsageError(Problem("parameter_partials", what, hint))
+        raise UsageError(Problem("parameter_partials", fault, hint))
     if of is None:
         return list(range(len(terms.parameter_names)))
     if isinstance(of, str):

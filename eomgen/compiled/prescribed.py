@@ -51,33 +51,33 @@ def discontinuity_times(model: Evaluated, start: float, end: float, *, order: in
     """
     if end < start:
         raise UsageError(f"the end {end:.9g} s lies before the start {start:.9g} s", "a later end")
-    found: list[Array] = [np.zeros(0)]
+    arrays: list[Array] = [np.zeros(0)]
     waves = [(time, period) for time, period in _jumps(model, order) if period > 0.0]
     count = (end - start) * jumps_per_second(waves)
     if count > _MOST_TIMES:
         shortest = min(period for _, period in waves)
-        what = f"there are {count:.3g} such times from {start:.9g} s to {end:.9g} s, in waves of {shortest:.3g} s"
-        raise UsageError(what, f"an earlier end: {_MOST_TIMES:.3g} times at most")
+        fault = f"there are {count:.3g} such times from {start:.9g} s to {end:.9g} s, in waves of {shortest:.3g} s"
+        raise UsageError(fault, f"an earlier end: {_MOST_TIMES:.3g} times at most")
     for time, period in _jumps(model, order):
         if period == 0.0:
-            found.append(np.array([time] if start <= time <= end else []))
+            arrays.append(np.array([time] if start <= time <= end else []))
             continue
         counts: Array = np.arange(math.ceil((start - time) / period), math.floor((end - time) / period) + 1.0)
-        found.append(time + counts * period)
-    return np.unique(np.concatenate(found)) + 0.0  # no minus zero
+        arrays.append(time + counts * period)
+    return np.unique(np.concatenate(arrays)) + 0.0  # no minus zero
 
 
 def jumps_between(model: Evaluated, t: Array, near: float, *, order: int = 0) -> Array:
     """Return times (n,) at which a derivative of forces up to an order jumps: of each wave one per interval of times t
     (m,), wider by ``near`` (s)."""
-    found: list[Array] = []
+    arrays: list[Array] = []
     for time, period in _jumps(model, order):
         if period == 0.0:
-            found.append(np.array([time]))
+            arrays.append(np.array([time]))
             continue
         first = time + np.ceil((t[:-1] - near - time) / period) * period
-        found.append(first[first <= t[1:] + near])
-    return np.unique(np.concatenate(found)) if found else np.zeros(0)
+        arrays.append(first[first <= t[1:] + near])
+    return np.unique(np.concatenate(arrays)) if arrays else np.zeros(0)
 
 
 def _jumps(model: Evaluated, order: int) -> list[tuple[float, float]]:

@@ -72,10 +72,10 @@ def _with(model: Extensible, term: str) -> Terms:
     evaluator = model.evaluator
     if not evaluator.description.linear_parameters:
         if evaluator.beams:
-            what = f"the bodies {', '.join(sorted(evaluator.beams))} deform, and ten numbers do not tell their inertia"
+            fault = f"the bodies {', '.join(sorted(evaluator.beams))} deform, and ten numbers do not tell their inertia"
             hint = 'a scene without beams, or parameter_partials(q, v, a, of=["..."]) in parameters of the scene'
         else:
-            what = "in absolute coordinates q is where centres of mass are, so what moves changes with the parameters"
+            fault = "in absolute coordinates q is where centres of mass are, so what moves changes with the parameters"
             hint = 'joint coordinates: eomgen.load(path, coordinates="joint")'
-        raise UsageError(Problem("regressor", what, hint))
+        raise UsageError(Problem("regressor", fault, hint))
     return model.having((term,)).evaluator

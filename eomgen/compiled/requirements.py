@@ -70,7 +70,7 @@ class Requirements:
     def _broken(self, rows: Array) -> NDArray[np.bool_]:
         """Return which sets of parameters (n, np) break a requirement, all at once."""
         values: dict[str, float | Array] = {**self._fixed, **dict(zip(self.names, rows.T, strict=True))}
-        found = np.zeros(len(rows), dtype=bool)
+        result = np.zeros(len(rows), dtype=bool)
         known: dict[Formula, Array] = {}
         for item in self.required:
             for formula in item.formulas:
@@ -81,10 +81,10 @@ class Requirements:
             if any(unknown.any() for unknown in missing):
                 numbers = [np.where(unknown, 1.0, number) for unknown, number in zip(missing, numbers, strict=True)]
             for unknown in missing:
-                found |= unknown
+                result |= unknown
             if item.rule is not None:
-                found |= item.rule.broken(numbers)
-        return found
+                result |= item.rule.broken(numbers)
+        return result
 
 
 def _problem(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> Problem | None:
@@ -95,8 +95,8 @@ def _problem(item: Requirement, values: Mapping[str, float], names: Sequence[str
         return Problem(item.where, f"{error} at {_listed(item, values, names)}", OTHER_VALUES)
     if item.rule is None or not item.rule.broken(numbers):
         return None
-    what, hint = item.rule.fault(numbers)
-    return Problem(item.where, f"{what} at {_listed(item, values, names)}", hint)
+    fault, hint = item.rule.fault(numbers)
+    return Problem(item.where, f"{fault} at {_listed(item, values, names)}", hint)
 
 
 def _listed(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> str:

@@ -51,10 +51,10 @@ class SectionLoads:
     @property
     def nodes(self) -> Array:
         """x of the nodes at rest, (n + 1,), m."""
-        found = [0.0]
+        result = [0.0]
         for middle in self.x.tolist():
-            found.append(2.0 * middle - found[-1])
-        return np.array(found)
+            result.append(2.0 * middle - result[-1])
+        return np.array(result)
 
     def at(self, x: float) -> tuple[Array, Array]:
         """Return moment, N m, and force, N, of the section at x, (..., 3) each, linear between the ends of an element.
@@ -68,8 +68,8 @@ class SectionLoads:
         """
         nodes = self.nodes
         if not 0.0 <= x <= nodes[-1] * (1.0 + 1e-9):
-            what = f"x = {x:.6g} m is not on the beam, which goes from 0 m to {nodes[-1]:.6g} m"
-            raise UsageError(Problem("at", what, "a place on the beam at rest"))
+            fault = f"x = {x:.6g} m is not on the beam, which goes from 0 m to {nodes[-1]:.6g} m"
+            raise UsageError(Problem("at", fault, "a place on the beam at rest"))
         element = min(int(np.searchsorted(nodes, x + 1e-9 * nodes[-1], side="right")) - 1, len(self.x) - 1)
         share = (x - nodes[element]) / (nodes[element + 1] - nodes[element])
         moment, force = (

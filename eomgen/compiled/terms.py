@@ -87,8 +87,8 @@ class Terms:
         """Return tunable parameters as (np,). Raises UsageError as ``parameters``, and for a batch."""
         p = self.parameters(parameters)
         if p.ndim != 1:
-            what = f"one set of parameters is needed, not a batch of shape {p.shape}"
-            raise UsageError(Problem("parameters", what, instead_of_batches))
+            fault = f"one set of parameters is needed, not a batch of shape {p.shape}"
+            raise UsageError(Problem("parameters", fault, instead_of_batches))
         return p
 
     def place_of(self, frame: FixedFrame, parameters: Parameters) -> Array:
@@ -222,9 +222,9 @@ class Terms:
         t = numbers("t", given.get("t", 0.0))
         one = all(values[block].ndim == 1 for block in ("q", "v") if block in values)
         if t.ndim == 1 and one and not needed and given.get("u") is None and len(t) == self.functions.sizes["v"]:
-            what = f"{len(t)} times for one state, and {term} does not depend on time"
+            fault = f"{len(t)} times for one state, and {term} does not depend on time"
             inputs = "u=..." if self.input_names else "u=... in a scene with inputs, load(..., actuated=True) of URDF"
-            raise UsageError(Problem("t", what, f"efforts by inputs: {inputs}"))
+            raise UsageError(Problem("t", fault, f"efforts by inputs: {inputs}"))
         return t
 
     def _add_prescribed(self, values: dict[str, Array], given: Mapping[str, Any], blocks: set[str]) -> None:
@@ -271,11 +271,11 @@ class Terms:
             wrong = given[..., place][given[..., place] != 0.0]
             if wrong.size:
                 of_base = base_component(component)
-                what = (
+                fault = (
                     f"component {place} is {wrong[0]:.6g}, but {of_base} of the base is 0 at all times by the scene's"
                     " law, and the equations are without it"
                 )
-                raise UsageError(Problem(name, what, f"0 there, or a law in [base] by which {of_base} changes"))
+                raise UsageError(Problem(name, fault, f"0 there, or a law in [base] by which {of_base} changes"))
 
     def formula_inputs(self, values: Mapping[str, Array]) -> Array:
         """Return the inputs that the scene specifies at ``values["t"]``, 0 for others."""
@@ -287,8 +287,8 @@ class Terms:
         """Return inputs as (..., nu); those that are not given are those of ``formula_inputs``."""
         if u is not None and not isinstance(u, Mapping):
             if not self.input_names and np.size(u):
-                what = f"{np.size(u)} number{'s' * (np.size(u) != 1)} cannot be inputs: the scene has none"
-                raise UsageError(Problem("u", what, WHERE["input"]))
+                fault = f"{np.size(u)} number{'s' * (np.size(u) != 1)} cannot be inputs: the scene has none"
+                raise UsageError(Problem("u", fault, WHERE["input"]))
             return components("u", u, len(self.input_names))
         of_scene = self.formula_inputs(values)
         return of_scene if u is None else by_name("input", u, self.input_names, of_scene)
@@ -342,19 +342,19 @@ def derivative_values(
         its rates.
     """
     blocks = terms.functions.inputs(term)
-    found: dict[str, Array] = {}
+    result: dict[str, Array] = {}
     for block in ("j", "s", "a_higher"):
         if block in blocks:
             if given.get(block) is None:
                 raise UsageError(Problem(block, f"the term {term} needs {_MEANING[block]}", f"{block}=..."))
-            found[block] = (
+            result[block] = (
                 _rows(terms, term, block, given[block]) if block == "a_higher" else terms.velocity(block, given[block])
             )
     if any(block in blocks for block in ("u_dot", "u_ddot", "u_higher")):
-        found |= _of_inputs(terms, term, blocks, given, values)
+        result |= _of_inputs(terms, term, blocks, given, values)
     if "base_rates" in blocks:
-        found["base_rates"] = _of_base(terms, given, values)
-    return found
+        result["base_rates"] = _of_base(terms, given, values)
+    return result
 
 
 def _of_inputs(
@@ -371,35 +371,35 @@ def _of_inputs(
     by_caller = np.array(
         [driven is not None and (not isinstance(driven, Mapping) or name in driven) for name in names], bool
     )
-    found: dict[str, Array] = {}
+    result: dict[str, Array] = {}
     for block in ("u_dot", "u_ddot"):
         if block not in blocks:
             continue
         default = np.where(by_caller, 0.0, of_scene[block]) if block in of_scene else np.zeros(len(names))
         rates = given.get(block)
         if rates is None:
-            found[block] = default
+            result[block] = default
         elif isinstance(rates, Mapping):
-            found[block] = by_name("input", rates, names, default)
+            result[block] = by_name("input", rates, names, default)
         else:
-            found[block] = components(block, rates, len(names))
+            result[block] = components(block, rates, len(names))
     if "u_higher" in blocks:
         if given.get("u_higher") is not None:
-            found["u_higher"] = _rows(terms, term, "u_higher", given["u_higher"])
+            result["u_higher"] = _rows(terms, term, "u_higher", given["u_higher"])
         else:
             rows = np.where(by_caller, 0.0, of_scene["u_higher"]) if of_scene else np.zeros((1, len(names)))
             size = terms.functions.sizes["u_higher"]
-            found["u_higher"] = rows.reshape(*rows.shape[:-2], -1) if of_scene else np.zeros(size)
-    return found
+            result["u_higher"] = rows.reshape(*rows.shape[:-2], -1) if of_scene else np.zeros(size)
+    return result
 
 
 def _of_base(terms: Terms, given: Mapping[str, Any], values: Mapping[str, Array]) -> Array:
     if given.get("base_rates") is not None:
         return terms.base_rates(given["base_rates"])
     if given.get("base") is not None:
-        what = "a base that is given needs the further derivatives of its twist as well"
+        fault = "a base that is given needs the further derivatives of its twist as well"
         raise UsageError(
-            Problem("base_rates", what, "base_rates=..., or neither of the two for the scene's own motion")
+            Problem("base_rates", fault, "base_rates=..., or neither of the two for the scene's own motion")
         )
     (rates,) = terms.functions("base_rates", values)
     return rates.reshape(*rates.shape[:-2], -1)

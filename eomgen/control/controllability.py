@@ -64,23 +64,23 @@ class Dynamics:
 def check_stabilisable(dynamics: Dynamics, B: Array) -> None:
     """Raise ModelError if a motion that does not decay is out of the actuators' reach, naming it."""
     if worst := _worst(dynamics, _lost(dynamics, B)):
-        what = f"{worst} cannot be stabilised: no actuator moves it"
-        raise ModelError(what, "an actuator that works on it, or a spring, a damper or a filter that makes it decay")
+        fault = f"{worst} cannot be stabilised: no actuator moves it"
+        raise ModelError(fault, "an actuator that works on it, or a spring, a damper or a filter that makes it decay")
 
 
 def check_controllable(dynamics: Dynamics, B: Array) -> None:
     """Raise ModelError if a motion is out of the actuators' reach, whether it decays or not."""
     lost = _lost(dynamics, B)
     if lost:
-        what = f"{described(dynamics, lost[0])} cannot be placed: no actuator moves it"
-        raise ModelError(what, "an actuator that works on it, or lqr, which leaves it as it is")
+        fault = f"{described(dynamics, lost[0])} cannot be placed: no actuator moves it"
+        raise ModelError(fault, "an actuator that works on it, or lqr, which leaves it as it is")
 
 
 def check_detectable(dynamics: Dynamics, C: Array, measured: Sequence[str]) -> None:
     """Raise ModelError if a motion that does not decay is unobservable in the measurements, naming it."""
     if worst := _worst(dynamics, _lost(dynamics.dual, C.T)):
-        what = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it"
-        raise ModelError(what, "a measured signal that it moves")
+        fault = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it"
+        raise ModelError(fault, "a measured signal that it moves")
 
 
 def check_weighted(dynamics: Dynamics, root: Array) -> None:
@@ -92,8 +92,8 @@ def check_weighted(dynamics: Dynamics, root: Array) -> None:
     root : (r, ns) with root^T root the weight of the state
     """
     if mode := _unseen_on_border(dynamics, root):
-        what = f"{mode} has zero weight, so optimal control would leave it as it is"
-        raise ModelError(what, "a weight on a state or an output that it moves")
+        fault = f"{mode} has zero weight, so optimal control would leave it as it is"
+        raise ModelError(fault, "a weight on a state or an output that it moves")
 
 
 def check_driven(dynamics: Dynamics, root: Array) -> None:
@@ -105,8 +105,8 @@ def check_driven(dynamics: Dynamics, root: Array) -> None:
     root : (r, ns) with root^T root the intensity of the noise
     """
     if mode := _unseen_on_border(dynamics, root):
-        what = f"no noise moves {mode} so the best observer would not correct it"
-        raise ModelError(what, "noise on a disturbance, an input or a state that moves it")
+        fault = f"no noise moves {mode} so the best observer would not correct it"
+        raise ModelError(fault, "noise on a disturbance, an input or a state that moves it")
 
 
 def check_observable(dynamics: Dynamics, C: Array) -> None:
@@ -114,8 +114,8 @@ def check_observable(dynamics: Dynamics, C: Array) -> None:
     lost = _lost(dynamics, C)
     if lost:
         of = described(dynamics, lost[0])
-        what = f"the error of the estimate of {of} cannot be placed: nothing measured shows it"
-        raise ModelError(what, "a measured signal that it moves, or kalman, which leaves it as it is")
+        fault = f"the error of the estimate of {of} cannot be placed: nothing measured shows it"
+        raise ModelError(fault, "a measured signal that it moves, or kalman, which leaves it as it is")
 
 
 def _worst(dynamics: Dynamics, lost: Sequence[complex]) -> str:

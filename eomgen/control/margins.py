@@ -52,13 +52,13 @@ class Margins:
 
 def margins_of(A: Array, B: Array, G: Array, inputs: Sequence[str], sample: float | None) -> dict[str, Margins]:
     """Return the margins of u = -G s at each input, by name, for sdot = A s + B u, or from sample to sample."""
-    found = {}
+    result = {}
     for k, name in enumerate(inputs):
         others = [j for j in range(len(inputs)) if j != k]
         opened = A - B[:, others] @ G[others]
         closed = np.linalg.eigvals(A - B @ G).astype(complex)
-        found[name] = _margins(opened, B[:, k], G[k], closed, sample)
-    return found
+        result[name] = _margins(opened, B[:, k], G[k], closed, sample)
+    return result
 
 
 def _margins(A: Array, b: Array, g: Array, closed: Complex, sample: float | None) -> Margins:

@@ -78,8 +78,8 @@ def modes_of(plant: Plant) -> Modes:
     limit = 1e-10 * plant.scales.rate**2
     if squares[0] < -limit:
         mover = plant.names[int(np.argmax(np.abs(shapes[:, 0])))]
-        what = f"the equilibrium is unstable: the mode of {mover} grows at {(-squares[0]) ** 0.5:.4g} 1/s"
-        raise ModelError(f"{what}, and modal control is for modes that oscillate", "lqr")
+        fault = f"the equilibrium is unstable: the mode of {mover} grows at {(-squares[0]) ** 0.5:.4g} 1/s"
+        raise ModelError(f"{fault}, and modal control is for modes that oscillate", "lqr")
     damping = np.einsum("ik,ij,jk->k", shapes, plant.C, shapes)
     return Modes(np.sqrt(np.where(np.abs(squares) < limit, 0.0, squares)), damping, np.asarray(shapes))
 
@@ -153,9 +153,9 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     eigenvalues = plant.eigenvalues(G_p, G_v)
     worst = eigenvalues[np.argmax(eigenvalues.real)]
     if worst.real > 1e-9 * plant.scales.rate and worst.real > plant.eigenvalues().real.max():
-        what = f"modal control with {plant.m} actuators makes a mode at {abs(worst.imag) / (2 * np.pi):.4g} Hz grow"
+        fault = f"modal control with {plant.m} actuators makes a mode at {abs(worst.imag) / (2 * np.pi):.4g} Hz grow"
         detail = f"(crosstalk {crosstalk:.2g}, spillover {spillover:.2g} of the forces asked for)"
-        raise ModelError(f"{what} {detail}", "as many actuators as modes, or fewer controlled modes")
+        raise ModelError(f"{fault} {detail}", "as many actuators as modes, or fewer controlled modes")
     if crosstalk < 1e-9:
         crosstalk = 0.0
     of_modes = np.array(gains)

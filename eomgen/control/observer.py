@@ -208,21 +208,21 @@ def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
     observer = Observer(space, measured, np.zeros((len(space.states), len(measured))))
     if space.sample is not None and np.any(observer.D):
         name = measured[int(np.argwhere(np.any(observer.D, axis=1))[0, 0])]
-        what = f"{name} depends on an input at the same instant, and the input follows from what is measured"
-        raise UsageError(Problem("measured", what, "a delay of the inputs, or another signal"))
+        fault = f"{name} depends on an input at the same instant, and the input follows from what is measured"
+        raise UsageError(Problem("measured", fault, "a delay of the inputs, or another signal"))
     return observer
 
 
 def _measured(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str, ...], Array]:
     """Return the names of the measurements, and the intensities of their noise as a matrix."""
     if not isinstance(noise, Mapping) or not noise:
-        what = "no measured signal is named"
-        raise UsageError(Problem("measurement_noise", what, '{"angle": 1e-6}, an output or a state each'))
+        fault = "no measured signal is named"
+        raise UsageError(Problem("measurement_noise", fault, '{"angle": 1e-6}, an output or a state each'))
     for name, value in noise.items():
         row_of(space, name)
         if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating) or not value > 0.0:
-            what = f"the noise of {name} is {shown(value)}, so its signal would be taken for exact"
-            raise UsageError(Problem("measurement_noise", what, "a number above zero"))
+            fault = f"the noise of {name} is {shown(value)}, so its signal would be taken for exact"
+            raise UsageError(Problem("measurement_noise", fault, "a number above zero"))
     return tuple(noise), np.diag(np.array(list(noise.values()), dtype=float))
 
 
@@ -240,8 +240,8 @@ def _noise(space: StateSpace, noise: Weighted, measured: Sequence[str]) -> tuple
         into = {name: (unit, np.zeros(len(space.outputs))) for name, unit in units} | into
         for name in names:
             if name not in into:
-                what = f"there is no disturbance, input or state {shown(name)}"
-                raise UsageError(Problem("noise", what, near(str(name), tuple(into))))
+                fault = f"there is no disturbance, input or state {shown(name)}"
+                raise UsageError(Problem("noise", fault, near(str(name), tuple(into))))
         W = np.diag([number("noise", name, noise[name]) for name in names])
     G, F = np.zeros((ns, len(names))), np.zeros((len(measured), len(names)))
     for column, name in enumerate(names):
@@ -256,6 +256,6 @@ def _refuse_white_measurements(measured: Sequence[str], F: Array, W: Array) -> N
     """Raise UsageError if a measured signal contains white noise that drives the model."""
     for name, row in zip(measured, F @ W, strict=True):
         if np.any(row):
-            what = f"{name} contains white noise itself, and its value at a sample would be infinite"
+            fault = f"{name} contains white noise itself, and its value at a sample would be infinite"
             hint = "a shaping filter between the noise and what it drives, or another signal"
-            raise UsageError(Problem("kalman", what, hint))
+            raise UsageError(Problem("kalman", fault, hint))

@@ -53,14 +53,14 @@ class OutputFeedback:
         for name, kind in (("first", Regulator), ("second", Observer)):
             given = self.regulator if kind is Regulator else self.observer
             if not isinstance(given, kind):
-                what = f"{_with_article(kind)} comes {name}, not {_with_article(type(given))}"
+                fault = f"{_with_article(kind)} comes {name}, not {_with_article(type(given))}"
                 hint = "OutputFeedback(regulator, observer), that of lqr or place and that of kalman or place_observer"
-                raise UsageError(Problem("OutputFeedback", what, hint))
+                raise UsageError(Problem("OutputFeedback", fault, hint))
         first, second = self.regulator.space, self.observer.space
         same = (first.states, first.inputs, first.sample) == (second.states, second.inputs, second.sample)
         if not same or not (np.array_equal(first.A, second.A) and np.array_equal(first.B, second.B)):
-            what = f"the regulator is of {first!r} and the observer of {second!r}"
-            raise UsageError(Problem("OutputFeedback", what, "the same model, inputs, sample and delay for both"))
+            fault = f"the regulator is of {first!r} and the observer of {second!r}"
+            raise UsageError(Problem("OutputFeedback", fault, "the same model, inputs, sample and delay for both"))
 
     def __repr__(self) -> str:
         of = f"{', '.join(self.space.inputs)} from {', '.join(self.observer.measured)}"

@@ -50,15 +50,15 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
     left = list(map(complex, wanted))
     for pole in map(complex, wanted):
         if pole.imag and pole.conjugate() not in left:
-            what = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate"
-            raise UsageError(what, f"{pole.real:g}{-pole.imag:+g}i too")
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate"
+            raise UsageError(fault, f"{pole.real:g}{-pole.imag:+g}i too")
         if pole.imag:
             left.remove(pole.conjugate())
     for pole in dict.fromkeys(map(complex, wanted)):
         count = int(np.sum(wanted == pole))
         if count > plant.m:
-            what = f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times"
-            raise UsageError(f"{what}, and {plant.m} actuators place {plant.m} at most", "poles a little apart")
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times"
+            raise UsageError(f"{fault}, and {plant.m} actuators place {plant.m} at most", "poles a little apart")
     check_controllable(plant)
     from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
 

@@ -220,29 +220,29 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
             f"{pole:.6g}" for pole in (wanted[unstable] if np.any(wanted.imag) else wanted.real[unstable])
         )
         where = "with positive real parts" if dynamics.sample is None else "z = e^(s T) outside the unit circle"
-        what = f"poles {where} are asked for, {growing}: what has them grows"
+        fault = f"poles {where} are asked for, {growing}: what has them grows"
         hint = "negative real parts" if dynamics.sample is None else "negative real parts of s"
-        warnings.warn(f"place: {what}; try: {hint}", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"place: {fault}; try: {hint}", RuntimeWarning, stacklevel=4)
     A, (n, m) = dynamics.A, B.shape
     if wanted.shape != (n,):
-        what = f"{wanted.size} poles are given, and the model has {n} eigenvalues"
-        raise UsageError(Problem("poles", what, f"{n} poles"))
+        fault = f"{wanted.size} poles are given, and the model has {n} eigenvalues"
+        raise UsageError(Problem("poles", fault, f"{n} poles"))
     if not np.all(np.isfinite(wanted)):
         raise UsageError(Problem("poles", "a pole is not finite", "finite numbers"))
     left = list(map(complex, wanted))
     for pole in map(complex, wanted):
         if pole.imag and pole.conjugate() not in left:
-            what = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate"
-            raise UsageError(Problem("poles", what, f"{pole.real:g}{-pole.imag:+g}i too"))
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate"
+            raise UsageError(Problem("poles", fault, f"{pole.real:g}{-pole.imag:+g}i too"))
         if pole.imag:
             left.remove(pole.conjugate())
     for pole in dict.fromkeys(map(complex, wanted)):
         count = int(np.sum(wanted == pole))
         if count > m:
-            what = (
+            fault = (
                 f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times, and {m} of them can be placed at most"
             )
-            raise UsageError(Problem("poles", what, "poles a little apart"))
+            raise UsageError(Problem("poles", fault, "poles a little apart"))
     check(dynamics, B)
     from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
 
@@ -259,8 +259,8 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
     reached = np.linalg.eigvals(A - B @ gains)
     missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
     if not missed <= _REACHED:
-        what = f"the poles are reached to {missed:.1e} of their size only"
-        raise NumericalError(what, "poles nearer to those of the model")
+        fault = f"the poles are reached to {missed:.1e} of their size only"
+        raise NumericalError(fault, "poles nearer to those of the model")
     return np.asarray(gains, dtype=float)
 
 
@@ -314,9 +314,9 @@ def _sampled(space: StateSpace, weights: Weights) -> Regulator:
 
 def _only_with_sample(delay: float | str) -> None:
     if delay != 0.0:
-        what = "a delay is given, and no time between two samples"
+        fault = "a delay is given, and no time between two samples"
         hint = 'sample="1 ms"; in continuous time an actuator or a filter with a lag'
-        raise UsageError(Problem("delay", what, hint))
+        raise UsageError(Problem("delay", fault, hint))
 
 
 def _said(space: StateSpace) -> str:

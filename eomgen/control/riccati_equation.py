@@ -36,8 +36,8 @@ def whitening(R: Array) -> Array:
         L = np.zeros_like(R)
     diagonal = np.diag(L)
     if not len(R) or diagonal.min() <= np.finfo(float).eps * diagonal.max():
-        what = "some effort has zero weight, so the optimal gain is unbounded"
-        raise UsageError(what, "a positive weight for every effort, or for accelerations that they give")
+        fault = "some effort has zero weight, so the optimal gain is unbounded"
+        raise UsageError(fault, "a positive weight for every effort, or for accelerations that they give")
     return np.linalg.inv(L).T
 
 
@@ -70,8 +70,8 @@ def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[A
     try:
         P: Array = np.asarray(solve_continuous_are(A, b, unit, np.eye(B.shape[1]) / weight), dtype=float)
     except (np.linalg.LinAlgError, ValueError) as error:
-        what = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')}"
-        raise NumericalError(what, "weights that differ less in size") from None
+        fault = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')}"
+        raise NumericalError(fault, "weights that differ less in size") from None
     residual = _residual(A, b, unit, P, weight, blocks)
     for _ in range(_NEWTON_STEPS):
         gain = weight * b.T @ P
@@ -85,10 +85,10 @@ def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[A
             break
         P, residual = better, reached
     if not residual <= TOLERANCE or np.linalg.eigvals(A - weight * b @ (b.T @ P)).real.max() >= 0.0:
-        what = (
+        fault = (
             f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is needed"
         )
-        raise NumericalError(what, "weights that differ less in size")
+        raise NumericalError(fault, "weights that differ less in size")
     return P * size, residual
 
 
@@ -136,13 +136,13 @@ def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[
                 break
             P, gain, residual = better, newer, reached
     except (np.linalg.LinAlgError, ValueError) as error:
-        what = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')}"
-        raise NumericalError(what, "weights that differ less in size") from None
+        fault = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')}"
+        raise NumericalError(fault, "weights that differ less in size") from None
     if not residual <= TOLERANCE or np.max(np.abs(np.linalg.eigvals(a - b @ gain)), initial=0.0) >= 1.0:
-        what = (
+        fault = (
             f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is needed"
         )
-        raise NumericalError(what, "weights that differ less in size, or another sample")
+        raise NumericalError(fault, "weights that differ less in size, or another sample")
     return size * P / np.outer(T, T), gain * inputs[:, np.newaxis] / T, residual
 
 

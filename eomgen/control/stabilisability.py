@@ -30,16 +30,16 @@ def check_stabilisable(plant: Plant) -> None:
     lost = [(value, shape) for value, shape in lost if value.real > -_ON_AXIS * plant.scales.rate]
     if lost:
         value, shape = max(lost, key=lambda mode: mode[0].real)
-        what = f"{described(plant, value, shape)} cannot be stabilised: no actuator moves it"
-        raise ModelError(what, "an actuator that works on it, or a spring and a damper that hold it")
+        fault = f"{described(plant, value, shape)} cannot be stabilised: no actuator moves it"
+        raise ModelError(fault, "an actuator that works on it, or a spring and a damper that hold it")
 
 
 def check_controllable(plant: Plant) -> None:
     """Raise ModelError if a mode is out of the actuators' reach, whether it decays or not."""
     for value, shape, reach in _reached(plant):
         if reach < _RANK:
-            what = f"{described(plant, value, shape)} cannot be placed: no actuator moves it"
-            raise ModelError(what, "an actuator that works on it, or a method that leaves it as it is (lqr)")
+            fault = f"{described(plant, value, shape)} cannot be placed: no actuator moves it"
+            raise ModelError(fault, "an actuator that works on it, or a method that leaves it as it is (lqr)")
 
 
 def check_detectable(plant: Plant, A: Array, root: Array) -> None:
@@ -63,9 +63,9 @@ def check_detectable(plant: Plant, A: Array, root: Array) -> None:
             shape = right[-1].conj()[:n]
             shape = shape if np.linalg.norm(shape) > _RANK else right[-1].conj()[n:]
             physical = plant.scales.state_back[:n, :n] @ shape
-            what = f"{described(plant, plant.scales.rate * at, physical)} has zero weight"
-            what = f"{what}, so optimal control would leave it as it is"
-            raise ModelError(what, "a weight on a coordinate or a velocity that it moves")
+            fault = f"{described(plant, plant.scales.rate * at, physical)} has zero weight"
+            fault = f"{fault}, so optimal control would leave it as it is"
+            raise ModelError(fault, "a weight on a coordinate or a velocity that it moves")
 
 
 def _reached(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:

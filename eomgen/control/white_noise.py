@@ -32,8 +32,8 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
     space = state_space_of(space)
     G, _, W = _entering(space, noise)
     if space.stability != "stable":
-        what = f"there is no stationary motion: the slowest motion does not decay ({-space.decay:.4g} 1/s)"
-        raise ModelError(Problem("", what, "a damper, or feedback"))
+        fault = f"there is no stationary motion: the slowest motion does not decay ({-space.decay:.4g} 1/s)"
+        raise ModelError(Problem("", fault, "a damper, or feedback"))
     solve = solve_continuous_lyapunov if space.sample is None else _sampled
     covariance: Array = np.asarray(solve(space.A, -G @ W @ G.T), dtype=float)
     return np.asarray((covariance + covariance.T) / 2.0)
@@ -64,8 +64,8 @@ def _entering(space: StateSpace, noise: Mapping[str, float]) -> tuple[Array, Arr
     names = (*space.disturbances, *space.inputs)
     for name in noise:
         if name not in names:
-            what = f"there is no disturbance or input {shown(name)}"
-            raise UsageError(Problem("noise", what, near(str(name), names)))
+            fault = f"there is no disturbance or input {shown(name)}"
+            raise UsageError(Problem("noise", fault, near(str(name), names)))
     columns = [names.index(name) for name in noise]
     W = np.diag(np.array([number("noise", name, value) for name, value in noise.items()], dtype=float))
     return np.hstack([space.E, space.B])[:, columns], np.hstack([space.F, space.D])[:, columns], W

@@ -92,11 +92,11 @@ def connected(cluster: object, workers: int | None) -> Iterator[Machines]:
     try:
         distributed = importlib.import_module("distributed")
     except ImportError:
-        what = "an ensemble is run on a cluster by the package distributed of Dask, which is not installed"
-        raise UsageError(Problem("cluster", what, _INSTALL)) from None
+        fault = "an ensemble is run on a cluster by the package distributed of Dask, which is not installed"
+        raise UsageError(Problem("cluster", fault, _INSTALL)) from None
     if workers is not None and cluster != LOCAL:
-        what = "a cluster that is given has its own workers"
-        raise UsageError(Problem("workers", what, f"without it, or the cluster {LOCAL!r} of so many processes"))
+        fault = "a cluster that is given has its own workers"
+        raise UsageError(Problem("workers", fault, f"without it, or the cluster {LOCAL!r} of so many processes"))
     with ExitStack() as stack:
         client, name = _client(distributed, cluster, workers, stack)
         _check_versions(client, name)
@@ -107,8 +107,8 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
     """Return a client, closed with the stack if it was made here, and the name of its cluster."""
     if isinstance(cluster, distributed.Client):
         if cluster.asynchronous:
-            what = "the client is asynchronous, and this call waits"
-            raise UsageError(Problem("cluster", what, "Client(address), without asynchronous=True"))
+            fault = "the client is asynchronous, and this call waits"
+            raise UsageError(Problem("cluster", fault, "Client(address), without asynchronous=True"))
         return cluster, _named(cluster)
     options: dict[str, Any] = {"timeout": _PATIENCE, "set_as_default": False}
     if cluster == LOCAL:
@@ -126,9 +126,9 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
     if "://" in text:
         return stack.enter_context(_reached(text, lambda: distributed.Client(text, **options))), text
     if not Path(text).is_file():
-        what = f"there is no scheduler file {text}"
+        fault = f"there is no scheduler file {text}"
         hint = f"{LOCAL}, an address such as tcp://host:8786, or the file of dask scheduler --scheduler-file"
-        raise FileError(Problem("cluster", what, hint))
+        raise FileError(Problem("cluster", fault, hint))
     return stack.enter_context(_reached(text, lambda: distributed.Client(scheduler_file=text, **options))), text
 
 
@@ -162,9 +162,9 @@ def _started(start: Callable[[], Any]) -> Any:
     try:
         return start()
     except (RuntimeError, OSError) as error:
-        what = f"its processes did not start: {_first_line(error)}"
+        fault = f"its processes did not start: {_first_line(error)}"
         hint = 'if __name__ == "__main__": around what a script does, since each process imports the script'
-        raise UsageError(Problem(f"cluster {LOCAL}", what, hint)) from None
+        raise UsageError(Problem(f"cluster {LOCAL}", fault, hint)) from None
 
 
 def _reached(name: str, connect: Callable[[], Any]) -> Any:
@@ -172,9 +172,9 @@ def _reached(name: str, connect: Callable[[], Any]) -> Any:
     try:
         return connect()
     except (OSError, ValueError, KeyError, TimeoutError) as error:
-        what = f"no scheduler answers: {_first_line(error)}"
+        fault = f"no scheduler answers: {_first_line(error)}"
         hint = "the address that dask scheduler prints, and a network that lets it through"
-        raise FileError(Problem(f"cluster {name}", what, hint)) from None
+        raise FileError(Problem(f"cluster {name}", fault, hint)) from None
 
 
 def _first_line(error: BaseException) -> str:
@@ -193,10 +193,10 @@ def _check_versions(client: Any, name: str) -> None:
 
     for address, version in sorted(client.run(version_there).items()):
         if version != __version__:
-            what = f"its eomgen is {version}" if version else "it has no eomgen"
+            fault = f"its eomgen is {version}" if version else "it has no eomgen"
             hint = f"pip install eomgen=={__version__} where it runs"
             raise UsageError(
-                Problem(f"cluster {name}, worker {address}", f"{what}, and here it is {__version__}", hint)
+                Problem(f"cluster {name}, worker {address}", f"{fault}, and here it is {__version__}", hint)
             )
 
 
@@ -281,15 +281,15 @@ class _Run:
         error = result[1] if isinstance(result, tuple) else result
         kind = type(error).__name__
         if kind == "KilledWorker":
-            what = f"workers died over and over while they ran {samples}"
+            fault = f"workers died over and over while they ran {samples}"
             hint = "more memory for each worker; what is done is kept, for resume"
         elif status == "error" and kind == "ModuleNotFoundError":
-            what, hint = f"a worker has not what the ensemble needs: {error}", "the same packages on all machines"
+            fault, hint = f"a worker has not what the ensemble needs: {error}", "the same packages on all machines"
         elif status == "error":
-            what, hint = f"{samples} cannot be run: {_first_line(error)}", "the logs of its workers"
+            fault, hint = f"{samples} cannot be run: {_first_line(error)}", "the logs of its workers"
         else:
-            what, hint = "the scheduler, or the connection to it, is lost", "resume, when there is one again"
-        raise FileError(Problem(where, what, hint))
+            fault, hint = "the scheduler, or the connection to it, is lost", "resume, when there is one again"
+        raise FileError(Problem(where, fault, hint))
 
     def _notes(self) -> tuple[str, ...]:
         if len(self._codes) == 1:

@@ -88,10 +88,10 @@ def _saltelli(samples: int, dimensions: int, seed: int) -> Points:
         begin = int(row.min()) if part[0] == part[-1] else 0
         end = int(row.max()) + 1 if part[0] == part[-1] else samples
         both = _sobol_points(2 * dimensions, seed, begin, end - begin)[row - begin]
-        found = np.where((part == 1)[:, np.newaxis], both[:, dimensions:], both[:, :dimensions])
+        result = np.where((part == 1)[:, np.newaxis], both[:, dimensions:], both[:, :dimensions])
         mixed = np.flatnonzero(part > 1)
-        found[mixed, part[mixed] - 2] = both[mixed, dimensions + part[mixed] - 2]
-        return np.asarray(found)
+        result[mixed, part[mixed] - 2] = both[mixed, dimensions + part[mixed] - 2]
+        return np.asarray(result)
 
     return points
 
@@ -126,8 +126,8 @@ def random_design(name: str, distributions: Sequence[Distribution], samples: int
     if dimensions > (most := _MOST_DIMENSIONS.get(name, dimensions)):
         raise UsageError(Problem("design", f"{name} has {most} dimensions at most, not {dimensions}", "monte_carlo"))
     if name == "latin_hypercube" and samples * dimensions > _MOST_AT_ONCE:
-        what = f"{name} makes all of its {samples * dimensions} numbers at once, {_MOST_AT_ONCE} at most"
-        raise UsageError(Problem("samples", what, "fewer of them, or sobol"))
+        fault = f"{name} makes all of its {samples * dimensions} numbers at once, {_MOST_AT_ONCE} at most"
+        raise UsageError(Problem("samples", fault, "fewer of them, or sobol"))
     points = DESIGNS[name](samples, dimensions, seed)
 
     def values(first: int, count: int) -> Array:
@@ -155,8 +155,8 @@ def grid_design(names: Sequence[str], distributions: Sequence[Distribution]) -> 
     """
     for name, item in zip(names, distributions, strict=True):
         if not item.levels:
-            what = f"a grid goes through lists of values, and {item.text} is none"
-            raise UsageError(Problem(f"vary {name}", what, "linspace(low, high, count), or values(1, 2, 4)"))
+            fault = f"a grid goes through lists of values, and {item.text} is none"
+            raise UsageError(Problem(f"vary {name}", fault, "linspace(low, high, count), or values(1, 2, 4)"))
     sizes = [len(item.levels) for item in distributions]
 
     def values(first: int, count: int) -> Array:

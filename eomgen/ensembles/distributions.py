@@ -158,8 +158,8 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
     kind = DISTRIBUTIONS[name]
     signature = f"{name}({', '.join(kind.arguments)})"
     if len(words) != len(kind.arguments):
-        what = f"{name} takes {len(kind.arguments)} numbers, not {len(words)}"
-        raise UsageError(Problem(where, what, signature))
+        fault = f"{name} takes {len(kind.arguments)} numbers, not {len(words)}"
+        raise UsageError(Problem(where, fault, signature))
     numbers: list[float] = []
     for argument, word in zip(kind.arguments, words, strict=True):
         label = f"{where}: {argument}"
@@ -182,8 +182,8 @@ def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[flo
     low, high = (read_number(where, word, unit, signature) for word in words[:2])
     count = read_number(f"{where}: count", words[2], "", signature)
     if not (count.is_integer() and 2 <= count <= _MOST_LEVELS):
-        what = f"count must be a whole number from 2 to {_MOST_LEVELS}, not {count:.9g}"
-        raise UsageError(Problem(where, what, signature))
+        fault = f"count must be a whole number from 2 to {_MOST_LEVELS}, not {count:.9g}"
+        raise UsageError(Problem(where, fault, signature))
     if name == "logspace":
         if not (low > 0.0 and high > 0.0):
             raise UsageError(Problem(where, f"{name} needs ends above 0; here {low:.9g} and {high:.9g}", "linspace"))

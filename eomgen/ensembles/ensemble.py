@@ -115,8 +115,8 @@ class Ensemble:
         wanted = numbers("quantile", probability)
         if wanted.ndim > 1 or not np.all((wanted >= 0.0) & (wanted <= 1.0)):
             raise UsageError(Problem("quantile", f"probabilities lie between 0 and 1, not {probability!r}", "0.95"))
-        found = self.reduction.quantiles(self._place(column), np.atleast_1d(wanted))
-        return found[0] if wanted.ndim == 0 else found
+        result = self.reduction.quantiles(self._place(column), np.atleast_1d(wanted))
+        return result[0] if wanted.ndim == 0 else result
 
     def histogram(self, column: str, t: float, bins: int = 40) -> tuple[Array, Array]:
         """Return probabilities (bins,) and edges (bins + 1,) of a column at the recorded time next to t, s.

@@ -52,9 +52,9 @@ def _with_estimates(work: Samples) -> dict[int, Solution]:
     """Run a few samples over the whole design with estimates of their errors; return the successful ones by number."""
     total = work.design.samples
     count = min(_MOST, total // _FOR_EACH)
-    found: dict[int, Solution] = {}
+    result: dict[int, Solution] = {}
     if not count:
-        return found
+        return result
     values = work.design.values(0, min(_CANDIDATES, total))
     for number in spread_samples(values, count):
         try:
@@ -64,8 +64,8 @@ def _with_estimates(work: Samples) -> dict[int, Solution]:
         if solution.interrupted:
             break
         if solution.success:
-            found[number] = solution
-    return found
+            result[number] = solution
+    return result
 
 
 def _of_column(estimates: Sequence[ErrorEstimate], attribute: str, place: int) -> float:

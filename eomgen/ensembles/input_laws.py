@@ -43,36 +43,36 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
     label = f"{where} {name}"
     curves = [curve.name for curve in getattr(model.scene, "curves", ())]
     if place is None and of in curves:
-        what = f"{of} is a curve, whose numbers are fixed in the code"
+        fault = f"{of} is a curve, whose numbers are fixed in the code"
         hint = f"a tunable parameter as factor in formulas, factor * {of}(...)"
         if kind == "seed":
             hint = (
                 f"a random road as an input, [inputs.{of}] road = {{ class = ..., speed = ... }}; or a model per seed"
             )
-        raise UsageError(Problem(label, what, hint))
+        raise UsageError(Problem(label, fault, hint))
     if place is None and of in (seas := [waves.name for waves in model.description.waves]):
         number = seas.index(of)
         if kind == "seed" and model.description.waves[number].variables:
             return len(model.description.inputs) + number
-        what, hint = f"{of} are waves, whose numbers are fixed in the code", f"variables = true in [waves.{of}]"
+        fault, hint = f"{of} are waves, whose numbers are fixed in the code", f"variables = true in [waves.{of}]"
         if kind != "seed":
-            what = f"{of} are waves, which are as high as their spectrum says"
+            fault = f"{of} are waves, which are as high as their spectrum says"
             hint = f'height = "height" in the spectrum of [waves.{of}], a tunable parameter, which varies'
-        raise UsageError(Problem(label, what, hint))
+        raise UsageError(Problem(label, fault, hint))
     if place is None:
-        what = f"there is no input {shown(of)}"
-        raise UsageError(Problem(label, what, _others(model, kind)))
+        fault = f"there is no input {shown(of)}"
+        raise UsageError(Problem(label, fault, _others(model, kind)))
     item = model.description.inputs[place]
     if kind == "seed" and item.random is not None and item.random.follows:
         leader = item.random.follows
-        what = f"the random process {of} follows {leader}, and has its variables"
-        raise UsageError(Problem(label, what, f"seed.{leader}"))
+        fault = f"the random process {of} follows {leader}, and has its variables"
+        raise UsageError(Problem(label, fault, f"seed.{leader}"))
     if kind == "seed" and item.road is None and item.random is None:
-        what = f"the input {of} is no random road and no random process, so it has no seed"
-        raise UsageError(Problem(label, what, _others(model, kind)))
+        fault = f"the input {of} is no random road and no random process, so it has no seed"
+        raise UsageError(Problem(label, fault, _others(model, kind)))
     if not item.given:
-        what = f"the scene gives the input {of} no law that could be multiplied"
-        raise UsageError(Problem(label, what, f"{of}, a value that is constant over a run"))
+        fault = f"the scene gives the input {of} no law that could be multiplied"
+        raise UsageError(Problem(label, fault, f"{of}, a value that is constant over a run"))
     return place
 
 
@@ -115,8 +115,8 @@ def check_seeds(name: str, how: Distribution) -> None:
     """Raise UsageError if seeds are not whole numbers from 0 on."""
     least = how.quantiles(np.array([_SMALLEST])) if not how.levels else np.array(how.levels)
     if not how.whole or np.min(least) < 0.0:
-        what = f"a seed is a whole number from 0 on, and {how.text} has others"
-        raise UsageError(Problem(f"vary {name}", what, f"{name}=integers(0, 999999), or values(1, 2, 3)"))
+        fault = f"a seed is a whole number from 0 on, and {how.text} has others"
+        raise UsageError(Problem(f"vary {name}", fault, f"{name}=integers(0, 999999), or values(1, 2, 3)"))
 
 
 def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
@@ -127,8 +127,8 @@ def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
             continue
         track = _track(model.description.inputs[place])
         if (other := of_track.setdefault(track, name)) != name:
-            what = f"its wheel runs in the same track as that of {other}, and has the same seed"
-            raise UsageError(Problem(f"vary {name}", what, f"{other} alone, which all wheels of the track follow"))
+            fault = f"its wheel runs in the same track as that of {other}, and has the same seed"
+            raise UsageError(Problem(f"vary {name}", fault, f"{other} alone, which all wheels of the track follow"))
 
 
 def laws_of(
@@ -140,12 +140,12 @@ def laws_of(
     by_name = {item.name: item for item in inputs}
     of_track = {_track(by_name[name.partition(".")[2]]): int(seed) for name, seed in seeds.items()}
     of_input = {name.partition(".")[2]: factor for name, factor in factors.items()}
-    found = {}
+    result = {}
     for place, item in enumerate(inputs):
         seed = None if item.road is None else of_track.get(_track(item))
         if seed is not None or item.name in of_input:
-            found[item.name] = _law(model, p, place, seed, of_input.get(item.name, 1.0))
-    return found
+            result[item.name] = _law(model, p, place, seed, of_input.get(item.name, 1.0))
+    return result
 
 
 def own_seed(model: CompiledModel, place: int) -> int:

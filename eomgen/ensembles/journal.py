@@ -49,8 +49,8 @@ class Journal:
         path, text = folder / _DESCRIBED, json.dumps(finite(described), indent=2, sort_keys=True) + "\n"
         if path.exists():
             if not resume:
-                what = f"holds an ensemble, {_DESCRIBED}"
-                raise FileError(Problem(str(folder), what, "--resume, which goes on with it, or another folder"))
+                fault = f"holds an ensemble, {_DESCRIBED}"
+                raise FileError(Problem(str(folder), fault, "--resume, which goes on with it, or another folder"))
             self._check(path, text)
             self._read(folder)
         else:
@@ -60,14 +60,14 @@ class Journal:
         try:
             before = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            what = f"cannot be read: {error}"
-            raise FileError(Problem(str(path), what, "another folder")) from None
+            fault = f"cannot be read: {error}"
+            raise FileError(Problem(str(path), fault, "another folder")) from None
         now = json.loads(text)
         if before != now:
             differ = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
             differ = [name for name in differ if name != "block"] or differ  # its size follows from the others
-            what = f"holds an ensemble with other {', '.join(differ)}"
-            raise FileError(Problem(str(path.parent), what, "the same options again, or another folder"))
+            fault = f"holds an ensemble with other {', '.join(differ)}"
+            raise FileError(Problem(str(path.parent), fault, "the same options again, or another folder"))
 
     def _read(self, folder: Path) -> None:
         path = folder / _REDUCED

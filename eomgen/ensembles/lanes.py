@@ -37,8 +37,8 @@ class Lanes:
         parameters, alone = self._parameters(values)
         inputs = self._input_tables(values, parameters) if self.runs.tabled else self._held_inputs(values)
         starts, refused = self._starts(values, parameters)
-        found = self.runs.tables(parameters, inputs, starts)
-        return replace(found, alone=found.alone | alone | refused | self.runs.unfollowed(parameters))
+        result = self.runs.tables(parameters, inputs, starts)
+        return replace(result, alone=result.alone | alone | refused | self.runs.unfollowed(parameters))
 
     def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return parameters (samples, np), and which of them may be refused; these have the scene's in their place."""
@@ -91,10 +91,10 @@ class Lanes:
         if not changed and self.runs.run.grid.start == 0.0:
             return guesses, refused
         q, v, z = np.split(guesses, [model.nq, model.nq + model.nv], axis=1)
-        found = self.runs.assembled(q, v, parameters)
-        if found is None:
+        result = self.runs.assembled(q, v, parameters)
+        if result is None:
             return self._starts_one_by_one(values, parameters)
-        return np.concatenate([found.q, found.v, z], axis=1), refused | ~found.met
+        return np.concatenate([result.q, result.v, z], axis=1), refused | ~result.met
 
     def _guesses(self, values: Array, parameters: Array, *, asked: bool) -> tuple[Array, NDArray[np.bool_]]:
         """Return initial states (samples, nq + nv + nz) as they are given, and which of them are refused; ``asked``:

@@ -133,12 +133,12 @@ class Room:
         with self._making:
             if self._model is None:
                 if self._shipment.version != __version__:
-                    what = f"eomgen is {__version__} here, and {self._shipment.version} where the ensemble was begun"
-                    raise UsageError(Problem("", what, "the same version on all machines"))
+                    fault = f"eomgen is {__version__} here, and {self._shipment.version} where the ensemble was begun"
+                    raise UsageError(Problem("", fault, "the same version on all machines"))
                 model = self._shipment.make()
                 if text_digest(model) != self._shipment.text:
-                    what = "other C comes of the scene here than where the ensemble was begun"
-                    raise UsageError(Problem("", what, "the same eomgen, with the same templates, on all machines"))
+                    fault = "other C comes of the scene here than where the ensemble was begun"
+                    raise UsageError(Problem("", fault, "the same eomgen, with the same templates, on all machines"))
                 self._model = model
             return self._model
 

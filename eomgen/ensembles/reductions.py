@@ -130,8 +130,8 @@ class Reduction:
     def quantiles(self, column: int, probabilities: Array) -> Array:
         """Return quantiles of a column, (probabilities, times). Raises UsageError without a sketch."""
         if not self._digests:
-            what = "quantiles are sketched by the package datasketches, which is not installed"
-            raise UsageError(Problem("quantile", what, "pip install 'eomgen[ensembles]', and the ensemble again"))
+            fault = "quantiles are sketched by the package datasketches, which is not installed"
+            raise UsageError(Problem("quantile", fault, "pip install 'eomgen[ensembles]', and the ensemble again"))
         self._sketch()
         times = self.count.shape[1]
         own = self._digests[column * times : (column + 1) * times]
@@ -172,18 +172,18 @@ class Reduction:
     def of_arrays(cls, arrays: dict[str, Array]) -> Reduction:
         """Return the reductions written as ``arrays``."""
         columns, times = arrays["count"].shape
-        found = cls(columns, times)
+        result = cls(columns, times)
         for name in cls._KEPT:
-            setattr(found, name, arrays[name.strip("_")])
+            setattr(result, name, arrays[name.strip("_")])
         library = _sketches()
-        found._digests = []
+        result._digests = []
         if library is not None:
-            found._waiting = [arrays["waiting"]] if arrays["waiting"].size else []
+            result._waiting = [arrays["waiting"]] if arrays["waiting"].size else []
             ends = np.cumsum(arrays["sizes"]).tolist()
             text = arrays["digests"].tobytes()
             for begin, end in zip([0, *ends], ends, strict=False):
-                found._digests.append(library.tdigest_double.deserialize(text[begin:end]))
-        return found
+                result._digests.append(library.tdigest_double.deserialize(text[begin:end]))
+        return result
 
 
 def _mean(values: Array, known: NDArray[np.bool_]) -> tuple[Array, Array]:

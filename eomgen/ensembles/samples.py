@@ -217,15 +217,15 @@ def how_run(lanes: Lanes | str) -> str:
 
 def extremes_of(table: Array) -> Array:
     """Return the smallest, the largest and the last value of columns (..., columns, rows), (..., columns, 3)."""
-    found = np.empty((*table.shape[:-1], 3))
+    result = np.empty((*table.shape[:-1], 3))
     rows = np.moveaxis(table, -1, 0)
     for place, which in enumerate((np.fmin, np.fmax)):
         if len(rows) > _FEW:
-            found[..., place] = which.reduce(table, axis=-1)
+            result[..., place] = which.reduce(table, axis=-1)
         else:  # a reduction along so short an axis takes longer than all else
-            found[..., place] = functools.reduce(which, rows)
-    found[..., 2] = rows[-1]
-    return found
+            result[..., place] = functools.reduce(which, rows)
+    result[..., 2] = rows[-1]
+    return result
 
 
 def table_of(solution: Solution, columns: Sequence[str]) -> Array:

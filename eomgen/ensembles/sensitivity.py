@@ -57,8 +57,8 @@ def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, f
     least = _LEAST * max(len(varying), 1)
     if there.sum() < least:
         known = int(there.sum())
-        what = f"{known} {'sample is' if known == 1 else 'samples are'} too few for {len(values)} numbers that vary"
-        raise UsageError(Problem("sensitivity", what, f"{least} samples or more"))
+        fault = f"{known} {'sample is' if known == 1 else 'samples are'} too few for {len(values)} numbers that vary"
+        raise UsageError(Problem("sensitivity", fault, f"{least} samples or more"))
     shares = dict.fromkeys(values, 0.0)
     if np.ptp(found[there]) > 0.0 and varying:
         ranks = np.array([_standard(stats.rankdata(values[name][there])) for name in varying])
@@ -79,8 +79,10 @@ def _sobol(asked: int, names: list[str], result: str, found: Array) -> Ranking:
     n = asked // (dimensions + 2)
     if len(found) < asked or not np.all(np.isfinite(found)):
         missing = asked - int(np.isfinite(found).sum())
-        what = f"Sobol' indices need all {asked} samples of the design, and {missing} failed or are missing"
-        raise UsageError(Problem("sensitivity", what, "distributions without the samples that fail, or another design"))
+        fault = f"Sobol' indices need all {asked} samples of the design, and {missing} failed or are missing"
+        raise UsageError(
+            Problem("sensitivity", fault, "distributions without the samples that fail, or another design")
+        )
     f_A, f_B, f_AB = found[:n], found[n : 2 * n], found[2 * n :].reshape(dimensions, n)
     if np.ptp(found) == 0.0:
         nothing = dict.fromkeys(names, 0.0)

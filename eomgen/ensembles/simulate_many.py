@@ -244,8 +244,8 @@ def _alone(folder: Path | None) -> Iterator[None]:
         return
     with sole_use(make_folder(folder)) as alone:
         if not alone:
-            what = "another ensemble is writing to it"
-            raise FileError(Problem(str(folder), what, "another folder, or this one when that has ended"))
+            fault = "another ensemble is writing to it"
+            raise FileError(Problem(str(folder), fault, "another folder, or this one when that has ended"))
         yield
 
 
@@ -321,8 +321,8 @@ def _designed(
     if table is not None:
         if vary or design:
             other = "vary" if vary else "design"
-            what = f"a table says the values of all samples, and {other} is given too"
-            raise UsageError(Problem(other, what, f"the table, or {other}, alone"))
+            fault = f"a table says the values of all samples, and {other} is given too"
+            raise UsageError(Problem(other, fault, f"the table, or {other}, alone"))
         items, rows = read_table(model, table)
         return items, table_design(rows), "table"
     if not vary:
@@ -346,25 +346,25 @@ def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
         return outputs or [name for name in known if name.startswith("q.")][:_MOST_COLUMNS]
     if isinstance(wanted, str):
         wanted = [wanted]
-    found = []
+    result = []
     for name in wanted:
         of_output = [column for column in known if column == f"output.{name}" or column.startswith(f"output.{name}[")]
         if name not in known and not of_output:
             hint = nearest(str(name), [*known, *(column.removeprefix("output.") for column in known)])
             raise UsageError(Problem("columns", f"there is no column {quoted(str(name))}", hint))
-        found += [name] if name in known else of_output
-    if not found:
+        result += [name] if name in known else of_output
+    if not result:
         raise UsageError(Problem("columns", "no column is looked at", "one of model.simulate(...).columns()"))
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(result))
 
 
 def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
-    found = set()
+    result = set()
     for number in keep if isinstance(keep, Iterable) else [keep]:
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < samples:
             raise UsageError(Problem("keep", f"{number!r} is no number of a sample", f"0 to {samples - 1}"))
-        found.add(int(number))
-    return frozenset(found)
+        result.add(int(number))
+    return frozenset(result)
 
 
 def _check_kind(keep_as: str) -> None:
@@ -373,8 +373,8 @@ def _check_kind(keep_as: str) -> None:
         hint = " or ".join(_KEPT_AS)
         raise UsageError(Problem("keep_as", f"solutions are not kept as {quoted(str(keep_as))}", hint))
     if keep_as == "parquet" and find_spec("pyarrow") is None:
-        what = "Parquet files are written by the package pyarrow, which is not installed"
-        raise UsageError(Problem("keep_as", what, "pip install 'eomgen[parquet]', or npz"))
+        fault = "Parquet files are written by the package pyarrow, which is not installed"
+        raise UsageError(Problem("keep_as", fault, "pip install 'eomgen[parquet]', or npz"))
 
 
 def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | None, *, resume: bool) -> None:
@@ -385,8 +385,8 @@ def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | 
         )
     for name in ("checkpoint", "checkpoint_every"):
         if options.get(name) is not None:
-            what = "samples write no checkpoints of their own"
-            raise UsageError(Problem(name, what, "folder=..., and resume=True, which goes on with what is done"))
+            fault = "samples write no checkpoints of their own"
+            raise UsageError(Problem(name, fault, "folder=..., and resume=True, which goes on with what is done"))
 
 
 def _digest(arrays: Sequence[Array]) -> str:

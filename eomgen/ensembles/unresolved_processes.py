@@ -40,7 +40,7 @@ def unresolved_processes(model: CompiledModel, run: Solution, given: Collection[
     start, end = float(run.metadata["t_start"]), float(run.metadata["t_end"])
     step = float(run.metadata["settings"]["step"])
     highest = 0.5 / step
-    found = []
+    result = []
     for process in (item.random for item in model.description.inputs if item.random and item.name not in given):
         if process.follows and process.translation is None:
             continue
@@ -52,12 +52,12 @@ def unresolved_processes(model: CompiledModel, run: Solution, given: Collection[
         if share > _REPORTED:
             within = np.cumsum(power) / power.sum()
             needed = 1.0 / (_TO_A_PERIOD * float(frequencies[np.searchsorted(within, _KEPT)]))
-            found.append(
+            result.append(
                 f"{_percent(share)} % of the variance of the process {process.name} lies above {highest:.3g} Hz, the"
                 f" highest frequency that steps of {step:.3g} s resolve, and acts as another process; try: a step of"
                 f" {needed:.2g} s, {_TO_A_PERIOD:.0f} to the shortest period of {100 * _KEPT:.0f} % of the variance"
             )
-    return found
+    return result
 
 
 def _percent(share: float) -> str:
@@ -93,5 +93,5 @@ def _realised(model: CompiledModel, process: RandomProcess, times: Array) -> Arr
     for _ in range(_REALISATIONS):
         parameters[places] = random.standard_normal(len(places))
         rows.append(model.input_values(times, parameters=parameters)[:, column])
-    found = np.array(rows)
-    return np.asarray(found - found.mean())
+    result = np.array(rows)
+    return np.asarray(result - result.mean())

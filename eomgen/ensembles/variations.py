@@ -74,9 +74,9 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
     if name in of_states:
         block, place, unit = of_states[name]
         if block == "q" and unit == "1":
-            what = f"{name} is a component of a unit quaternion, and its parts are not free"
+            fault = f"{name} is a component of a unit quaternion, and its parts are not free"
             raise UsageError(
-                Problem(f"{where} {name}", what, "initial=..., the same for all samples, or a joint with an angle")
+                Problem(f"{where} {name}", fault, "initial=..., the same for all samples, or a joint with an angle")
             )
         return Variation(name, block, place, unit)
     kind, _, of = name.partition(".")
@@ -88,9 +88,9 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
         hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"
         raise UsageError(Problem(f"{where} {name}", f"the parameter {name} is fixed in the code", hint))
     every = [*model.parameters, *model.inputs, *of_states, *laws_that_vary(model)]
-    what = f"there is no parameter, input or initial state {shown(name)}"
+    fault = f"there is no parameter, input or initial state {shown(name)}"
     none = "NAME = { value = ..., tunable = true } in the scene's [parameters]: nothing of this scene varies yet"
-    raise UsageError(Problem(where, what, nearest(name, every) or none))
+    raise UsageError(Problem(where, fault, nearest(name, every) or none))
 
 
 def read_varied(
@@ -98,23 +98,23 @@ def read_varied(
 ) -> tuple[list[Variation], list[Distribution]]:
     """Return the varied quantities with their distributions. Raises UsageError."""
     if not isinstance(vary, Mapping):
-        what = f"a mapping from names to distributions is needed, not {type(vary).__name__}"
-        raise UsageError(Problem("vary", what, 'vary={"mass": "normal(1, 0.1)"}'))
-    found = [find_variation(model, str(name)) for name in vary]
+        fault = f"a mapping from names to distributions is needed, not {type(vary).__name__}"
+        raise UsageError(Problem("vary", fault, 'vary={"mass": "normal(1, 0.1)"}'))
+    result = [find_variation(model, str(name)) for name in vary]
     distributions = []
-    for item, how in zip(found, vary.values(), strict=True):
+    for item, how in zip(result, vary.values(), strict=True):
         if isinstance(how, Distribution):
             distributions.append(how)
         elif isinstance(how, str):
             distributions.append(read_distribution(f"vary {item.name}", how, item.unit))
         else:
-            what = f"a distribution is needed, not {type(how).__name__}"
+            fault = f"a distribution is needed, not {type(how).__name__}"
             hint = f'"normal(1, 0.1)"; values of each sample: table={{{item.name!r}: [...]}}'
-            raise UsageError(Problem(f"vary {item.name}", what, hint))
+            raise UsageError(Problem(f"vary {item.name}", fault, hint))
         if item.block in ("seed", "process"):
             check_seeds(item.name, distributions[-1])
-    check_tracks(model, {item.name: item.place for item in found if item.block == "seed"})
-    return found, distributions
+    check_tracks(model, {item.name: item.place for item in result if item.block == "seed"})
+    return result, distributions
 
 
 def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[list[Variation], Array]:
@@ -128,23 +128,23 @@ def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[li
         For columns of different lengths, values that are not finite, and names as of ``find_variation``.
     """
     if not hasattr(table, "keys"):
-        what = f"a mapping from names to columns, or a DataFrame, is needed, not {type(table).__name__}"
-        raise UsageError(Problem("table", what, 'table={"mass": [1.0, 1.1, 1.2]}'))
+        fault = f"a mapping from names to columns, or a DataFrame, is needed, not {type(table).__name__}"
+        raise UsageError(Problem("table", fault, 'table={"mass": [1.0, 1.1, 1.2]}'))
     names = [str(name) for name in table.keys()]  # noqa: SIM118  # a DataFrame iterates over its columns by keys() only
-    found = [find_variation(model, name, "table") for name in names]
-    columns = [_column(item, table[item.name]) for item in found]
+    result = [find_variation(model, name, "table") for name in names]
+    columns = [_column(item, table[item.name]) for item in result]
     if not columns or columns[0].ndim != 1 or not len(columns[0]):
         raise UsageError(Problem("table", "it has no rows", "a column of numbers for each name, a row for each sample"))
     for name, column in zip(names, columns, strict=True):
         if column.shape != columns[0].shape:
-            what = f"{name} has {column.size} values, {names[0]} has {columns[0].size}"
-            raise UsageError(Problem("table", what, "as many values in each column"))
+            fault = f"{name} has {column.size} values, {names[0]} has {columns[0].size}"
+            raise UsageError(Problem("table", fault, "as many values in each column"))
         check_finite(f"table {name}", column)
-    for item, column in zip(found, columns, strict=True):
+    for item, column in zip(result, columns, strict=True):
         if item.block in ("seed", "process"):
             check_seeds(item.name, Distribution("the column", _values_of(column), whole=is_whole(column)))
-    check_tracks(model, {item.name: item.place for item in found if item.block == "seed"})
-    return found, np.stack(columns, axis=-1)
+    check_tracks(model, {item.name: item.place for item in result if item.block == "seed"})
+    return result, np.stack(columns, axis=-1)
 
 
 def _values_of(column: Array) -> Quantiles:
@@ -171,8 +171,8 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
     for item in items:
         of = item.name.partition(".")[2]
         if item.block in LAWS and of in given:
-            what = f"the input {of} is given or varies itself, so the scene's law of it does not count"
-            raise UsageError(Problem(f"vary {item.name}", what, f"either {item.name} or {of}"))
+            fault = f"the input {of} is given or varies itself, so the scene's law of it does not count"
+            raise UsageError(Problem(f"vary {item.name}", fault, f"either {item.name} or {of}"))
     names = {block: [item for item in items if item.block == block] for block in LAWS}
     seeds = {item.name: float(own_seed(model, item.place)) for item in names["seed"]}
     factors = {item.name: 1.0 for item in names["scale"]}

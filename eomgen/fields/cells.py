@@ -149,8 +149,8 @@ def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, 
 
 def _of_counts(mean: float, variance: float, **more: float) -> dict[str, float]:
     if not mean > 0.0:
-        what = f"the mean of counts is {mean:.6g}"
-        raise ModelError(Problem("mean", what, "the mean number of objects in a cell, above 0"))
+        fault = f"the mean of counts is {mean:.6g}"
+        raise ModelError(Problem("mean", fault, "the mean number of objects in a cell, above 0"))
     return {"log_mean": math.log(mean), "variance": variance, **more}
 
 

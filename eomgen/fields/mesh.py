@@ -60,8 +60,8 @@ class Mesh:
         if not 1 <= len(made) <= 3 or min(made) < 2:
             raise UsageError(Problem("Mesh: cells", f"{tuple(cells)} is no mesh", "1 to 3 numbers from 2 on: (64, 64)"))
         if len(sides) != len(made) or not all(SMALLEST <= side <= LARGEST for side in sides):
-            what = f"{sides} are not {len(made)} lengths from {SMALLEST:g} to {LARGEST:g}"
-            raise UsageError(Problem("Mesh: lengths", what, "one number, or one for each axis"))
+            fault = f"{sides} are not {len(made)} lengths from {SMALLEST:g} to {LARGEST:g}"
+            raise UsageError(Problem("Mesh: lengths", fault, "one number, or one for each axis"))
         object.__setattr__(self, "cells", made)
         object.__setattr__(self, "lengths", tuple(float(side) for side in sides))
 
@@ -150,9 +150,9 @@ class Mesh:
         """
         number, inside, count, mean = _binned(self, bins)
         weights = np.broadcast_to(self.weights, self.half)
-        found = np.bincount(number, (weights * np.abs(spectrum) ** 2).ravel()[inside], bins)
+        result = np.bincount(number, (weights * np.abs(spectrum) ** 2).ravel()[inside], bins)
         with np.errstate(invalid="ignore"):
-            return mean.copy(), found / count
+            return mean.copy(), result / count
 
     def require_memory(self, spectra: int, fields: int, purpose: str, numbers: int = 0) -> int:
         """Return the bytes of so many half spectra of complex numbers, fields of doubles, and numbers beside them.
@@ -166,10 +166,10 @@ class Mesh:
         there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else needed
         if needed > there:
             shape = " x ".join(map(str, self.cells))
-            what = (
+            fault = (
                 f"{purpose} on {shape} cells takes {needed / 2**30:.3g} GiB, and this machine has {there / 2**30:.3g}"
             )
-            raise ModelError(Problem("memory", what, "fewer cells, or chains"))
+            raise ModelError(Problem("memory", fault, "fewer cells, or chains"))
         return needed
 
 

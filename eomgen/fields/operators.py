@@ -69,8 +69,8 @@ class LinearOperator:
         if self.mesh != other.mesh:
             raise UsageError(Problem(name, "the operators are of different meshes", "one mesh for all of them"))
         if self.symbol is not None and other.mask is not None:
-            what = "a filter after a mask is diagonal neither in Fourier space nor in the cells"
-            raise UsageError(Problem(name, what, "the mask as the last operator: mask @ filter"))
+            fault = "a filter after a mask is diagonal neither in Fourier space nor in the cells"
+            raise UsageError(Problem(name, fault, "the mask as the last operator: mask @ filter"))
         symbol, mask = _times(self.symbol, other.symbol), _real(_times(self.mask, other.mask))
         return LinearOperator(name, self.mesh, symbol, mask, self.note or other.note)
 
@@ -128,8 +128,8 @@ def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> Linea
     wanted = _values(mesh, power) / mesh.cell_volume
     covariance = mesh.field(wanted.astype(complex)) / math.sqrt(mesh.size)
     if float(covariance.min()) <= -1.0:
-        what = f"a density contrast whose covariance is {float(covariance.min()):.3g} somewhere is not lognormal"
-        raise ModelError(Problem("lognormal_amplitude: power", what, "a covariance above -1 everywhere"))
+        fault = f"a density contrast whose covariance is {float(covariance.min()):.3g} somewhere is not lognormal"
+        raise ModelError(Problem("lognormal_amplitude: power", fault, "a covariance above -1 everywhere"))
     modes = mesh.spectrum(np.log1p(covariance)).real * math.sqrt(mesh.size)
     floored = np.maximum(modes, _FLOOR * float(modes.max()))
     note = _note_on_floored(mesh, wanted, modes, floored)
@@ -170,8 +170,8 @@ def difference(mesh: Mesh, axis: int) -> LinearOperator:
     """Return the central difference of neighbouring cells along an axis, divided by their distance; its adjoint is its
     negative."""
     if not 0 <= axis < len(mesh.cells):
-        what = f"there is no axis {axis} in {len(mesh.cells)} dimensions"
-        raise UsageError(Problem("difference: axis", what, f"0 to {len(mesh.cells) - 1}"))
+        fault = f"there is no axis {axis} in {len(mesh.cells)} dimensions"
+        raise UsageError(Problem("difference: axis", fault, f"0 to {len(mesh.cells) - 1}"))
     width = mesh.lengths[axis] / mesh.cells[axis]
     turned = 1j * np.sin(mesh.wave_vectors[axis] * width) / width
     if mesh.cells[axis] % 2 == 0:  # sin(pi) is not quite 0, and an amplitude without a partner has to be real
@@ -183,8 +183,8 @@ def mask(mesh: Mesh, values: ArrayLike) -> LinearOperator:
     """Return the product with a field of cells."""
     made = np.asarray(values, dtype=float)
     if made.shape != mesh.cells or not np.all(np.isfinite(made)):
-        what = f"an array of the shape {made.shape} is no mask of finite numbers for {mesh.cells} cells"
-        raise UsageError(Problem("mask: values", what, f"finite numbers of the shape {mesh.cells}"))
+        fault = f"an array of the shape {made.shape} is no mask of finite numbers for {mesh.cells} cells"
+        raise UsageError(Problem("mask: values", fault, f"finite numbers of the shape {mesh.cells}"))
     return LinearOperator("mask", mesh, mask=made)
 
 
@@ -204,8 +204,8 @@ def _values(mesh: Mesh, power: Power) -> Array:
         values = np.array(np.broadcast_to(power(mesh.wave_numbers) if callable(power) else power, mesh.half), float)
     if not np.all(np.isfinite(values)) or values.min() < 0.0:
         place = np.unravel_index(int(np.argmin(np.where(np.isfinite(values), values, -np.inf))), mesh.half)
-        what = f"the power is {values[place]:.6g} at k = {mesh.wave_numbers[place]:.6g}"
-        raise ModelError(Problem("power", what, "finite values from 0 on, at k = 0 too"))
+        fault = f"the power is {values[place]:.6g} at k = {mesh.wave_numbers[place]:.6g}"
+        raise ModelError(Problem("power", fault, "finite values from 0 on, at k = 0 too"))
     return values
 
 

@@ -122,16 +122,16 @@ class FieldPosterior:
     def _checked(self, name: str, values: ArrayLike) -> Array:
         made = np.asarray(values, dtype=float)
         if made.ndim and made.shape != self.mesh.cells:
-            what = f"the array has the shape {made.shape}, and the mesh {self.mesh.cells}"
-            raise UsageError(Problem(f"data.{name}", what, f"an array of {self.mesh.cells}, or one number"))
+            fault = f"the array has the shape {made.shape}, and the mesh {self.mesh.cells}"
+            raise UsageError(Problem(f"data.{name}", fault, f"an array of {self.mesh.cells}, or one number"))
         made = np.array(np.broadcast_to(made, self.mesh.cells), order="C")
         least = self.energy_of_cell.smallest.get(name, -math.inf)
         wrong = ~np.isfinite(made) | (made < least)
         if np.any(wrong):
             place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
             bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
-            what = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place}"
-            raise ModelError(Problem(f"data.{name}", what, bound))
+            fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place}"
+            raise ModelError(Problem(f"data.{name}", fault, bound))
         return made
 
     # -- energy and derivatives --------------------------------------------------------------------------------------
@@ -182,9 +182,9 @@ class FieldPosterior:
 
     def gradient(self, spectrum: Complex) -> Complex:
         """Return the gradient of U as a spectrum: U(xi + e) - U(xi) is ``mesh.product`` of it and e for small e."""
-        found = np.zeros(self.mesh.half, complex)
-        self._add_gradient(self._transforms, 1.0, np.ascontiguousarray(spectrum), found)
-        return found
+        result = np.zeros(self.mesh.half, complex)
+        self._add_gradient(self._transforms, 1.0, np.ascontiguousarray(spectrum), result)
+        return result
 
     def hessian(self, spectrum: Complex) -> Callable[[Complex], Complex]:
         """Return the product with the Hessian of U at a white field, a function of directions."""
@@ -195,14 +195,14 @@ class FieldPosterior:
 
         def product(direction: Complex) -> Complex:
             self.products += 1
-            found = direction.copy()
+            result = direction.copy()
             if fields:
                 along = self._to_cells(np.ascontiguousarray(direction))
                 routines.lib.eomgen_field_curvature(
                     self.mesh.size, routines.pointers(fields), self._data, routines.pointers(along)
                 )
-                self._from_cells(self._transforms, 1.0, along, found)
-            return found
+                self._from_cells(self._transforms, 1.0, along, result)
+            return result
 
         return product
 
@@ -273,8 +273,8 @@ class FieldPosterior:
         squares = [np.ones(self.mesh.half) if a is None else np.abs(a) ** 2 for a in symbols]
         if choice == "unit":
             if len(squares) != 1 or float(squares[0].min()) <= 0.0:
-                what = "a unit mass of the field needs one field whose filter is 0 at no wave number"
-                raise ModelError(Problem("mass", what, '"fisher" or "prior"'))
+                fault = "a unit mass of the field needs one field whose filter is 0 at no wave number"
+                raise ModelError(Problem("mass", fault, '"fisher" or "prior"'))
             return np.ascontiguousarray(squares[0])
         masses = np.ones(self.mesh.half)
         for square, curvature in zip(squares, self.mean_curvature(), strict=True):
@@ -300,8 +300,8 @@ class FieldPosterior:
                 )
                 means[number] += weight * float(np.mean(along[number]))
         if not all(map(math.isfinite, means)):
-            what = "the curvature of the energy of a cell has no finite mean under the prior"
-            raise ModelError(Problem("mass", what, 'mass = "prior"'))
+            fault = "the curvature of the energy of a cell has no finite mean under the prior"
+            raise ModelError(Problem("mass", fault, 'mass = "prior"'))
         return means
 
     def largest_frequency(
@@ -321,8 +321,8 @@ class FieldPosterior:
             product = root * hessian(root * direction)
             value = math.sqrt(self.mesh.product(product, product))
             if not math.isfinite(value):
-                what = "second derivatives of U are not finite here"
-                raise NumericalError(Problem("largest_frequency", what, "a field nearer to the mode"))
+                fault = "second derivatives of U are not finite here"
+                raise NumericalError(Problem("largest_frequency", fault, "a field nearer to the mode"))
             direction = product
         return math.sqrt(value)
 
@@ -370,11 +370,11 @@ class FieldPosterior:
                 break
             x, value = x + size * direction, found
         if value < highest - _DEEP * self.mesh.size:
-            what = f"Newton's method has come down to U = {value:.3g}: the energy of a cell has no lower bound"
+            fault = f"Newton's method has come down to U = {value:.3g}: the energy of a cell has no lower bound"
             hint = "an energy that grows on both sides, or falls slower than s^2"
-            raise NumericalError(Problem("mode", what, hint))
-        what = f"Newton's method has left a gradient of {slope:.3g}, above {tolerance:.3g}"
-        raise NumericalError(Problem("mode", what, "more iterations, or a larger tolerance"))
+            raise NumericalError(Problem("mode", fault, hint))
+        fault = f"Newton's method has left a gradient of {slope:.3g}, above {tolerance:.3g}"
+        raise NumericalError(Problem("mode", fault, "more iterations, or a larger tolerance"))
 
     def _below_a_saddle(self, x: Complex, value: float, inverse: Array | float) -> tuple[Complex, float] | None:
         """Return a field of less U, and U there, beside one without a gradient; None if the latter is a minimum.
@@ -412,16 +412,16 @@ class FieldPosterior:
         size = math.sqrt(self.mesh.size / product(along, along))
         for _ in range(_HALVINGS):
             for sign in (size, -size):
-                found = self.energy(x + sign * along)
-                if found < value - 1e-13 * abs(value):
-                    return x + sign * along, found
+                result = self.energy(x + sign * along)
+                if result < value - 1e-13 * abs(value):
+                    return x + sign * along, result
             size /= 2
         return None
 
     def _newton_direction(self, x: Complex, gradient: Complex, inverse: Array | float, accuracy: float) -> Complex:
         """Return the direction of Newton's method, or of as many conjugate gradients as see no negative curvature."""
         product = self.mesh.product
-        hessian, found = self.hessian(x), np.zeros_like(x)
+        hessian, result = self.hessian(x), np.zeros_like(x)
         left = -gradient
         ahead = inverse * left
         along, size = ahead, product(left, ahead)
@@ -430,15 +430,15 @@ class FieldPosterior:
             changed = hessian(along)
             curvature = product(along, changed)
             if not curvature > 0.0:
-                return along if not np.any(found) else found
+                return along if not np.any(result) else result
             part = size / curvature
-            found, left = found + part * along, left - part * changed
+            result, left = result + part * along, left - part * changed
             ahead = inverse * left
             size, last = product(left, ahead), size
             if size <= end:
                 break
             along = ahead + (size / last) * along
-        return found
+        return result
 
 
 def _scaled(operator: LinearOperator, scale: float) -> Array | Complex | None:

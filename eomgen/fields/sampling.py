@@ -192,8 +192,8 @@ class Sampler:
         for number, spectrum in enumerate(self._starts(start, chains)):
             potential = posterior.energy(spectrum)
             if not math.isfinite(potential):
-                what = f"U is {potential} where chain {number} starts"
-                raise NumericalError(Problem("Sampler: start", what, '"mode"'))
+                fault = f"U is {potential} where chain {number} starts"
+                raise NumericalError(Problem("Sampler: start", fault, '"mode"'))
             if not number or not isinstance(start, str) or start == "prior":  # else all start in one place
                 self.frequency = max(self.frequency, posterior.largest_frequency(spectrum, self.mass))
             self.chains.append(_Chain(number, spectrum, potential, 0.0))
@@ -299,8 +299,8 @@ class Sampler:
         posterior = self.posterior
         names = list(posterior.operators)
         if (field or not names) and field not in names:
-            what = f"there is no field {field!r}" if field else "there is no field to watch"
-            raise UsageError(Problem("Sampler.draw: field", what, ", ".join(names) or "fields of the posterior"))
+            fault = f"there is no field {field!r}" if field else "there is no field to watch"
+            raise UsageError(Problem("Sampler.draw: field", fault, ", ".join(names) or "fields of the posterior"))
         name = field or names[0]
         operator: LinearOperator = posterior.operators[name]
         for place in range(record.size):
@@ -346,9 +346,11 @@ class Sampler:
         error = error if math.isfinite(error) else math.inf
         accepted = uniform[3] < math.exp(-max(error, 0.0))
         if accepted and potential < _LOWEST:
-            what = f"chain {chain.number} has come down to U = {potential:.3g}: the energy of a cell has no lower bound"
+            fault = (
+                f"chain {chain.number} has come down to U = {potential:.3g}: the energy of a cell has no lower bound"
+            )
             hint = "an energy that grows on both sides, or falls slower than s^2"
-            raise NumericalError(Problem("Sampler", what, hint))
+            raise NumericalError(Problem("Sampler", fault, hint))
         if accepted:
             chain.spectrum[...] = moved
             chain.potential = potential
@@ -402,8 +404,8 @@ class Sampler:
             raise UsageError(Problem("Sampler: start", f"{start!r} is none", '"mode", "prior", "zero" or spectra'))
         made = [np.array(spectrum, complex, order="C") for spectrum in start]
         if len(made) != chains or any(spectrum.shape != mesh.half for spectrum in made):
-            what = f"{len(made)} spectra are not {chains} of the shape {mesh.half}"
-            raise UsageError(Problem("Sampler: start", what, "mesh.spectrum(field) of a white field for each chain"))
+            fault = f"{len(made)} spectra are not {chains} of the shape {mesh.half}"
+            raise UsageError(Problem("Sampler: start", fault, "mesh.spectrum(field) of a white field for each chain"))
         return made
 
     # -- files -------------------------------------------------------------------------------------------------------
@@ -454,14 +456,14 @@ class Sampler:
             seed, frequency, counts = (metadata[name] for name in ("seed", "frequency", "trajectories"))
             warm_ups, known = metadata["warm_up"], metadata["slopes"]
         except KeyError as error:
-            what = f"this is no file of chains: {error.args[0]} is missing"
-            raise FileError(Problem(where, what, "a file of Sampler.save")) from None
+            fault = f"this is no file of chains: {error.args[0]} is missing"
+            raise FileError(Problem(where, fault, "a file of Sampler.save")) from None
         half = self.posterior.mesh.half
         found = (len(spectra), seed, (*spectra.shape[1:-1], spectra.shape[-1] // 2))
         if found != (len(self.chains), self.seed, half):
-            what = f"it has {found[0]} chains of the seed {found[1]} with spectra of {found[2]}"
+            fault = f"it has {found[0]} chains of the seed {found[1]} with spectra of {found[2]}"
             hint = f"{len(self.chains)} chains of the seed {self.seed} with spectra of {half}"
-            raise UsageError(Problem(where, what, hint))
+            raise UsageError(Problem(where, fault, hint))
         self.frequency = float(frequency)
         for place, chain in enumerate(self.chains):
             chain.spectrum = np.ascontiguousarray(spectra[place]).view(complex)

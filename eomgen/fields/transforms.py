@@ -113,18 +113,18 @@ class _FFTW:
 def check_transforms(library: str, precision: str) -> None:
     """Raise UsageError for a library that there is not or that is not installed, and for an unknown precision."""
     if library not in LIBRARIES:
-        what = f"there is no library {library!r} for transforms"
-        raise UsageError(Problem("transforms", what, nearest(library, LIBRARIES) or listed(LIBRARIES)))
+        fault = f"there is no library {library!r} for transforms"
+        raise UsageError(Problem("transforms", fault, nearest(library, LIBRARIES) or listed(LIBRARIES)))
     if precision not in PRECISIONS:
-        what = f"there is no precision {precision!r}"
-        raise UsageError(Problem("precision", what, nearest(precision, PRECISIONS) or listed(PRECISIONS)))
+        fault = f"there is no precision {precision!r}"
+        raise UsageError(Problem("precision", fault, nearest(precision, PRECISIONS) or listed(PRECISIONS)))
     if library == "fftw":
         try:
             importlib.import_module("pyfftw")
         except ImportError:
-            what = "FFTW comes with the package pyfftw, which is not installed"
+            fault = "FFTW comes with the package pyfftw, which is not installed"
             hint = "pip install 'eomgen[fast_fourier]', or scipy"
-            raise UsageError(Problem("transforms", what, hint)) from None
+            raise UsageError(Problem("transforms", fault, hint)) from None
 
 
 def transforms(mesh: Mesh, library: str, fields: int, *, single: bool = False) -> Transforms:

@@ -45,8 +45,8 @@ def read_cells(path: Path) -> tuple[list[str], list[tuple[str, list[str]]]]:
         raise FileError(Problem(str(path), "the table has no rows below its names", _HINT))
     for where, cells in rows:
         if len(cells) != len(names):
-            what = f"the row has {counted(len(cells), 'cell')}, and there are {counted(len(names), 'name')}"
-            raise FileError(Problem(where, what, "a cell for each name"))
+            fault = f"the row has {counted(len(cells), 'cell')}, and there are {counted(len(names), 'name')}"
+            raise FileError(Problem(where, fault, "a cell for each name"))
     return names, rows
 
 
@@ -59,8 +59,8 @@ def read_table(path: Path) -> tuple[list[str], Array]:
         As of ``read_cells``, and cells that are no numbers.
     """
     names, rows = read_cells(path)
-    found = [[_number(where, name, cell) for name, cell in zip(names, cells, strict=True)] for where, cells in rows]
-    return names, np.array(found)
+    result = [[_number(where, name, cell) for name, cell in zip(names, cells, strict=True)] for where, cells in rows]
+    return names, np.array(result)
 
 
 def _cells(where: str, line: str, delimiter: str) -> list[str]:

@@ -28,8 +28,8 @@ def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object]) -> 
             raise
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         hint = "another disk, or a larger record_every" if full else "another folder, or permission to write there"
-        what = f"cannot be written ({error.strerror or error}); about {needed} bytes are needed"
-        raise FileError(Problem(str(path), what, hint)) from None
+        fault = f"cannot be written ({error.strerror or error}); about {needed} bytes are needed"
+        raise FileError(Problem(str(path), fault, hint)) from None
 
 
 def write_text(path: Path, text: str) -> None:
@@ -65,8 +65,8 @@ def check_writable(path: Path) -> None:
         with tempfile.NamedTemporaryFile("wb", dir=path.parent, prefix=f".{path.name}."):
             pass
     except OSError as error:
-        what = f"cannot be written ({error.strerror or error})"
-        raise FileError(Problem(str(path), what, "another folder, or permission to write there")) from None
+        fault = f"cannot be written ({error.strerror or error})"
+        raise FileError(Problem(str(path), fault, "another folder, or permission to write there")) from None
 
 
 def temporary_file(path: Path) -> IO[bytes]:

@@ -50,8 +50,8 @@ class Feature:
             return np.searchsorted(self.places, argument, side="right").astype(float)
         turns = np.floor((argument - self.places[0]) / self.period)
         within = np.searchsorted(self.places, argument - turns * self.period, side="right")
-        found: Array = turns * len(self.places) + within
-        return found
+        result: Array = turns * len(self.places) + within
+        return result
 
     def between(self, low: float, high: float, most: int) -> Array:
         """Return the places from low to high, at most ``most``."""

@@ -45,8 +45,8 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         try:
             return curve_at(algebra, formula.curve, argument, formula.derivative)
         except (ValueError, ArithmeticError):
-            what = f"the curve {formula.curve.name} has no value at {algebra.tape.value(argument.ref):.6g}"
-            raise ModelError(Problem("", what, "an argument within its points")) from None
+            fault = f"the curve {formula.curve.name} has no value at {algebra.tape.value(argument.ref):.6g}"
+            raise ModelError(Problem("", fault, "an argument within its points")) from None
     if formula.name == "select":
         condition, *branches = formula.arguments
         taken = algebra.tape.value(record(algebra, condition, resolve).ref)
@@ -60,9 +60,9 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
     except (ValueError, ArithmeticError):
         numbers = (algebra.tape.value(argument.ref) for argument in arguments)
         values = ", ".join("..." if number is None else f"{number:.6g}" for number in numbers)
-        what = f"{formula.name}({values}) in a formula has no finite value whatever the state"
+        fault = f"{formula.name}({values}) in a formula has no finite value whatever the state"
         raise ModelError(
-            Problem("", what, "other values of the fixed parameters there, or tunable = true for them")
+            Problem("", fault, "other values of the fixed parameters there, or tunable = true for them")
         ) from None
 
 

@@ -18,9 +18,9 @@ _NAMED = 2
 
 def rough_operations(formulas: Iterable[Formula]) -> str:
     """Return the first operations that may have no derivative and the number of the others; empty for none."""
-    found = list(dict.fromkeys(text for formula in formulas for text in _rough(formula)))
-    more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
-    return f"{', '.join(found[:_NAMED])}{more}"
+    result = list(dict.fromkeys(text for formula in formulas for text in _rough(formula)))
+    more = f" and {len(result) - _NAMED} more" if len(result) > _NAMED else ""
+    return f"{', '.join(result[:_NAMED])}{more}"
 
 
 def _rough(formula: Formula) -> Iterator[str]:

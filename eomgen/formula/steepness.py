@@ -61,16 +61,16 @@ def steep(
         worst = steepest(law.formula, known, start, end, step, law.unit == "rad")
         if worst is None:
             continue
-        what = (
+        fault = (
             f"the {law.what} is too steep for a step of {step:.3g} s near t = {worst.time:.6g} s: over one step it "
             f"changes by {worst.missed:.3g} {law.unit} more or less than its rates tell, "
             f"{100.0 * worst.part:.2g} % of its range"
         )
         hint = f"a step of {worst.enough:.2g} s"
         if worst.part > REFUSED:
-            refused.append(Problem(law.where, what, hint))
+            refused.append(Problem(law.where, fault, hint))
         else:
-            reported.append(f"{law.where}: {what}; try: {hint}")
+            reported.append(f"{law.where}: {fault}; try: {hint}")
     return refused, reported
 
 

@@ -96,9 +96,9 @@ class WaveField:
         kx, ky, w, A, phase, potential = (np.array(column) for column in zip(*self.components, strict=True))
         k = np.hypot(kx, ky)
         bottom = np.where(k * self.depth > _DEEP, 0.0, np.exp(-2.0 * np.minimum(k * self.depth, _DEEP)))
-        found = {"kx": kx, "ky": ky, "w": w, "A": A, "phase": phase, "k": k, "bottom": bottom}
-        found["potential"] = potential / (1.0 + bottom)
-        return {name: tuple(column.tolist()) for name, column in found.items()}
+        result = {"kx": kx, "ky": ky, "w": w, "A": A, "phase": phase, "k": k, "bottom": bottom}
+        result["potential"] = potential / (1.0 + bottom)
+        return {name: tuple(column.tolist()) for name, column in result.items()}
 
     def factors(self, name: str, component: int) -> tuple[float, ...]:
         """Return the factor of each component's cosine or sine in a quantity, without its dependence on depth."""
@@ -106,14 +106,14 @@ class WaveField:
         along = ("kx", "ky")[component] if component < 2 else ""
         match name:
             case "elevation":
-                found = column["A"]
+                result = column["A"]
             case "slope":
-                found = -column["A"] * column[along]
+                result = -column["A"] * column[along]
             case "water_velocity":
-                found = column["potential"] * column[along or "k"]
+                result = column["potential"] * column[along or "k"]
             case _:
-                found = column["potential"] * column["w"] * (column[along] if along else -column["k"])
-        return tuple(found.tolist())
+                result = column["potential"] * column["w"] * (column[along] if along else -column["k"])
+        return tuple(result.tolist())
 
     def value(self, name: str, component: int, *arguments: ArrayLike) -> NDArray[np.float64]:
         """Return a quantity at x, y, z if it has one, and t, with ``given`` parameters, of their broadcast shape,

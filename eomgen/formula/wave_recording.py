@@ -19,10 +19,10 @@ def wave_quantity(algebra: Algebra, waves: WaveField, name: str, component: int,
     count = QUANTITIES[name][0]
     place, t, given = arguments[:count], arguments[count], arguments[count + 1 :]
     grown, growing = _growth(algebra, waves, t)
-    found = grown * _full(algebra, waves, name, component, place, t, given)
+    result = grown * _full(algebra, waves, name, component, place, t, given)
     if name != "water_acceleration" or waves.ramp == 0.0:
-        return found
-    return found + growing * _full(algebra, waves, "water_velocity", component, place, t, given)
+        return result
+    return result + growing * _full(algebra, waves, "water_velocity", component, place, t, given)
 
 
 def _growth(algebra: Algebra, waves: WaveField, t: Scalar) -> tuple[Scalar, Scalar]:
@@ -82,8 +82,8 @@ def _full(
         bound = kernel.column(tuple(waves.bound.astype(float).tolist()))
         term = term * factor * (bound * (factor - 1.0) + 1.0)
         return Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
-    found = Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
-    return _times(waves, given, found)
+    result = Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
+    return _times(waves, given, result)
 
 
 def _times(waves: WaveField, given: Sequence[Scalar], found: Scalar) -> Scalar:

@@ -161,9 +161,9 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
         return Method(composition.name, composition.order, kind, composition.fractions, composition.source, limit)
     if len(composition.leapfrogs) < 2:
         coupled = list(dict.fromkeys(term.name for term in document.terms if term.dependence == "coupled"))
-        what = f"{composition.name} needs H = T(p) + V(q), and {listed(coupled)} depends on coordinates and momenta"
+        fault = f"{composition.name} needs H = T(p) + V(q), and {listed(coupled)} depends on coordinates and momenta"
         hint = f"{MIDPOINT}, gauss4 or gauss6, or yoshida4 or suzuki4, whose parts are implicit midpoint steps then"
-        raise UsageError(Problem("method", what, hint))
+        raise UsageError(Problem("method", fault, hint))
     return _collocation(composition.name, composition.order, composition.leapfrogs, composition.source, 1)
 
 

@@ -48,16 +48,16 @@ def built_library(document: Hamiltonian, content: bytes, builder: Builder) -> Li
 
     ``content``: everything that it follows from.
     """
-    found = builder.find(content)
-    if found is not None:
-        return found
+    result = builder.find(content)
+    if result is not None:
+        return result
     from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415  # a cached library needs none of this
     from eomgen.hamiltonian.code import CDEF, library_files, program_of  # noqa: PLC0415
 
     with builder.claim(content):
-        found = builder.find(content)
-        if found is not None:
-            return found
+        result = builder.find(content)
+        if result is not None:
+            return result
         program = program_of(document)
         return builder.build(content, library_files(document, program), CDEF, interface_layout(program))
 
@@ -215,8 +215,8 @@ class HamiltonianModel:
         chosen = method_for(self.document, method, first)
         steps = _whole_steps(t_end, step)
         if tolerance is not None and not chosen.chooses_steps:
-            what = f"{chosen.name} takes equal steps, and a tolerance is of rk45"
-            raise UsageError(Problem("tolerance", what, f'method="rk45", or a step below {abs(step):.6g}'))
+            fault = f"{chosen.name} takes equal steps, and a tolerance is of rk45"
+            raise UsageError(Problem("tolerance", fault, f'method="rk45", or a step below {abs(step):.6g}'))
         allowed = run.tolerance if tolerance is None else _finite("tolerance", tolerance)
         check_tolerance(allowed)
         if isinstance(every, np.integer):
@@ -233,10 +233,10 @@ class HamiltonianModel:
 
         def compared(multiple: float, spacing: int, by_tolerance: float = 1.0) -> Array | None:
             grid = (multiple * step, round(steps / multiple), round(spacing / multiple))
-            found, _, ended = self._steps(chosen, *grid, state, values, allowed * by_tolerance, compensated=kept)
+            result, _, ended = self._steps(chosen, *grid, state, values, allowed * by_tolerance, compensated=kept)
             if ended < 0:
                 raise KeyboardInterrupt
-            return found if ended == 0 else None
+            return result if ended == 0 else None
 
         if not error_estimate or status:
             errors = StepErrors(reason="the run did not reach its end" if status else "it was switched off")
@@ -321,11 +321,11 @@ class HamiltonianModel:
 
         def run(row: int, rows: int, length: int, *, more: bool) -> int:
             target = ffi.from_buffer("double[]", record[row : row + max(rows, 1)])
-            found: int = self.library.lib.eomgen_hamiltonian_run(
+            result: int = self.library.lib.eomgen_hamiltonian_run(
                 numbers[0], step, rows, length, more, KINDS.index(method.kind), len(method.fractions), numbers[1],
                 method.stages, numbers[2], tolerance, compensated, *memories, target, tally,
             )  # fmt: skip
-            return found
+            return result
 
         row, within, status, at_once = 1, 0, 0, _FIRST_STEPS
         counted = list(tally)
@@ -364,12 +364,12 @@ class HamiltonianModel:
             bound = math.sqrt(min(twice.sum(axis=0).max(), twice.sum(axis=1).max()))
         if abs(step) * bound <= method.stability_limit:  # a bound that takes no eigenvalues
             return ""
-        found = self.largest_frequency(*here, values)
-        if not abs(step) * found > method.stability_limit:
+        result = self.largest_frequency(*here, values)
+        if not abs(step) * result > method.stability_limit:
             return ""
         return (
-            f"step times largest frequency is {abs(step) * found:.4g} at the start, and {method.name} is stable up to"
-            f" {method.stability_limit:.4g}; try: a step below {0.9 * method.stability_limit / found:.3g}"
+            f"step times largest frequency is {abs(step) * result:.4g} at the start, and {method.name} is stable up to"
+            f" {method.stability_limit:.4g}; try: a step below {0.9 * method.stability_limit / result:.3g}"
         )
 
     def _values(self, parameters: Mapping[str, float] | Array | None) -> Array:
@@ -396,8 +396,8 @@ class HamiltonianModel:
             elif key in ("q", "p"):
                 array = _array(f"initial.{key}", value)
                 if array.shape != (self.n,) or not np.isfinite(array).all():
-                    what = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed"
-                    raise UsageError(Problem("initial", what, f"one number for each of {', '.join(names[:3])}, ..."))
+                    fault = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed"
+                    raise UsageError(Problem("initial", fault, f"one number for each of {', '.join(names[:3])}, ..."))
                 given |= zip(self.q_names if key == "q" else self.p_names, array.tolist(), strict=True)
             else:
                 hint = nearest(str(key), names)
@@ -417,8 +417,8 @@ class HamiltonianModel:
         arrays = [np.ascontiguousarray(_array(f"{self.name}.{function}", block)) for block in blocks]
         for array in arrays:
             if array.ndim not in (1, 2) or array.shape[-1] != self.n:
-                what = f"an array of a state has shape {array.shape}"
-                raise UsageError(Problem(f"{self.name}.{function}", what, f"({self.n},) or (states, {self.n})"))
+                fault = f"an array of a state has shape {array.shape}"
+                raise UsageError(Problem(f"{self.name}.{function}", fault, f"({self.n},) or (states, {self.n})"))
         count = max((len(array) for array in arrays if array.ndim == 2), default=0)
         outputs = [np.empty((count, item["size"]) if count else item["size"]) for item in layout["outputs"]]
         self.library.call(function, [self._values(parameters), *arrays], outputs)
@@ -429,9 +429,9 @@ def _check_memory(rows: int, width: int, steps: int) -> None:
     """Raise UsageError for a record, with its evaluated quantities, that is too large."""
     needed = 8 * rows * width * _COPIES
     if needed > _MOST_BYTES:
-        what = f"{rows:.6g} rows of {width} numbers would take about {needed / 1e9:.3g} GB"
+        fault = f"{rows:.6g} rows of {width} numbers would take about {needed / 1e9:.3g} GB"
         raise UsageError(
-            Problem("record_every", what, f"record_every={math.ceil(steps * needed / rows / _MOST_BYTES)}")
+            Problem("record_every", fault, f"record_every={math.ceil(steps * needed / rows / _MOST_BYTES)}")
         )
 
 
@@ -441,8 +441,8 @@ def _whole_steps(t_end: float, step: float) -> int:
         raise UsageError(Problem("step", f"a finite step other than 0 is needed, not {step:g}", "step=0.01"))
     count = t_end / step
     if abs(count) > _MOST_STEPS:
-        what = f"{abs(count):.3g} steps of {step:g} would lead to {t_end:g}, and {_MOST_STEPS:.0e} are counted at most"
-        raise UsageError(Problem("step", what, f"a step of {t_end / _MOST_STEPS:.3g} or more, or an earlier end"))
+        fault = f"{abs(count):.3g} steps of {step:g} would lead to {t_end:g}, and {_MOST_STEPS:.0e} are counted at most"
+        raise UsageError(Problem("step", fault, f"a step of {t_end / _MOST_STEPS:.3g} or more, or an earlier end"))
     if count < 0:
         raise UsageError(Problem("t_end", f"steps of {step:g} lead away from {t_end:g}", f"a step of {-step:g}"))
     steps = round(count)

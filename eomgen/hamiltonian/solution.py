@@ -107,6 +107,6 @@ class HamiltonianSolution:
             write_arrays(path, columns, data)
         else:
             kind = path.suffix or "a file without a suffix"
-            what = f"a motion of a Hamiltonian system cannot be saved as {kind}"
-            raise UsageError(Problem(str(path), what, ".npz or .csv"))
+            fault = f"a motion of a Hamiltonian system cannot be saved as {kind}"
+            raise UsageError(Problem(str(path), fault, ".npz or .csv"))
         return path

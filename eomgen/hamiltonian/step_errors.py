@@ -126,8 +126,8 @@ def by_tolerance(own: Array, finer: Array | None, t: Array, tolerance: float, na
 
 def _scale(own: Array) -> Array:
     """Return the range of each column; of a column at rest its size."""
-    found = np.ptp(own, axis=0)
-    return np.asarray(np.where(found > 0, found, np.maximum(np.abs(own).max(axis=0), np.finfo(float).tiny)))
+    result = np.ptp(own, axis=0)
+    return np.asarray(np.where(result > 0, result, np.maximum(np.abs(own).max(axis=0), np.finfo(float).tiny)))
 
 
 def _made(

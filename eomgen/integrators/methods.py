@@ -95,8 +95,8 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
             hint = f"only {', '.join(row.parameters)}" if row.parameters else "leave it out"
             raise UsageError(Problem(key, f"{row.name} takes no {key}", hint))
     if {"alpha", "rho_inf"} <= set(specified):
-        what = "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)"
-        raise UsageError(Problem("alpha", what, "one of them"))
+        fault = "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)"
+        raise UsageError(Problem("alpha", fault, "one of them"))
     said = {key for group in _SAYING_THE_SAME if group & set(specified) for key in group}
     left = {key: value for key in row.parameters if key not in said and (value := scene.get(key)) is not None}
     return {**left, **specified}

@@ -136,15 +136,15 @@ def work_of_groups(method: Mapping[str, Any], calls: Mapping[str, int]) -> tuple
     calls : how often a step calls ``update`` of the whole configuration, ``bracket`` ...
     """
     runs = method["lie"]["runs"]
-    found: list[Work] = []
+    result: list[Work] = []
     for kernel in method["lie"]["kernels"]:
         operation, _, group = kernel["name"].partition("_")
         members = [run for run in runs if run["group"].lower() == group]
-        found.append(work_of_kernel(kernel, calls.get(operation, 0) * len(members)))
+        result.append(work_of_kernel(kernel, calls.get(operation, 0) * len(members)))
     plain = sum(run["size"] for run in runs if run["group"] == "R")
     turned = sum(run["size"] for run in runs if run["group"] != "R")
-    found.append(Work("q, coordinate by coordinate", calls["update"], False, plain, plain + turned))
-    return tuple(item for item in found if item.times)
+    result.append(Work("q, coordinate by coordinate", calls["update"], False, plain, plain + turned))
+    return tuple(item for item in result if item.times)
 
 
 def _operations(expression: Any) -> Iterable[str]:

@@ -174,11 +174,11 @@ def _check_functions(method: Family, system: System) -> None:
     missing = sorted(needed - set(system.functions))
     problems = []
     if missing:
-        what = f"{method.family} calls {', '.join(missing)}, which the model was built without"
-        problems.append(Problem("method", what, "ask for these terms"))
+        fault = f"{method.family} calls {', '.join(missing)}, which the model was built without"
+        problems.append(Problem("method", fault, "ask for these terms"))
     if not system.factors:
-        what = "there is nothing to integrate: every joint is fixed"
-        problems.append(Problem("method", what, "give a joint a degree of freedom"))
+        fault = "there is nothing to integrate: every joint is fixed"
+        problems.append(Problem("method", fault, "give a joint a degree of freedom"))
     if problems:
         raise ModelError(problems)
 

@@ -50,9 +50,9 @@ def checked_setting(data: Mapping[str, Any], name: str, value: float) -> float:
     if whole := rows[name]["whole"]:
         least, largest = whole
         if not (float(value).is_integer() and least <= value <= largest):
-            what = f"{name} must be {'0 or 1' if largest == 1 else f'a whole number from {least} to {largest}'}"
+            fault = f"{name} must be {'0 or 1' if largest == 1 else f'a whole number from {least} to {largest}'}"
             hint = f"{rows[name]['default']:.0f}"
-            raise UsageError(Problem(f"settings.{name}", f"{what}, not {value:.9g}", hint))
+            raise UsageError(Problem(f"settings.{name}", f"{fault}, not {value:.9g}", hint))
     positive = {"left": name, "relation": ">", "right": 0.0}
     if value == 0.0 and positive in data["bounds"]:
         hint = f"{rows[name]['default']:.9g}, which it is by default"

@@ -100,13 +100,13 @@ def _runs(factors: Sequence[Factor], *, together: bool = False) -> list[tuple[Gr
 
     Numbers side by side have one part, and with ``together`` elements of one group side by side, too.
     """
-    found: list[tuple[Group | None, slice, slice]] = []
+    result: list[tuple[Group | None, slice, slice]] = []
     for factor in factors:
         of_q, of_v = factor.q, factor.v
         group = None if factor.group == "R" else group_named(factor.group, factor.v_size)
-        joins = bool(found) and (group is None or together) and found[-1][0] == group
-        if joins and found[-1][1].stop == of_q.start and found[-1][2].stop == of_v.start:
-            found[-1] = group, slice(found[-1][1].start, of_q.stop), slice(found[-1][2].start, of_v.stop)
+        joins = bool(result) and (group is None or together) and result[-1][0] == group
+        if joins and result[-1][1].stop == of_q.start and result[-1][2].stop == of_v.start:
+            result[-1] = group, slice(result[-1][1].start, of_q.stop), slice(result[-1][2].start, of_v.stop)
         else:
-            found.append((group, of_q, of_v))
-    return found
+            result.append((group, of_q, of_v))
+    return result

@@ -42,13 +42,13 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
         No output of the source drives the model, models that are sampled differently, or states of equal names.
     """
     if space.sample != source.sample:
-        what = f"one model is {_how(space)} and the other is {_how(source)}"
-        raise UsageError(Problem("driven_by", what, "both in continuous time, or both with the same sample"))
+        fault = f"one model is {_how(space)} and the other is {_how(source)}"
+        raise UsageError(Problem("driven_by", fault, "both in continuous time, or both with the same sample"))
     columns = (*space.inputs, *space.disturbances)
     driven = [name for name in source.outputs if name in columns]
     if not driven:
-        what = f"none of {listed(source.outputs)} is an input or a disturbance of the model"
-        raise UsageError(Problem("driven_by", what, f"outputs called {' or '.join(columns[:4])}"))
+        fault = f"none of {listed(source.outputs)} is an input or a disturbance of the model"
+        raise UsageError(Problem("driven_by", fault, f"outputs called {' or '.join(columns[:4])}"))
     again = [name for name in source.states if name in space.states]
     if again:
         raise UsageError(
@@ -118,8 +118,8 @@ def shaping_filter(
     if not len(bottom) or not np.all(np.isfinite(bottom)) or not np.all(np.isfinite(top)) or top.ndim != 1:
         raise UsageError(Problem("shaping_filter", "the coefficients are not finite numbers", "[2.0], [1.0, 0.5]"))
     if len(top) > len(bottom):
-        what = f"the numerator has the degree {len(top) - 1} and the denominator {len(bottom) - 1}"
-        raise UsageError(Problem("shaping_filter", what, "a denominator of that degree: a filter that can be built"))
+        fault = f"the numerator has the degree {len(top) - 1} and the denominator {len(bottom) - 1}"
+        raise UsageError(Problem("shaping_filter", fault, "a denominator of that degree: a filter that can be built"))
     A, B, C, D = _states_of(top if len(top) else np.zeros(1), bottom)
     return _filter(A[: len(bottom) - 1, : len(bottom) - 1], B, C, D, input, output, unit, states or output)
 
@@ -143,8 +143,8 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
     """
     late = seconds("time", time)
     if not late > 0.0 or isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= _LARGEST_ORDER:
-        what = f"a delay of {late:.6g} s by an approximation of order {order!r}"
-        raise UsageError(Problem("delay", what, f"a time above zero, and an order from 1 to {_LARGEST_ORDER}"))
+        fault = f"a delay of {late:.6g} s by an approximation of order {order!r}"
+        raise UsageError(Problem("delay", fault, f"a time above zero, and an order from 1 to {_LARGEST_ORDER}"))
     series = [(-1.0) ** k / math.factorial(k) for k in range(2 * order + 1)]
     numerator, denominator = (np.asarray(polynomial.coeffs, dtype=float) for polynomial in pade(series, order))
     A, B, C, D = _states_of(numerator, denominator)

@@ -141,8 +141,8 @@ def _solved(matrix: Array, right: Array) -> Array:
 
 def singular_mechanism() -> ModelError:
     """Return the error for constraint rows that lose rank."""
-    what = "constraints depend on each other in this state, so it cannot be said what they leave free"
-    return ModelError(Problem("linearization", what, "a state near by in which the mechanism is not singular"))
+    fault = "constraints depend on each other in this state, so it cannot be said what they leave free"
+    return ModelError(Problem("linearization", fault, "a state near by in which the mechanism is not singular"))
 
 
 def _pivots(matrix: Array, favour: Array) -> list[int]:

@@ -173,9 +173,9 @@ class Linearization:
 
     def _needs_second_order(self) -> None:
         if not self.free.holonomic:
-            what = f"constraints at velocity level leave {len(self.free.velocities)} velocities free but "
-            what += f"{len(self.free.coordinates)} coordinates, so there is no model of second order"
-            raise ModelError(Problem("linearization", what, ".state_space(), which has one row for each"))
+            fault = f"constraints at velocity level leave {len(self.free.velocities)} velocities free but "
+            fault += f"{len(self.free.coordinates)} coordinates, so there is no model of second order"
+            raise ModelError(Problem("linearization", fault, ".state_space(), which has one row for each"))
 
     @cached_property
     def undamped_frequencies(self) -> Array:
@@ -281,8 +281,8 @@ class Linearization:
             else np.atleast_1d(np.asarray(frequencies, dtype=float))
         )
         if band.ndim != 1 or len(band) < 2 or not np.all(np.isfinite(band)) or np.any(band <= 0.0):
-            what = "frequencies have to be two or more positive numbers, Hz"
-            raise UsageError(Problem("plot_response", what, "numpy.geomspace(0.1, 100.0, 500)"))
+            fault = "frequencies have to be two or more positive numbers, Hz"
+            raise UsageError(Problem("plot_response", fault, "numpy.geomspace(0.1, 100.0, 500)"))
         values = self.frequency_response(2.0 * np.pi * band, input, output)
         return plot_response(band, values, (input, output), axes)
 
@@ -314,8 +314,8 @@ class Linearization:
         found = self.modes()
         f = _spread(found, excitation.band) if frequencies is None else np.asarray(frequencies, dtype=float)
         if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
-            what = "frequencies have to be two or more positive numbers that increase, Hz"
-            raise UsageError(Problem("psd", what, "numpy.geomspace(0.1, 100.0, 500)"))
+            fault = "frequencies have to be two or more positive numbers that increase, Hz"
+            raise UsageError(Problem("psd", fault, "numpy.geomspace(0.1, 100.0, 500)"))
         density = densities(self.state_space(), found, excitation, [output], f)[0]
         return PowerSpectrum(output, self._unit(output), f, density, excitation.name)
 
@@ -345,8 +345,8 @@ class Linearization:
             The integral does not converge.
         """
         check_excitation("rms", excitation)
-        space, found = self.state_space(), self.modes()
-        return float(root_mean_squares(space, found, excitation, [output], [weighting], band)[0])
+        space, result = self.state_space(), self.modes()
+        return float(root_mean_squares(space, result, excitation, [output], [weighting], band)[0])
 
     def rms_on_white_noise_road(self, output: str, excitation: RoadExcitation) -> float:
         """Return the root mean square of an output on a road of exponent 2 with an unbounded band.

@@ -81,9 +81,9 @@ def root_mean_squares(
     if band is not None:
         low, high = max(low, band[0]), min(high, band[1])
         if not low < high:
-            what = f"the band {band[0]:.6g} to {band[1]:.6g} Hz is outside the excitation's"
+            fault = f"the band {band[0]:.6g} to {band[1]:.6g} Hz is outside the excitation's"
             hint = f"a part of {excitation.band[0]:.6g} to {excitation.band[1]:.6g} Hz"
-            raise UsageError(Problem("rms: band", what, hint))
+            raise UsageError(Problem("rms: band", fault, hint))
     _check_stable(modes)
     _check_damped(modes, low, high)
 
@@ -113,8 +113,8 @@ def root_mean_squares(
         full_output=True,
     )
     if not info.success:
-        what = f"the integral over {low:.4g} to {high:.4g} Hz does not converge"
-        raise NumericalError(Problem("rms", what, "a narrower band, or more damping"))
+        fault = f"the integral over {low:.4g} to {high:.4g} Hz does not converge"
+        raise NumericalError(Problem("rms", fault, "a narrower band, or more damping"))
     return np.asarray(np.sqrt(np.maximum(integral * scale, 0.0)))
 
 
@@ -132,8 +132,8 @@ def _check_stable(modes: Modes) -> None:
     if np.any(growth > modes.uncertainty):
         k = int(np.argmax(growth))
         along = ", ".join(name for name, _ in modes.dominant(k)) or "internal states"
-        what = f"mode {k + 1} ({along}) grows with {growth[k]:.4g} 1/s, so there is no stationary motion"
-        raise ModelError(Problem("random response", what, "another state to be linear about, or other gains"))
+        fault = f"mode {k + 1} ({along}) grows with {growth[k]:.4g} 1/s, so there is no stationary motion"
+        raise ModelError(Problem("random response", fault, "another state to be linear about, or other gains"))
 
 
 def _check_damped(modes: Modes, low: float, high: float) -> None:
@@ -141,5 +141,5 @@ def _check_damped(modes: Modes, low: float, high: float) -> None:
     inside = undamped & (modes.frequency >= low) & (modes.frequency <= high)
     if np.any(inside):
         k = int(np.flatnonzero(inside)[0])
-        what = f"mode {k + 1} at {modes.frequency[k]:.6g} Hz has no damping, so the rms has no bound"
-        raise ModelError(Problem("random response", what, "a damper, or a band without it"))
+        fault = f"mode {k + 1} at {modes.frequency[k]:.6g} Hz has no damping, so the rms has no bound"
+        raise ModelError(Problem("random response", fault, "a damper, or a band without it"))

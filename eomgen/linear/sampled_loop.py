@@ -64,8 +64,8 @@ class SampledPart:
         whole = Fraction(math.lcm(*(of.numerator for of in ratios)), math.gcd(*(of.denominator for of in ratios)))
         if not exact or whole * sum(1 / of for of in ratios) > _MOST:
             listed = ", ".join(f"{period:.9g} s" for period in dict.fromkeys(self.periods))
-            what = f"the periods {listed} have no common multiple within {_MOST} samples"
-            raise ModelError(Problem("sampled loop", what, "periods that are multiples of one another"))
+            fault = f"the periods {listed} have no common multiple within {_MOST} samples"
+            raise ModelError(Problem("sampled loop", fault, "periods that are multiples of one another"))
         return first * float(whole)
 
     def samples(self) -> list[tuple[float, list[int]]]:

@@ -86,8 +86,8 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
     """
     period, late = seconds("sample", sample), seconds("delay", delay)
     if space.sample is not None:
-        what = f"the model is sampled already, every {space.sample:.6g} s"
-        raise UsageError(Problem("sample", what, "the model in continuous time"))
+        fault = f"the model is sampled already, every {space.sample:.6g} s"
+        raise UsageError(Problem("sample", fault, "the model in continuous time"))
     if not period > 0.0:
         raise UsageError(Problem("sample", f"the time between two samples is {period:.6g} s", "a time above zero"))
     if not isinstance(sample, str) and period >= RARE:
@@ -96,8 +96,8 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
             f"sample: the time between two samples is {period:.6g} s; try: {hint}", RuntimeWarning, stacklevel=5
         )
     if not 0.0 <= late <= _WAITING * period:
-        what = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s"
-        raise UsageError(Problem("delay", what, f"a delay from zero to {_WAITING} samples"))
+        fault = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s"
+        raise UsageError(Problem("delay", fault, f"a delay from zero to {_WAITING} samples"))
     whole = math.floor(late / period + _WHOLE)
     part = late - whole * period
     part = part if part > _WHOLE * period else 0.0

@@ -152,9 +152,9 @@ class StateSpace:
         Names and errors as in ``frequency_response``.
         """
         if isinstance(omega, str):
-            what = f"omega comes first, an array of rad/s, and {shown(omega)} is none"
+            fault = f"omega comes first, an array of rad/s, and {shown(omega)} is none"
             hint = "frequency_response(omega, input, output)"
-            raise UsageError(Problem("frequency response", what, hint))
+            raise UsageError(Problem("frequency response", fault, hint))
         entering, direct = self.input_columns(inputs, outputs)
         left = self.output_rows(outputs)
         frequencies = np.asarray(omega, dtype=float)
@@ -163,8 +163,8 @@ class StateSpace:
         try:
             states = np.linalg.solve(pencils, entering.astype(complex))
         except np.linalg.LinAlgError:
-            what = "a frequency is that of a mode without damping, whose response has no bound"
-            raise NumericalError(Problem("frequency response", what, "other frequencies, or damping")) from None
+            fault = "a frequency is that of a mode without damping, whose response has no bound"
+            raise NumericalError(Problem("frequency response", fault, "other frequencies, or damping")) from None
         return np.asarray(left @ states + direct, dtype=complex)
 
     def output_rows(self, outputs: Sequence[str]) -> Array:
@@ -196,8 +196,8 @@ def state_space_of(model: StateSpace | HasStateSpace) -> StateSpace:
     if isinstance(model, StateSpace):
         return model
     if not hasattr(model, "state_space"):
-        what = f"a linear model is needed, not {type(model).__name__}"
-        raise UsageError(Problem("space", what, "model.linearize(), or its state_space()"))
+        fault = f"a linear model is needed, not {type(model).__name__}"
+        raise UsageError(Problem("space", fault, "model.linearize(), or its state_space()"))
     return model.state_space()
 
 
@@ -281,6 +281,6 @@ def _solved(M: Array, right: Array, names: Sequence[str]) -> Array:
     if len(M) and values[0] <= 1e-14 * values[-1]:
         direction = np.abs(vectors[:, 0])
         along = ", ".join(name for name, size in zip(names, direction, strict=True) if size > 0.1 * np.max(direction))
-        what = f"the inertia matrix is singular along {along}, so there is no linear model of second order"
-        raise ModelError(Problem("linearization", what, "mass or inertia for what moves along it"))
+        fault = f"the inertia matrix is singular along {along}, so there is no linear model of second order"
+        raise ModelError(Problem("linearization", fault, "mass or inertia for what moves along it"))
     return np.asarray(scipy.linalg.solve(M, right, assume_a="pos")) if len(M) else right

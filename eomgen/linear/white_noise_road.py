@@ -35,23 +35,23 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
     """
     road = excitation.road
     if road.exponent != 2.0 or road.long_exponent not in (None, 2.0):
-        what = "the slope of a road is white noise where the exponent is 2 only"
-        raise UsageError(Problem(_PLACE, what, "rms, which integrates over frequency"))
+        fault = "the slope of a road is white noise where the exponent is 2 only"
+        raise UsageError(Problem(_PLACE, fault, "rms, which integrates over frequency"))
     if excitation.coherence == "isotropic" and np.any(excitation.lateral > 0.0):
-        what = "the coherence between tracks depends on frequency"
-        raise UsageError(Problem(_PLACE, what, "rms; or coherence=0.5, a number"))
+        fault = "the coherence between tracks depends on frequency"
+        raise UsageError(Problem(_PLACE, fault, "rms; or coherence=0.5, a number"))
     if np.any(modes.eigenvalues.real >= -modes.uncertainty):
         k = int(np.argmax(modes.eigenvalues.real))
-        what = f"mode {k + 1} does not decay, so there is no stationary motion"
-        raise ModelError(Problem(_PLACE, what, "rms over a band, which leaves slow modes out"))
+        fault = f"mode {k + 1} does not decay, so there is no stationary motion"
+        raise ModelError(Problem(_PLACE, fault, "rms over a band, which leaves slow modes out"))
     coherence = excitation.between_tracks(np.ones(1))[0]
     tracks, of_wheel = np.unique(coherence, axis=0, return_inverse=True)
     # of each track one wheel, so that only coherences of tracks remain
     first = [int(np.flatnonzero(of_wheel == k)[0]) for k in range(len(tracks))]
     steps = _Steps(space, excitation, output, [list(np.flatnonzero(of_wheel == k)) for k in range(len(tracks))])
     if steps.unbounded:
-        what = f"{output} follows the road itself, and the variance of that has no bound without ends of the band"
-        raise ModelError(Problem(_PLACE, what, "rms, over the band of the road"))
+        fault = f"{output} follows the road itself, and the variance of that has no bound without ends of the band"
+        raise ModelError(Problem(_PLACE, fault, "rms, over the band of the road"))
     intensity = 2.0 * np.pi**2 * REFERENCE_FREQUENCY**2 * road.reference_roughness * excitation.speed
     variance = intensity * float(np.sum(coherence[np.ix_(first, first)] * steps.products()))
     return float(np.sqrt(max(variance, 0.0)))

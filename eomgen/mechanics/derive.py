@@ -54,13 +54,13 @@ def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Seque
         return _assembled(derivation, _chosen(derivation, terms))
     except (ZeroDivisionError, OverflowError):
         if cause := next((note for note in scene.notes if note.startswith(UNRESISTED)), None):
-            what, hint = cause.split("; try: ")
-            raise ModelError(Problem(scene.name, what, hint)) from None
-        what = (
+            fault, hint = cause.split("; try: ")
+            raise ModelError(Problem(scene.name, fault, hint)) from None
+        fault = (
             "numbers of the scene combine to an infinite one: they are too small or too large, or cancel to zero in a"
             " divisor"
         )
-        raise ModelError(Problem(scene.name, what, "masses, inertias and lengths between 1e-100 and 1e100")) from None
+        raise ModelError(Problem(scene.name, fault, "masses, inertias and lengths between 1e-100 and 1e100")) from None
 
 
 def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:

@@ -63,12 +63,12 @@ def linear_parameters(scene: Scene) -> tuple[LinearParameter, ...]:
     """Return names and units, in the order of columns; none in absolute coordinates and if bodies deform."""
     if scene.coordinates == "absolute" or any(body.beam is not None for body in scene.bodies):
         return ()
-    found = [LinearParameter(f"{body.name}.{of}", unit) for body in moving_bodies(scene) for of, unit in OF_BODY]
+    result = [LinearParameter(f"{body.name}.{of}", unit) for body in moving_bodies(scene) for of, unit in OF_BODY]
     for item in joint_parameters(scene):
         size = item.joint.kind.v_size
         name = component_names("", f"{item.joint.name}.{item.kind}", size)[item.index]
-        found.append(LinearParameter(name, _unit(item)))
-    return tuple(found)
+        result.append(LinearParameter(name, _unit(item)))
+    return tuple(result)
 
 
 def _unit(item: JointParameter) -> str:

@@ -163,7 +163,7 @@ def _one(
         state = _State(plant.scales.state, plant.scales.state_back, tuple(labels))
     rows = opened.rows[f"{item.name}.signals"]
     of_signals = _by_signals(state, item, G, C[rows], D[rows])
-    found = {
+    result = {
         name: _rounded(value)
         for names_of_output, values_of_output in zip(item.gains, of_signals, strict=True)
         for name, value in zip(names_of_output, values_of_output, strict=True)
@@ -175,10 +175,10 @@ def _one(
             "outputs", there.q, there.v, there.a, there.t, there.u, z=there.z, parameters=values, base=base
         )
         signals = next(iter(outputs.values()))[rows]
-        found |= {name: _rounded(value) for name, value in zip(item.references, signals, strict=True) if name}
+        result |= {name: _rounded(value) for name, value in zip(item.references, signals, strict=True) if name}
     cautions = [] if rest is None else rest.warnings(any_kind=True)
-    what = f"controllers.{item.name}: gains by {calibration.method} about the {linear.reference.what}; {description}"
-    return found, "; ".join((what, *cautions))
+    summary = f"controllers.{item.name}: gains by {calibration.method} about the {linear.reference.what}; {description}"
+    return result, "; ".join((summary, *cautions))
 
 
 @dataclass(frozen=True)
@@ -219,16 +219,16 @@ def _check_balance(linear: Linearization) -> None:
     """Raise ModelError if the linear model is not about a balance."""
     acceleration = float(np.abs(linear.reference.a).max(initial=0.0))
     if acceleration > _BALANCED:
-        what = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2"
-        raise ModelError(what, 'at = "equilibrium", or an initial state of rest or of steady motion')
+        fault = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2"
+        raise ModelError(fault, 'at = "equilibrium", or an initial state of rest or of steady motion')
 
 
 def _check_second_order(linear: Linearization) -> None:
     """Raise ModelError if the linear model is none of second order."""
     if linear.names.states and np.abs(linear.Z0).max(initial=0.0) > 0.0:
         where = ", ".join(name for name, column in zip(linear.names.states, linear.Z0.T, strict=True) if np.any(column))
-        what = f"forces depend on the internal states {where}, and modes are those of models of second order"
-        raise ModelError(what, "lqr, or all poles; a controller without memory between, or gains of your own")
+        fault = f"forces depend on the internal states {where}, and modes are those of models of second order"
+        raise ModelError(fault, "lqr, or all poles; a controller without memory between, or gains of your own")
 
 
 def _feedback(
@@ -306,17 +306,17 @@ def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Arr
     sizes = np.linalg.norm(scaled, axis=1)
     sizes[sizes == 0.0] = 1.0
     scaled = scaled / sizes[:, np.newaxis]
-    found = wanted @ np.linalg.pinv(scaled, rcond=1e-10)
-    left = (wanted - found @ scaled) @ there
+    result = wanted @ np.linalg.pinv(scaled, rcond=1e-10)
+    left = (wanted - result @ scaled) @ there
     scale = np.abs(G).max(axis=0, initial=0.0)
     total = float(np.linalg.norm(wanted))
-    if np.linalg.norm(wanted - found @ scaled) > _MISSING * total:
+    if np.linalg.norm(wanted - result @ scaled) > _MISSING * total:
         share = np.abs(left).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
         missing = state.names[int(np.argmax(share))]
-        what = f"the feedback needs {missing}, which the coordinates and signals of {item.name} do not determine"
-        raise ModelError(what, f"{missing} among its signals, or its joint among its coordinates")
-    found[np.abs(found) < 1e-13 * np.abs(found).max(initial=0.0)] = 0.0
-    return np.asarray(found / sizes)
+        fault = f"the feedback needs {missing}, which the coordinates and signals of {item.name} do not determine"
+        raise ModelError(fault, f"{missing} among its signals, or its joint among its coordinates")
+    result[np.abs(result) < 1e-13 * np.abs(result).max(initial=0.0)] = 0.0
+    return np.asarray(result / sizes)
 
 
 def _rounded(value: float) -> float:

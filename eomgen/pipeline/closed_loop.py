@@ -38,8 +38,8 @@ def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
     numbers = ", ".join(str(k + 1) for k in modal.controlled)
     ways = int(np.linalg.matrix_rank(modal.modes.shapes[:, list(modal.controlled)].T @ plant.B, rtol=1e-9))
     only = f"{name} acts on them in {ways} independent way{'s' * (ways > 1)} only"
-    what = f"the modes {numbers} cannot be placed each by itself: {only}"
-    raise ModelError(what, f"{ways} of the modes, an output more, all poles in place of modes, or lqr")
+    fault = f"the modes {numbers} cannot be placed each by itself: {only}"
+    raise ModelError(fault, f"{ways} of the modes, an output more, all poles in place of modes, or lqr")
 
 
 def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:

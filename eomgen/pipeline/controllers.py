@@ -60,12 +60,12 @@ def with_controller(
         A scene file that cannot be read.
     """
     if not isinstance(scene, str | os.PathLike | Mapping):
-        what = f"the path of a scene file, or its nested data, is needed, not {type(scene).__name__}"
+        fault = f"the path of a scene file, or its nested data, is needed, not {type(scene).__name__}"
         hint = 'with_controller("scene.toml", law), with the file that the model was built from'
-        raise UsageError(Problem("with_controller", what, hint))
+        raise UsageError(Problem("with_controller", fault, hint))
     if not isinstance(law, Regulator | OutputFeedback):
-        what = f"a Regulator or an OutputFeedback is needed, not {type(law).__name__}"
-        raise UsageError(Problem("with_controller", what, "what lqr, place or output_feedback returns"))
+        fault = f"a Regulator or an OutputFeedback is needed, not {type(law).__name__}"
+        raise UsageError(Problem("with_controller", fault, "what lqr, place or output_feedback returns"))
     data = dict(scene) if isinstance(scene, Mapping) else data_of(Path(scene))
     writer = _Writer(data, law.space, prefix)
     added = writer.regulator(law) if isinstance(law, Regulator) else writer.output_feedback(law)
@@ -89,8 +89,8 @@ class _Writer:
             entry = data.get("inputs", {}).get(name)
             if entry is None:
                 hint = nearest(name, data.get("inputs", {})) or "the scene that the linear model was made of"
-                what = f"the scene has no input {shown(name)} of its own that a controller could replace"
-                raise UsageError(Problem("with_controller", what, hint))
+                fault = f"the scene has no input {shown(name)} of its own that a controller could replace"
+                raise UsageError(Problem("with_controller", fault, hint))
 
     # -- laws ----------------------------------------------------------------------------------------------------------
 
@@ -206,9 +206,9 @@ class _Writer:
             return error_on_group(match[1], int(match[2]), self.space.orientations[match[1]]), 0.0
         kind, dot, rest = name.partition(".")
         if math.isnan(reference) or (dot and kind not in ("v", "z")):
-            what = f"the feedback needs {name}, of which formulas of the scene know no value"
+            fault = f"the feedback needs {name}, of which formulas of the scene know no value"
             hint = "an observer, which estimates it; or joint coordinates"
-            raise UsageError(Problem("with_controller", what, hint))
+            raise UsageError(Problem("with_controller", fault, hint))
         return f"q.{name}" if not dot else rest if kind == "z" else name, reference
 
     def _measured(self, name: str, number: int, controller: StateSpace) -> tuple[str, float]:
@@ -228,8 +228,8 @@ class _Writer:
         formula = entry.get("formula")
         values = formula if isinstance(formula, list | tuple) else [formula]
         if formula is None or math.isnan(reference) or _OF_ACCELERATIONS.search(str(values[component])):
-            what = f"{name} is measured, and formulas of a controller cannot use it"
-            raise UsageError(Problem("with_controller", what, "an output with a formula, a position or a velocity"))
+            fault = f"{name} is measured, and formulas of a controller cannot use it"
+            raise UsageError(Problem("with_controller", fault, "an output with a formula, a position or a velocity"))
         return f"({values[component]})", reference
 
 

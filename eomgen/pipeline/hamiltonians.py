@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from eomgen.scene.hamiltonian.fields import FieldSystem
     from eomgen.system.system import System
 
-#: Where a file says what it is, above its tables: scenes have neither key, so a kind that is misspelt is told.
+#: Keys above the tables of a Hamiltonian file; scenes have neither, so a misspelt kind is reported.
 _KIND = re.compile(r"^\s*(kind|hamiltonian)\s*=", re.MULTILINE)
 _TABLE = re.compile(r"^\s*\[", re.MULTILINE)
 #: Where it says that it is of fields.
 _MESH = re.compile(r"^\s*(\[\s*mesh\s*\]|mesh\s*[.=])", re.MULTILINE)
-#: What is looked at of a file, bytes.
+#: Number of bytes at the start of a file that decide its kind.
 _HEAD = 20_000
 
 
@@ -45,14 +45,14 @@ HAMILTONIANS = FrontEnd("hamiltonian", Hamiltonian, _describe, _derive)
 
 
 def says_hamiltonian(path: str | os.PathLike[str]) -> bool:
-    """Return whether a file says that it holds a Hamiltonian system; what cannot be read does not."""
+    """Return True if a file declares a Hamiltonian system; an unreadable file does not."""
     head = _head(path)
     table = _TABLE.search(head)
     return _KIND.search(head[: table.start()] if table else head) is not None
 
 
 def _head(path: str | os.PathLike[str]) -> str:
-    """Return the beginning of a TOML file; nothing of what cannot be read."""
+    """Return the beginning of a TOML file, or an empty text if the file cannot be read."""
     file = Path(path)
     if file.suffix.lower() != ".toml":
         return ""
@@ -102,23 +102,23 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
         An option of mechanical scenes.
     """
     if isinstance(described, Hamiltonian):
-        found = described
+        result = described
     elif isinstance(described, Mapping) and ("kind" in described or "hamiltonian" in described):
         from eomgen.scene.hamiltonian.reading import hamiltonian_from_data  # noqa: PLC0415  # most scenes are mechanical
 
-        found = hamiltonian_from_data(described)
+        result = hamiltonian_from_data(described)
     elif isinstance(described, str | os.PathLike) and says_hamiltonian(described):
         from eomgen.scene.hamiltonian.reading import load_hamiltonian  # noqa: PLC0415
 
-        found = load_hamiltonian(described)
+        result = load_hamiltonian(described)
     else:
         return None
-    if found is not described:
-        _check_method(found)
+    if result is not described:
+        _check_method(result)
     if given := given_options(options or {}):
-        what = f"{', '.join(given)} is of mechanical scenes, and {found.name} is a Hamiltonian system"
-        raise UsageError(Problem(given[0], what, "leave it out"))
-    return found
+        fault = f"{', '.join(given)} is of mechanical scenes, and {result.name} is a Hamiltonian system"
+        raise UsageError(Problem(given[0], fault, "leave it out"))
+    return result
 
 
 def given_options(options: Mapping[str, Any]) -> list[str]:

@@ -20,7 +20,7 @@ def with_parameters(document: Document, described: Description, parameters: Mapp
 
     Parameters
     ----------
-    document : as its front end has prepared it, so that calibrated gains are those of the scene's own values
+    document : prepared by its front end, so that calibrated gains follow the scene's own values
     parameters : numbers, or texts with units
 
     Raises
@@ -29,8 +29,8 @@ def with_parameters(document: Document, described: Description, parameters: Mapp
         Unknown or fixed names, values that the scene would refuse as its own, and documents of other front ends.
     """
     if not isinstance(document, Scene):
-        what = f"{described.name} is no scene, and only scenes are written with other values of their parameters"
-        raise UsageError(Problem("parameters", what, "leave them out"))
+        fault = f"{described.name} is no scene, and only scenes are written with other values of their parameters"
+        raise UsageError(Problem("parameters", fault, "leave them out"))
     tunable = [item for item in document.parameters if item.tunable]
     names = [item.name for item in tunable]
     fixed = [item.name for item in document.parameters if not item.tunable]

@@ -119,8 +119,8 @@ def load_scene(
     if isinstance(path, Mapping):
         names = [task_frames] if isinstance(task_frames, str) else list(task_frames)
         return _given_scene({**path, "task_frames": names}, coordinates)
-    what = "the task frames of a Scene are chosen where it is read"
-    raise UsageError(Problem("task_frames", what, "the path or the mapping that it was read from"))
+    fault = "the task frames of a Scene are chosen where it is read"
+    raise UsageError(Problem("task_frames", fault, "the path or the mapping that it was read from"))
 
 
 @checked_call("a scene or the path of one")
@@ -215,8 +215,8 @@ def _check_folder(folder: str | Path) -> None:
     """Raise UsageError if a folder that is to be made has the name of a file of code."""
     path = Path(folder)
     if path.suffix.lower() in _OF_FILES and not path.is_dir():
-        what = f"{path.name} is the name of a file, and a folder of several files is written"
-        raise UsageError(Problem(str(folder), what, f"the folder {path.with_suffix('').name}"))
+        fault = f"{path.name} is the name of a file, and a folder of several files is written"
+        raise UsageError(Problem(str(folder), fault, f"the folder {path.with_suffix('').name}"))
 
 
 @checked_call(
@@ -432,16 +432,16 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
     """Return a scene as it is, or made of nested data; raise UsageError for impossible sources or targets."""
     if isinstance(scene, Scene):
         if coordinates not in (None, scene.coordinates):
-            what = f"this Scene has {scene.coordinates} coordinates, and they are chosen where it is read"
-            raise UsageError(Problem("coordinates", what, "the path or the mapping that it was read from"))
+            fault = f"this Scene has {scene.coordinates} coordinates, and they are chosen where it is read"
+            raise UsageError(Problem("coordinates", fault, "the path or the mapping that it was read from"))
         return scene
     if isinstance(scene, Mapping):
         try:
-            found = from_data(scene, coordinates=coordinates)
+            result = from_data(scene, coordinates=coordinates)
         except DescriptionError as error:
             raise _with_method_problems(error, lambda: (named_method(scene), "scene")) from None
-        _check_method(found, "scene")
-        return found
+        _check_method(result, "scene")
+        return result
     if isinstance(scene, Hamiltonian):
         raise UsageError(f"{scene.name} is a Hamiltonian system, and this is for mechanical scenes", OF_HAMILTONIANS)
     kind = type(scene).__name__
@@ -484,7 +484,7 @@ def _method_name(described: Description, method: str | None) -> str:
 
 
 def _check_method(scene: Scene, place: str = "") -> None:
-    """Raise DescriptionError if a scene names an unknown method; ``place`` is that of a scene without a file."""
+    """Raise DescriptionError if a scene names an unknown method; ``place`` names a scene without a file."""
     from eomgen.system.description import Simulation  # noqa: PLC0415
 
     if scene.simulation.method == Simulation.method:
@@ -500,7 +500,7 @@ def _with_method_problems(error: DescriptionError, method: Callable[[], tuple[ob
 
     Parameters
     ----------
-    method : returns what the description gives as its method, and the place of that
+    method : returns the description's method and its place in the file
     """
     from eomgen.system.description import Simulation  # noqa: PLC0415
 

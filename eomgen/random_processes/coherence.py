@@ -119,8 +119,8 @@ class CrossCovariance:
         while True:
             frequencies, weights = _panels(borders, waves / self.window)
             if len(frequencies) > _MOST_NODES:
-                what = f"the cross spectrum up to {last:.3g} cycles needs more than {_MOST_NODES} frequencies"
-                raise UsageError(Problem("", what, "a shorter window, a coherence that falls faster"))
+                fault = f"the cross spectrum up to {last:.3g} cycles needs more than {_MOST_NODES} frequencies"
+                raise UsageError(Problem("", fault, "a shorter window, a coherence that falls faster"))
             shares = weights * self.density(frequencies)
             found = np.cos(2.0 * math.pi * np.multiply.outer(lags, frequencies)) @ shares
             if np.max(np.abs(found - before)) <= _ERROR * variance:
@@ -133,8 +133,8 @@ class CrossCovariance:
         while float(self.density(np.array([last]))[0]) * last > _LEFT * variance or last < 4.0 / self.window:
             last *= 2.0
             if last * self.window > _MOST_NODES:
-                what = "the coherence falls too slowly: at high frequencies the processes are one and the same"
-                raise UsageError(Problem("", what, "a larger decay, or a correlation, the same at all frequencies"))
+                fault = "the coherence falls too slowly: at high frequencies the processes are one and the same"
+                raise UsageError(Problem("", fault, "a larger decay, or a correlation, the same at all frequencies"))
         return last
 
 

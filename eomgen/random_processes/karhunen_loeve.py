@@ -169,8 +169,8 @@ def _converged(
                 raise refused
             if change <= _DOUBTFUL:
                 return of_each(chosen)
-            what = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes"
-            raise UsageError(Problem("", what, "a shorter window, a longer correlation"))
+            fault = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes"
+            raise UsageError(Problem("", fault, "a shorter window, a longer correlation"))
         panels, before = 2 * panels, resolved
 
 
@@ -202,10 +202,10 @@ def _refuse_far(covariance: Covariance, duration: float, share: float) -> None:
 
 
 def _too_many(share: float, modes: int, has: float) -> Problem:
-    what = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {modes} have {has:.4g}"
+    fault = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {modes} have {has:.4g}"
     least = math.floor(has * 1e4) / 1e4
     hint = f"share = {least:g}, or a shorter window" if least >= _USEFUL else "a shorter window, a longer correlation"
-    return Problem("", what, hint)
+    return Problem("", fault, hint)
 
 
 def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansion:
@@ -224,10 +224,10 @@ def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansi
     if modes > MOST_MODES:
         raise UsageError(Problem("", f"{modes} modes are asked for, and {MOST_MODES} are the most", "fewer modes"))
     if modes > len(found.eigenvalues):
-        what = (
+        fault = (
             f"the process has {len(found.eigenvalues)} modes in this window beyond rounding, and {modes} are asked for"
         )
-        raise UsageError(Problem("", what, "fewer modes, or a share"))
+        raise UsageError(Problem("", fault, "fewer modes, or a share"))
     function = found.function
     values = found.eigenvalues[:modes]
     return Expansion(found.duration, values, found.total, lambda t: function(t)[:modes], repaired=found.repaired)
@@ -262,10 +262,12 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
     if every[-1] < -_NEGATIVE * every[0]:
         part, removed = every[-1] / every[0], float(np.linalg.norm(every[every < 0.0]) / np.linalg.norm(every))
         if not repair:
-            what = f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the largest;"
-            what += f" the nearest positive one differs from it by {removed:.2g} of its norm"
+            fault = (
+                f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the largest;"
+            )
+            fault += f" the nearest positive one differs from it by {removed:.2g} of its norm"
             hint = "a covariance that some process has: its spectrum is nowhere negative; or covariance_repair = "
-            raise UsageError(Problem("", what, f'{hint}"nearest"'))
+            raise UsageError(Problem("", fault, f'{hint}"nearest"'))
         total = float(np.sum(every[every > 0.0]))
     kept = min(int(np.sum(every > 1e-13 * every[0])), MOST_MODES)
     shape = vector[:, :, :kept] / root[:, np.newaxis]

@@ -63,10 +63,10 @@ def translated_correlation(map_of: Callable[[Array], Array], correlation: Array)
     total = sum(shares)
     if not total > 1e-24 * float(np.max(np.abs(map_of(nodes)))) ** 2:  # not a number, too
         raise UsageError(Problem("", "the translation has no variance", "a formula that depends on g"))
-    found = np.zeros_like(correlation)
+    result = np.zeros_like(correlation)
     for share in reversed(shares):
-        found = (found + share / total) * correlation
-    return found
+        result = (result + share / total) * correlation
+    return result
 
 
 def underlying(covariance: Covariance, map_of: Callable[[Array], Array], window: float) -> CovarianceTable:
@@ -85,9 +85,9 @@ def underlying(covariance: Covariance, map_of: Callable[[Array], Array], window:
     first = int(falling[-1]) + 1 if len(falling) else 0
     lowest, worst = made[first], int(np.argmin(wanted))
     if wanted[worst] < lowest - _ROUNDING:
-        what = f"no Gaussian process has a translation with the correlation {wanted[worst]:.3g} at the lag"
-        what += f" {lags[worst]:.3g}: of this one they are {lowest:.3g} or more"
-        raise UsageError(Problem("", what, "a covariance that is less negative, or that of g"))
-    found = np.interp(wanted, made[first:], correlation[first:])
-    found[0] = 1.0
-    return CovarianceTable(Curve("covariance", lags, found))
+        fault = f"no Gaussian process has a translation with the correlation {wanted[worst]:.3g} at the lag"
+        fault += f" {lags[worst]:.3g}: of this one they are {lowest:.3g} or more"
+        raise UsageError(Problem("", fault, "a covariance that is less negative, or that of g"))
+    result = np.interp(wanted, made[first:], correlation[first:])
+    result[0] = 1.0
+    return CovarianceTable(Curve("covariance", lags, result))

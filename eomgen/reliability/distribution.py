@@ -105,7 +105,7 @@ class _Generating:
         poles = np.maximum(np.max(sign[:, None] * self.values, axis=1), 0.0)
         with np.errstate(divide="ignore", over="ignore"):
             edge = sign / poles
-        found = np.where(at_zero == 0.0, 0.0, sign * np.inf)
+        result = np.where(at_zero == 0.0, 0.0, sign * np.inf)
         inner, outer = np.zeros(rows.size), sign * 1.0
         ahead, held = np.flatnonzero(at_zero), []
         for _ in range(200):
@@ -123,8 +123,8 @@ class _Generating:
             ahead = ahead[np.abs(outer[ahead]) <= 1e12]
         inside = np.concatenate(held) if held else ahead
         if inside.size:
-            found[inside] = self._halved(inner[inside], outer[inside], inside, at_zero[inside])
-        return found
+            result[inside] = self._halved(inner[inside], outer[inside], inside, at_zero[inside])
+        return result
 
     def _halved(self, inner: Array, outer: Array, rows: NDArray[np.intp], at_zero: Array) -> Array:
         """Return saddles between ``inner``, at which K' - y has its sign at zero, and ``outer``."""
@@ -181,9 +181,9 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
     off = np.abs(rest - other) / smaller
     if np.any(off > _DIFFERENCE):
         worst = int(np.argmax(off))
-        what = f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives"
-        what += f" a part of {off[worst]:.1e} more or less"
-        raise NumericalError(what, "Imhof's inversion")
+        fault = f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives"
+        fault += f" a part of {off[worst]:.1e} more or less"
+        raise NumericalError(fault, "Imhof's inversion")
     below[rows], above[rows] = special.ndtr(w) - rest, special.ndtr(-w) + rest
     return Tails(below.reshape(shape), above.reshape(shape))
 
@@ -245,9 +245,9 @@ def imhof(forms: Forms, thresholds: ArrayLike) -> Tails:
             edge = _where_it_ends(generating, int(row))
             panels = max(64, int(np.ceil(edge * (1.0 + abs(generating.offsets[row])) / np.pi)))
             if panels > _PANELS:
-                what = f"the characteristic function of {generating.values.shape[1]} variables falls too slowly"
-                what += " for Imhof's integral"
-                raise NumericalError(what, "inversion by steepest_descent")
+                fault = f"the characteristic function of {generating.values.shape[1]} variables falls too slowly"
+                fault += " for Imhof's integral"
+                raise NumericalError(fault, "inversion by steepest_descent")
             nodes, weights = _panels(edge, panels)
             turned = generating(np.asarray(1j * nodes, dtype=complex), np.full(nodes.size, row))
             below[row] = 0.5 - np.sum(weights * np.imag(np.exp(turned)) / nodes) / np.pi

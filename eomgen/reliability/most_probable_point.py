@@ -74,8 +74,8 @@ class MostProbablePoint:
         length = float(np.linalg.norm(gradient))
         normal = gradient / length
         basis = np.linalg.svd(normal[None])[2][1:] if n > 1 else np.zeros((0, n))
-        found = np.linalg.eigvalsh(basis @ self.expansion.hessian @ basis.T) / length
-        return np.asarray(-found, dtype=float)
+        result = np.linalg.eigvalsh(basis @ self.expansion.hessian @ basis.T) / length
+        return np.asarray(-result, dtype=float)
 
     @property
     def nearest(self) -> bool:
@@ -85,8 +85,8 @@ class MostProbablePoint:
     @property
     def form(self) -> QuadraticForm:
         """The quadratic form that has the response's value, gradient and Hessian at the point."""
-        found = self.expansion
-        return QuadraticForm(found.value, found.gradient, found.hessian).about(self.point, found.value)
+        result = self.expansion
+        return QuadraticForm(result.value, result.gradient, result.hessian).about(self.point, result.value)
 
 
 def first_order(found: MostProbablePoint) -> float:
@@ -139,10 +139,10 @@ def most_probable_points(response: Response, thresholds: Sequence[float]) -> lis
     NumericalError
         If the response has no slope at the mean, or the curve of most probable points does not come to a threshold.
     """
-    found, missed = points_on_curve(response, thresholds)
+    result, missed = points_on_curve(response, thresholds)
     if missed:
         raise missed[min(missed)]
-    return [found[k] for k in range(len(thresholds))]
+    return [result[k] for k in range(len(thresholds))]
 
 
 def points_on_curve(
@@ -169,11 +169,11 @@ def points_on_curve(
     start = response.expansion(np.zeros(response.size))
     slope = float(np.linalg.norm(start.gradient))
     if not slope > 1e-12 * np.linalg.norm(start.hessian):
-        what = "the response has no slope at the mean, so no direction leads to its most probable points"
-        raise NumericalError(what, "Monte Carlo, or a mean that is not an extremum of the response")
+        fault = "the response has no slope at the mean, so no direction leads to its most probable points"
+        raise NumericalError(fault, "Monte Carlo, or a mean that is not an extremum of the response")
     origin = MostProbablePoint(start.value, np.zeros(response.size), 0.0, start, 0)
     order = np.argsort(thresholds)
-    found: dict[int, MostProbablePoint] = {}
+    result: dict[int, MostProbablePoint] = {}
     missed: dict[int, Unreached] = {}
     before: MostProbablePoint | None
     for side in (1.0, -1.0):
@@ -185,13 +185,13 @@ def points_on_curve(
                 continue
             try:
                 before, last = _followed(response, before, last, float(thresholds[k]), kinked)
-                found[k] = last
+                result[k] = last
             except Unreached as error:
                 last, missed[k], ended = error.last, error, error.why
     for k, threshold in enumerate(thresholds):
         if threshold == start.value:
-            found[k] = origin
-    return found, missed
+            result[k] = origin
+    return result, missed
 
 
 def _why_it_ends(response: Response, last: MostProbablePoint) -> str:
@@ -275,12 +275,12 @@ def _continued(
     ahead = threshold - last.threshold
     span = 0.0 if before is None else last.threshold - before.threshold
     if before is None or not 0.0 < ahead / span <= _AHEAD:
-        found = here + ahead * rate
-        return found[:-1], float(found[-1]), hessian
+        result = here + ahead * rate
+        return result[:-1], float(result[-1]), hessian
     t, there, slope = 1.0 + ahead / span, np.append(before.point, before.multiplier), _rates(before)
     of_end, of_start = t * t * (3.0 - 2.0 * t), (t - 1.0) ** 2 * (1.0 + 2.0 * t)
-    found = of_start * there + of_end * here + span * t * (t - 1.0) * ((t - 1.0) * slope + t * rate)
-    return found[:-1], float(found[-1]), hessian + (t - 1.0) * (hessian - before.expansion.hessian)
+    result = of_start * there + of_end * here + span * t * (t - 1.0) * ((t - 1.0) * slope + t * rate)
+    return result[:-1], float(result[-1]), hessian + (t - 1.0) * (hessian - before.expansion.hessian)
 
 
 def _newton(

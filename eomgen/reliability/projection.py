@@ -45,8 +45,8 @@ def projected_hessian(products: Array, directions: Array) -> Array:
     one lies in their span, zero for the others."""
     inner = directions.T @ products
     crossed = products @ directions.T
-    found: Array = crossed + crossed.T - directions @ (0.5 * (inner + inner.T)) @ directions.T
-    return found
+    result: Array = crossed + crossed.T - directions @ (0.5 * (inner + inner.T)) @ directions.T
+    return result
 
 
 @dataclass(frozen=True)

@@ -41,8 +41,8 @@ class QuadraticForm:
     def __post_init__(self) -> None:
         n = len(self.gradient)
         if self.hessian.shape != (n, n):
-            what = f"a quadratic form of {n} variables needs a Hessian ({n}, {n}), found {self.hessian.shape}"
-            raise ModelError(what)
+            fault = f"a quadratic form of {n} variables needs a Hessian ({n}, {n}), found {self.hessian.shape}"
+            raise ModelError(fault)
         if not (np.isfinite(self.value) and np.isfinite(self.gradient).all() and np.isfinite(self.hessian).all()):
             raise ModelError(
                 "a quadratic form needs finite numbers", "a response that is defined at the expansion point"

@@ -79,9 +79,9 @@ class Counted:
 
     def expansion(self, point: Array) -> Expansion:
         self.expanded += 1
-        found = self.response.expansion(point)
-        if not (np.isfinite(found.value) and np.isfinite(found.gradient).all() and np.isfinite(found.hessian).all()):
+        result = self.response.expansion(point)
+        if not (np.isfinite(result.value) and np.isfinite(result.gradient).all() and np.isfinite(result.hessian).all()):
             far = float(np.linalg.norm(point))
-            what = f"the response is not finite at a point {far:.3g} standard deviations from the mean"
-            raise NumericalError(what, "smaller steps, or thresholds nearer to the mean")
-        return found
+            fault = f"the response is not finite at a point {far:.3g} standard deviations from the mean"
+            raise NumericalError(fault, "smaller steps, or thresholds nearer to the mean")
+        return result

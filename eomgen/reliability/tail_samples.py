@@ -109,12 +109,12 @@ def corrected_tail(
         weights = np.exp(0.5 * draws.centre @ draws.centre - z @ draws.centre)
         ours, theirs = (form.values(z) > threshold) == above, (y > threshold) == above
         typical = float(weights[ours].mean()) if ours.any() else float(weights.mean())
-        found = min(
+        result = min(
             (_mean(weights * (1.0 * theirs - 1.0 * ours), of_form, typical), _mean(weights * theirs, 0.0, typical)),
             key=lambda one: one.standard_error,
         )
-        if found.standard_error <= 0.5 * accuracy * max(found.probability, 0.1 * of_form) or 2 * count > most:
-            return found
+        if result.standard_error <= 0.5 * accuracy * max(result.probability, 0.1 * of_form) or 2 * count > most:
+            return result
         count *= 2
 
 

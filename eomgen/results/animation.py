@@ -99,8 +99,8 @@ def inline_animation(solution: Animated) -> InlineAnimation:
     """
     page = animation_page(solution)
     if (size := len(page.encode())) > _INLINE:
-        what = f"the page has {size / 1e6:.1f} MB, and a notebook takes {_INLINE / 1e6:.0f} MB"
-        raise UsageError(Problem("animate", what, 'a file of its own: animate("motion.html")'))
+        fault = f"the page has {size / 1e6:.1f} MB, and a notebook takes {_INLINE / 1e6:.0f} MB"
+        raise UsageError(Problem("animate", fault, 'a file of its own: animate("motion.html")'))
     return InlineAnimation(page)
 
 
@@ -120,8 +120,8 @@ def animation_page(solution: Animated) -> str:
     try:
         data = _packed(solution, poses_and_scenery.poses, poses_and_scenery.scenery)
     except (KeyError, TypeError, ValueError, IndexError) as error:
-        what = f"its poses or its scenery are not what eomgen writes: {type(error).__name__}: {error}"
-        raise FileError(Problem("solution", what, "eomgen simulate again")) from None
+        fault = f"its poses or its scenery are not what eomgen writes: {type(error).__name__}: {error}"
+        raise FileError(Problem("solution", fault, "eomgen simulate again")) from None
     folder = template_folder() / "html"
     page = (folder / "animation.html").read_text(encoding="utf-8")
     parts = {name: (folder / file).read_text(encoding="utf-8").rstrip() for name, file in _SCRIPTS.items()}

@@ -84,8 +84,8 @@ def drawn_beams(
     lengths : of the beams, m
     """
     by_name = {body["name"]: body for body in bodies}
-    found = []
+    result = []
     for nodes, length in zip(beams, lengths, strict=True):
         heaviest = max((by_name[node] for node in nodes), key=lambda body: body["mass"])  # one on the base has none
-        found.append({"nodes": list(nodes), "outline": outline(heaviest["mass"], heaviest["inertia"], length)})
-    return found
+        result.append({"nodes": list(nodes), "outline": outline(heaviest["mass"], heaviest["inertia"], length)})
+    return result

@@ -44,7 +44,7 @@ def beams_at_rest(
     """
     start = initial_state(model, initial, p).q
     seen = poses_and_scenery(model, np.full(2, t), np.stack([start, q]), p)
-    found = {}
+    result = {}
     for nodes in model.description.exact_beams:
         of_beam = loads[nodes[0]]
         poses, x = np.stack([seen.poses[node] for node in nodes], axis=1), of_beam.nodes
@@ -68,8 +68,8 @@ def beams_at_rest(
             entry[f"largest_{quantity}"] = {"x": float(x[element + end]), "size": size}
             entry["first_section"][quantity] = ends[0, 0].tolist()
             entry["last_section"][quantity] = ends[-1, 1].tolist()
-        found[nodes[0]] = entry
-    return found
+        result[nodes[0]] = entry
+    return result
 
 
 def _turns(before: Array, after: Array) -> Array:

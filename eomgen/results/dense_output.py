@@ -45,10 +45,10 @@ Between = Callable[[Rows, Array, Index], tuple[Array, Array, Array, Array]]
 def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
     """Return the factors that a solution's metadata hold. Raises UsageError if they do not."""
     if "factors" not in metadata:
-        what = (
+        fault = (
             "this solution does not say which groups its coordinates are of: it was made by hand or by an older eomgen"
         )
-        raise UsageError(Problem("at", what, "a solution of simulate"))
+        raise UsageError(Problem("at", fault, "a solution of simulate"))
     return [Factor(group, "", *spans) for group, *spans in metadata["factors"]]
 
 
@@ -73,16 +73,16 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
     slack = 1e-9 * (rows.t[1] - first)
     outside = (flat < first - slack) | (flat > last + slack)
     if np.any(outside):
-        what = f"t = {flat[np.argmax(outside)]:.9g} s is outside the solution, {first:.9g} s to {last:.9g} s"
-        raise UsageError(Problem("at", what, "times within it, or a longer run"))
+        fault = f"t = {flat[np.argmax(outside)]:.9g} s is outside the solution, {first:.9g} s to {last:.9g} s"
+        raise UsageError(Problem("at", fault, "times within it, or a longer run"))
     index = np.clip(np.searchsorted(rows.t, flat, side="right") - 1, 0, len(rows.t) - 2)
     parts = [slice(k, k + _BATCH) for k in range(0, max(len(flat), 1), _BATCH)]
     if between is None:
         _check_turns(rows, factors, np.unique(index))
         kind = metadata.get("dense_output", "hermite_3")
         if kind == "none":
-            what = f"there is nothing between the rows of {metadata.get('method')}"
-            raise UsageError(Problem("at", what, "record_every = 1, or another method"))
+            fault = f"there is nothing between the rows of {metadata.get('method')}"
+            raise UsageError(Problem("at", fault, "record_every = 1, or another method"))
         by_velocity = kind == "hermite_3"
         pieces = [_between(rows, factors, flat[part], index[part], by_velocity) for part in parts]
     else:
@@ -136,8 +136,8 @@ def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
         )
         if np.any(turns := speed * duration > np.pi):
             k = int(np.argmax(turns))
-            what = f"a body turns by {speed[k] * duration[k]:.3g} rad between two rows at t = {rows.t[index[k]]:.9g} s"
-            raise UsageError(Problem("at", what, "a smaller record_every: less than half a turn between rows"))
+            fault = f"a body turns by {speed[k] * duration[k]:.3g} rad between two rows at t = {rows.t[index[k]]:.9g} s"
+            raise UsageError(Problem("at", fault, "a smaller record_every: less than half a turn between rows"))
 
 
 def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:

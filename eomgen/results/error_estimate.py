@@ -191,8 +191,8 @@ class ErrorEstimate:
             name: _or_none(getattr(self, name)) for name in ("order", "declared_order", "relative", "seconds", "cost")
         }
         words = {name: getattr(self, name) for name in _WORDS}
-        found = {name: getattr(self, name) for name in _LARGEST}
-        return {**words, **{name: None if item is None else vars(item) for name, item in found.items()}, **numbers}
+        result = {name: getattr(self, name) for name in _LARGEST}
+        return {**words, **{name: None if item is None else vars(item) for name, item in result.items()}, **numbers}
 
     def arrays(self) -> dict[str, Array]:
         """Return the arrays by name, for a file."""

@@ -18,7 +18,7 @@ def largest_section_loads(solution: Loaded) -> dict[str, dict[str, dict[str, flo
     model = solution.model
     if model is None:
         return {}
-    found: dict[str, dict[str, dict[str, float]]] = {}
+    result: dict[str, dict[str, dict[str, float]]] = {}
     rows = max(1, _NUMBERS // (2 * max(1, solution.q.shape[1])))
     for start in range(0, len(solution.t), rows):
         part = slice(start, start + rows)
@@ -29,6 +29,6 @@ def largest_section_loads(solution: Loaded) -> dict[str, dict[str, dict[str, flo
                 sizes = np.nan_to_num(np.linalg.norm(ends, axis=-1), nan=-1.0, posinf=-1.0)
                 row, element, end = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
                 size = float(sizes[row, element, end])
-                if size > found.setdefault(beam, {}).get(name, {"size": -1.0})["size"]:
-                    found[beam][name] = {"size": size, "x": float(nodes[element + end]), "t": float(t[row])}
-    return found
+                if size > result.setdefault(beam, {}).get(name, {"size": -1.0})["size"]:
+                    result[beam][name] = {"size": size, "x": float(nodes[element + end]), "t": float(t[row])}
+    return result

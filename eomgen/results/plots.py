@@ -125,8 +125,8 @@ def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[
         _fill(given, solution, panels, beside=False)
         return given
     if len(panels) > _PANELS:
-        what = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS}"
-        raise UsageError(Problem("plot", what, f"fewer names: one of {listed(_by_kind(solution))}, or of components"))
+        fault = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS}"
+        raise UsageError(Problem("plot", fault, f"fewer names: one of {listed(_by_kind(solution))}, or of components"))
     figure = pyplot_figure(_size(len(panels)))
     drawn = _subplots(figure, len(panels))
     _fill(drawn, solution, panels)
@@ -162,8 +162,8 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
             close = get_close_matches(str(name), known)
             output = str(name).partition("[")[0]
             close = [curve.name for curves in kinds.values() for curve in curves if curve.output == output] or close
-            what = f"the solution has no curve {shown(name)}"
-            raise UsageError(Problem(asked_by, what, " or ".join(close) if close else f"one of {listed(known)}"))
+            fault = f"the solution has no curve {shown(name)}"
+            raise UsageError(Problem(asked_by, fault, " or ".join(close) if close else f"one of {listed(known)}"))
         chosen += found
     return list({id(curve): curve for curve in chosen}.values())
 

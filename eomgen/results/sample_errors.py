@@ -52,8 +52,8 @@ class SampleErrors:
     @property
     def worst(self) -> tuple[int | None, Largest] | None:
         """Number of the worst sample, None for the run without variations, with its largest error."""
-        found = [(number, one) for number, estimate in self._numbered for one in _largest(estimate)]
-        return max(found, key=lambda pair: pair[1].share, default=None)
+        result = [(number, one) for number, estimate in self._numbered for one in _largest(estimate)]
+        return max(result, key=lambda pair: pair[1].share, default=None)
 
     @property
     def _numbered(self) -> list[tuple[int | None, ErrorEstimate]]:

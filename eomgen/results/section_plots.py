@@ -100,8 +100,8 @@ def draw_sections(solution: Loaded, beams: Sequence[str], folder: Path) -> list[
 def _chosen(quantities: Sequence[str]) -> Sequence[str]:
     for quantity in quantities:
         if quantity not in _QUANTITIES:
-            what = f"sections have no {shown(quantity)}"
-            raise UsageError(Problem("plot_sections", what, nearest(str(quantity), _QUANTITIES)))
+            fault = f"sections have no {shown(quantity)}"
+            raise UsageError(Problem("plot_sections", fault, nearest(str(quantity), _QUANTITIES)))
     return quantities or _LOADS
 
 
@@ -113,8 +113,8 @@ def _rows_at(solution: Loaded, at: ArrayLike) -> Array:
         raise UsageError(Problem("plot_sections: at", "there are no times", "times in s, or no at for a map over time"))
     outside = times[~((times >= t[0] - 1e-9) & (times <= t[-1] + 1e-9))]
     if len(outside):
-        what = f"t = {outside[0]:.6g} s is outside the solution, which goes from {t[0]:.6g} s to {t[-1]:.6g} s"
-        raise UsageError(Problem("plot_sections: at", what, "times within it"))
+        fault = f"t = {outside[0]:.6g} s is outside the solution, which goes from {t[0]:.6g} s to {t[-1]:.6g} s"
+        raise UsageError(Problem("plot_sections: at", fault, "times within it"))
     return np.array([int(np.argmin(np.abs(t - time))) for time in times])
 
 
@@ -126,16 +126,16 @@ def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]
     """Return the name of a beam and its loads at some rows, evaluated at these alone if possible."""
     known = vars(solution).get("section_loads")
     if known is None and solution.model is not None:
-        found = solution.model.section_loads(rows_of(solution, rows), solution.multipliers[rows])
+        result = solution.model.section_loads(rows_of(solution, rows), solution.multipliers[rows])
     else:
-        found = {name: _of_rows(loads, rows) for name, loads in solution.section_loads.items()}
-    if not beam and len(found) > 1:
-        what = f"the scene has {len(found)} geometrically exact beams"
-        raise UsageError(Problem("plot_sections", what, f"the name of one: {listed(found)}"))
-    name = beam or next(iter(found))
-    if name not in found:
-        raise UsageError(Problem("plot_sections", f"there is no beam {shown(name)}", nearest(name, found)))
-    return name, found[name]
+        result = {name: _of_rows(loads, rows) for name, loads in solution.section_loads.items()}
+    if not beam and len(result) > 1:
+        fault = f"the scene has {len(result)} geometrically exact beams"
+        raise UsageError(Problem("plot_sections", fault, f"the name of one: {listed(result)}"))
+    name = beam or next(iter(result))
+    if name not in result:
+        raise UsageError(Problem("plot_sections", f"there is no beam {shown(name)}", nearest(name, result)))
+    return name, result[name]
 
 
 def rows_of(solution: Loaded, rows: Array | slice) -> State:

@@ -58,7 +58,7 @@ class Load(Protocol):
 def arrows(loads: Sequence[Load], model: CompiledModel, p: Array) -> list[Arrow]:
     """Return arrows of forces that depend on parameters (np,) only; omit forces that depend on motion or time."""
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
-    found = []
+    result = []
     for load in loads:
         try:
             place, force = (
@@ -67,8 +67,8 @@ def arrows(loads: Sequence[Load], model: CompiledModel, p: Array) -> list[Arrow]
             )
         except (ArithmeticError, KeyError):
             continue
-        found.append(Arrow(load.body, place, force))
-    return found
+        result.append(Arrow(load.body, place, force))
+    return result
 
 
 def draw_rest(
@@ -194,14 +194,14 @@ class _Lines:
     def supports(self) -> Array:
         """Return the places of joints on the base and the world, (n, joints, 3)."""
         joints = [item for item in self.seen.scenery["joints"] if item["parent"] in (BASE, WORLD)]
-        found = [self.at(item["parent"], item["position"]) for item in joints if item["type"] != "free"]
-        found += [
+        result = [self.at(item["parent"], item["position"]) for item in joints if item["type"] != "free"]
+        result += [
             self.at(end["body"], end["position"])
             for rod in self.seen.scenery["rods"]
             for end in rod["ends"]
             if end["body"] in (BASE, WORLD)
         ]
-        return np.stack(found, axis=1) if found else np.zeros((self.count, 0, 3))
+        return np.stack(result, axis=1) if result else np.zeros((self.count, 0, 3))
 
 
 def _enlargement(lines: _Lines) -> float:

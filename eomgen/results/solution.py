@@ -208,9 +208,9 @@ class Solution:
     def poses_and_scenery(self) -> PosesAndScenery:
         """Poses and scenery together; see ``poses``."""
         if self.model is None:
-            what = "it was stored without poses of bodies, so there is nothing to draw"
+            fault = "it was stored without poses of bodies, so there is nothing to draw"
             hint = "eomgen simulate, or model.simulate(...).save, with a model that has the term poses"
-            raise UsageError(Problem("solution", what, hint))
+            raise UsageError(Problem("solution", fault, hint))
         return self.model.poses_and_scenery(self.t, self.q)
 
     @property
@@ -239,9 +239,9 @@ class Solution:
             The scene has no geometrically exact beam; the file was written without them.
         """
         if self.model is None:
-            what = "it was stored without the loads of sections"
+            fault = "it was stored without the loads of sections"
             hint = "model.attach(solution).section_loads, or solution.section_loads before save"
-            raise UsageError(Problem("solution", what, hint))
+            raise UsageError(Problem("solution", fault, hint))
         return self.model.section_loads(State(self.t, self.q, self.v, self.a, self.z), self.multipliers)
 
     def plot_sections(
@@ -425,9 +425,9 @@ class Solution:
 
     def _model_for(self, call: str, need: str) -> ModelOfRun:
         if self.model is None:
-            what = f"{need} the model and the inputs of the run, which a stored solution does not hold"
+            fault = f"{need} the model and the inputs of the run, which a stored solution does not hold"
             hint = "model.attach(solution), with inputs={...} for the functions and tables that drove the run"
-            raise UsageError(Problem(call, what, hint))
+            raise UsageError(Problem(call, fault, hint))
         return self.model
 
     def interpolation_error(self) -> dict[str, float]:
@@ -449,10 +449,10 @@ class Solution:
         same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
         other = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
         if other or not len(later.t) or later.t[0] > self.t[-1]:
-            what = f"these are not parts of one run: {', '.join(other) or 'there is a gap between them'} differ"
+            fault = f"these are not parts of one run: {', '.join(other) or 'there is a gap between them'} differ"
             if not other:
-                what = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {later.t[0]:.9g} s"
-            raise UsageError(Problem("followed_by", what, "the solution of the run that wrote the checkpoint"))
+                fault = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {later.t[0]:.9g} s"
+            raise UsageError(Problem("followed_by", fault, "the solution of the run that wrote the checkpoint"))
         self._check_end(later)
         step, every = float(later.metadata["step"]), int(later.metadata["record_every"])
         on_grid = round((later.t[0] - float(later.metadata["t_start"])) / step) % every == 0
@@ -497,8 +497,10 @@ class Solution:
         settings."""
         begins = float(later.t[0])
         if len(self.t) > 1 and begins <= self.t[0]:
-            what = f"the second part begins at t = {begins:.9g} s, where the first one does, and does not go on from it"
-            raise UsageError(Problem("followed_by", what, "first.followed_by(second), second of model.resume"))
+            fault = (
+                f"the second part begins at t = {begins:.9g} s, where the first one does, and does not go on from it"
+            )
+            raise UsageError(Problem("followed_by", fault, "first.followed_by(second), second of model.resume"))
         near = np.flatnonzero(np.abs(self.t - begins) <= 1e-9 * float(later.metadata["step"]))
         if self.events.counts or not len(near):  # an event may act at that time, or no row was recorded
             return
@@ -507,9 +509,9 @@ class Solution:
             if np.any(off):
                 names = later.metadata.get("names", {}).get(name) or component_names("", name, len(off))
                 k = int(np.argmax(off))
-                what = f"at t = {begins:.9g} s {names[k]} is {first[near[-1], k]:.6g} in the first part"
-                what += f" and {second[0, k]:.6g} in the second, which does not go on from it"
-                raise UsageError(Problem("followed_by", what, "what model.resume makes of this run's checkpoint"))
+                fault = f"at t = {begins:.9g} s {names[k]} is {first[near[-1], k]:.6g} in the first part"
+                fault += f" and {second[0, k]:.6g} in the second, which does not go on from it"
+                raise UsageError(Problem("followed_by", fault, "what model.resume makes of this run's checkpoint"))
 
     def columns(self) -> dict[str, Array]:
         """Return all columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``input.motor``, ``output.tip[0]``,

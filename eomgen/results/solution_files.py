@@ -99,14 +99,14 @@ def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> di
     for name, array in arrays.items():
         beam, _, field = name.rpartition(".")
         beams.setdefault(beam, {})[field] = array
-    found = {}
+    result = {}
     for beam, parts in beams.items():
         try:
-            found[beam] = SectionLoads(**parts)
+            result[beam] = SectionLoads(**parts)
             fits = all(array.shape[:1] == rows for name, array in parts.items() if name != "x")
         except TypeError:
             fits = False
         if not fits:
-            what = f"this is not a solution written by eomgen: the section loads of {beam} do not fit to its times"
-            raise FileError(Problem(str(path), what))
-    return found
+            fault = f"this is not a solution written by eomgen: the section loads of {beam} do not fit to its times"
+            raise FileError(Problem(str(path), fault))
+    return result

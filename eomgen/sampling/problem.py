@@ -110,8 +110,8 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     for name in system.fields:
         with _at(system, f"operators.{name}"):
             if made.operators[name].variance == 0.0:
-                what = f"the field {name} is 0 in all cells, and so are all of its samples"
-                raise ModelError(Problem("operator", what, "a power, a filter or a mask that is not 0 everywhere"))
+                fault = f"the field {name} is 0 in all cells, and so are all of its samples"
+                raise ModelError(Problem("operator", fault, "a power, a filter or a mask that is not 0 everywhere"))
     truth = None
     if system.truth is not None:
         truth = mesh.white(np.random.Generator(np.random.Philox(system.truth)))
@@ -244,8 +244,8 @@ class _Making:
         values, turned = (self.of_waves(item, sign) for sign in (1.0, -1.0))
         finite = np.isfinite(values) & np.isfinite(turned)
         if not np.allclose(values[finite], turned[finite], rtol=1e-12, atol=1e-300):
-            what = "the power is not the same at k and at -k, and that of a real field is"
-            raise ModelError(Problem("power", what, "a formula of k, or of squares of kx"))
+            fault = "the power is not the same at k and at -k, and that of a real field is"
+            raise ModelError(Problem("power", fault, "a formula of k, or of squares of kx"))
         return values
 
     def filter(self, item: Operator) -> Array:
@@ -253,12 +253,12 @@ class _Making:
         values, turned = (self.of_waves(item, sign) for sign in (1.0, -1.0))
         if not np.all(np.isfinite(values)):
             place = np.unravel_index(int(np.argmax(~np.isfinite(values))), values.shape)
-            what = f"the filter has no finite value at k = {self.mesh.wave_numbers[place]:.6g}"
-            raise ModelError(Problem("filter", what, "a formula with finite values, at k = 0 too"))
+            fault = f"the filter has no finite value at k = {self.mesh.wave_numbers[place]:.6g}"
+            raise ModelError(Problem("filter", fault, "a formula with finite values, at k = 0 too"))
         if not np.allclose(values, turned, rtol=1e-12, atol=1e-300):
-            what = "the filter is not the same at k and at -k, so what it makes of a real field is not real"
+            fault = "the filter is not the same at k and at -k, so what it makes of a real field is not real"
             raise ModelError(
-                Problem("filter", what, 'a formula of k, or of squares of kx; difference = "x" for slopes')
+                Problem("filter", fault, 'a formula of k, or of squares of kx; difference = "x" for slopes')
             )
         return values
 
@@ -269,8 +269,8 @@ class _Making:
         known |= {name: sign * part for name, part in zip(OF_WAVES[1:], mesh.wave_vectors, strict=False)}
         for name, formula in item.where:
             known[name] = evaluate_batch(formula, lambda symbol: known[symbol.name])
-        found = evaluate_batch(item.formula, lambda symbol: known[symbol.name])
-        return np.array(np.broadcast_to(found, mesh.half))
+        result = evaluate_batch(item.formula, lambda symbol: known[symbol.name])
+        return np.array(np.broadcast_to(result, mesh.half))
 
     def tabled(self, table: Table) -> Array:
         """Return the power of a table at the wave numbers, straight lines of logarithms; 0 at k = 0."""
@@ -279,23 +279,23 @@ class _Making:
         places = []
         for which, name in enumerate(table.columns):
             if name and name not in names:
-                what = f"there is no column {name!r}"
-                raise FileError(Problem(str(path), what, nearest(name, names) or listed(names)))
+                fault = f"there is no column {name!r}"
+                raise FileError(Problem(str(path), fault, nearest(name, names) or listed(names)))
             places.append(names.index(name) if name else which)
         if len(names) < 2 or len(rows) < 2:
-            what = f"a table of {counted(len(names), 'column')} and {counted(len(rows), 'row')} is no power spectrum"
-            raise FileError(Problem(str(path), what, "two columns, k and P, and two rows at least"))
+            fault = f"a table of {counted(len(names), 'column')} and {counted(len(rows), 'row')} is no power spectrum"
+            raise FileError(Problem(str(path), fault, "two columns, k and P, and two rows at least"))
         k, power = rows[:, places[0]], rows[:, places[1]]
         wrong = ~(np.isfinite(k) & np.isfinite(power)) | (k <= 0.0) | (power <= 0.0)
         if np.any(wrong) or np.any(np.diff(k) <= 0.0):
             row = int(np.argmax(wrong)) if np.any(wrong) else int(np.argmax(np.diff(k) <= 0.0)) + 1
-            what = f"k = {k[row]:.6g} and P = {power[row]:.6g} in row {row + 1} cannot be"
-            raise FileError(Problem(str(path), what, "k above 0 that increases, and P above 0"))
+            fault = f"k = {k[row]:.6g} and P = {power[row]:.6g} in row {row + 1} cannot be"
+            raise FileError(Problem(str(path), fault, "k above 0 that increases, and P above 0"))
         numbers = self.mesh.wave_numbers
         low, high = float(numbers[numbers > 0.0].min()), float(numbers.max())
         if low < k[0] * (1.0 - 1e-9) or high > k[-1] * (1.0 + 1e-9):
-            what = f"the table is from k = {k[0]:.6g} to {k[-1]:.6g}, and the mesh from {low:.6g} to {high:.6g}"
-            raise FileError(Problem(str(path), what, "a table of all of these"))
+            fault = f"the table is from k = {k[0]:.6g} to {k[-1]:.6g}, and the mesh from {low:.6g} to {high:.6g}"
+            raise FileError(Problem(str(path), fault, "a table of all of these"))
         values = np.zeros(self.mesh.half)
         inside = numbers > 0.0
         values[inside] = np.exp(np.interp(np.log(numbers[inside]), np.log(k), np.log(power)))
@@ -328,8 +328,8 @@ class _Making:
         if np.any(wrong):
             place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
             bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
-            what = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place}"
-            raise ModelError(Problem(self.system.place(f"data.{item.name}"), what, bound))
+            fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place}"
+            raise ModelError(Problem(self.system.place(f"data.{item.name}"), fault, bound))
         return made
 
     def read(self, item: Data) -> Array:
@@ -339,17 +339,17 @@ class _Making:
             names, rows = read_table(path)
             column = item.column or (item.name if item.name in names else names[0] if len(names) == 1 else "")
             if column not in names:
-                what = f"there is no column {column!r}" if column else f"it has the columns {listed(names)}"
-                raise FileError(Problem(str(path), what, f'column = "..." in data.{item.name}'))
+                fault = f"there is no column {column!r}" if column else f"it has the columns {listed(names)}"
+                raise FileError(Problem(str(path), fault, f'column = "..." in data.{item.name}'))
             numbers = rows[:, names.index(column)]
             if len(numbers) != self.mesh.size:
-                what = f"{path} has {counted(len(numbers), 'row')}, and the mesh {self.mesh.size} cells"
-                raise ModelError(Problem(self.system.place(f"data.{item.name}"), what, "a row for each cell"))
+                fault = f"{path} has {counted(len(numbers), 'row')}, and the mesh {self.mesh.size} cells"
+                raise ModelError(Problem(self.system.place(f"data.{item.name}"), fault, "a row for each cell"))
             return numbers.reshape(cells)
         stored = _numbers_of(path)
         if stored.shape != cells:
-            what = f"{path} has the shape {stored.shape}, and the mesh {cells}"
-            raise ModelError(Problem(self.system.place(f"data.{item.name}"), what, f"an array of {cells}"))
+            fault = f"{path} has the shape {stored.shape}, and the mesh {cells}"
+            raise ModelError(Problem(self.system.place(f"data.{item.name}"), fault, f"an array of {cells}"))
         return np.asarray(stored, dtype=float)
 
     def draw(self, seed: int, truth: Complex) -> None:
@@ -371,9 +371,9 @@ class _Making:
             for name, values, low in [("mean", mean, least), *((DRAWN[item.kind], values, 0.0) for values in spread)]:
                 above = name == "beta"  # 0 is no shape of a distribution
                 if not np.all(np.isfinite(values)) or float(values.min()) < low or (above and not values.all()):
-                    what = f"the {name} of what is drawn is {float(values.min()):.6g} somewhere, or not finite"
+                    fault = f"the {name} of what is drawn is {float(values.min()):.6g} somewhere, or not finite"
                     bound = " above 0" if above else "" if low else " from 0 on"
-                    raise ModelError(Problem(key, what, f"a formula of finite values{bound}"))
+                    raise ModelError(Problem(key, fault, f"a formula of finite values{bound}"))
             stream = np.random.Generator(np.random.Philox(key=[seed, number + 1]))
             with _at(self.system, f"data.{item.name}"):
                 self.data[item.name] = self.checked(item, _drawn(item, stream, mean, spread))
@@ -387,8 +387,8 @@ def _drawn(item: Data, stream: np.random.Generator, mean: Array, spread: list[Ar
             return stream.poisson(stream.gamma(spread[0], mean / spread[0])).astype(float)
         return stream.poisson(mean).astype(float)
     except ValueError:  # of NumPy, whose whole numbers end there
-        what = f"the mean of what is drawn is {float(mean.max()):.6g} somewhere, too large for whole numbers"
-        raise ModelError(Problem(f"data.{item.name}", what, "a smaller mean")) from None
+        fault = f"the mean of what is drawn is {float(mean.max()):.6g} somewhere, too large for whole numbers"
+        raise ModelError(Problem(f"data.{item.name}", fault, "a smaller mean")) from None
 
 
 def _numbers_of(path: Path) -> NDArray[Any]:
@@ -410,7 +410,7 @@ def start_fields(path: Path, problem: FieldProblem, chains: int) -> list[Complex
     ModelError."""
     stored, cells = _numbers_of(path), problem.mesh.cells
     if stored.shape not in (cells, (chains, *cells)) or not np.all(np.isfinite(stored)):
-        what = f"it has the shape {stored.shape}, or numbers that are not finite"
-        raise ModelError(Problem(str(path), what, f"finite numbers of the shape {cells}, or {(chains, *cells)}"))
+        fault = f"it has the shape {stored.shape}, or numbers that are not finite"
+        raise ModelError(Problem(str(path), fault, f"finite numbers of the shape {cells}, or {(chains, *cells)}"))
     fields = stored if stored.ndim > len(cells) else np.broadcast_to(stored, (chains, *cells))
     return [problem.mesh.spectrum(np.asarray(values, float)) for values in fields]

@@ -123,11 +123,11 @@ class FieldSamples:
         if self.count < DOUBTED:
             return ""
         worst = {"a cell": _quantile(self.r_hats(), 1.0), "a bin of scales": self.r_hat_of_scales}
-        found = [f"{value:.3g} in {where}" for where, value in worst.items() if value > DOUBTFUL]
-        if not found:
+        result = [f"{value:.3g} in {where}" for where, value in worst.items() if value > DOUBTFUL]
+        if not result:
             return ""
         hint = "more samples, a longer duration, or another mass"
-        return f"; chains do not agree yet: split R-hat is {' and '.join(found)}; try: {hint}"
+        return f"; chains do not agree yet: split R-hat is {' and '.join(result)}; try: {hint}"
 
     @property
     def calibration(self) -> tuple[float, float] | None:
@@ -185,7 +185,7 @@ class FieldSamples:
     def summary(self) -> dict[str, Any]:
         """Return figures for JSON."""
         samples, problem, settings = self.samples, self.problem, self.settings
-        found: dict[str, Any] = {
+        result: dict[str, Any] = {
             "name": self.name,
             "success": not self.interrupted,
             "message": self.message,
@@ -204,7 +204,7 @@ class FieldSamples:
         }
         if self.count:
             errors = samples.energy_errors
-            found |= {
+            result |= {
                 "acceptance": samples.acceptance,
                 "expected_acceptance": samples.expected_acceptance,
                 "mean_energy_error": samples.mean_energy_error,
@@ -217,7 +217,7 @@ class FieldSamples:
             cells, worst = samples.autocorrelation
             each = samples.gradients_per_sample
             r_hats = self.r_hats()
-            found |= {
+            result |= {
                 "r_hat_of_cells": _quantile(r_hats, 1.0),
                 "r_hat_of_cells_at_99_percent": _quantile(r_hats, 0.99),
                 "r_hat_of_scales": self.r_hat_of_scales,
@@ -228,8 +228,8 @@ class FieldSamples:
                 "gradients_per_independent_sample_of_worst_scale": each[1],
             }
         if self.calibration is not None:
-            found["truth_over_deviation"] = {"mean": self.calibration[0], "deviation": self.calibration[1]}
-        return found
+            result["truth_over_deviation"] = {"mean": self.calibration[0], "deviation": self.calibration[1]}
+        return result
 
     def to_dict(self) -> dict[str, Any]:
         """Return the figures of ``summary`` and the scales."""

@@ -99,8 +99,8 @@ def _settings(standard: Chains, given: Mapping[str, Any]) -> Chains:
         fine = isinstance(value, int | float if wanted is float else wanted) and not isinstance(value, bool)
         if not fine:
             kind = {int: "a whole number", float: "a number", str: "a text"}[wanted]
-            what = f"{kind} is needed, not {quoted(value)}"
-            raise UsageError(Problem(f"sample: {name}", what, f"{getattr(standard, name)!r}"))
+            fault = f"{kind} is needed, not {quoted(value)}"
+            raise UsageError(Problem(f"sample: {name}", fault, f"{getattr(standard, name)!r}"))
     made = dataclasses.replace(standard, **given)
     for name, least in (("samples", 0), ("warm_up", 0), ("chains", 1), ("watched", 1), ("bins", 1)):
         if getattr(made, name) < least:
@@ -223,20 +223,20 @@ class _Run:
         missing = [name for name in ("settings", "chains", "seconds", "gradients") if name not in told]
         missing += [name for name in ("warm_up", "warmed", "record.counts") if name not in arrays]
         if missing:
-            what = f"this is no checkpoint of chains: {listed(missing)} is missing"
-            raise FileError(Problem(str(path), what, "a folder of eomgen sample --out"))
+            fault = f"this is no checkpoint of chains: {listed(missing)} is missing"
+            raise FileError(Problem(str(path), fault, "a folder of eomgen sample --out"))
         own, theirs = self.fixed(), told["settings"]
         for name, value in own.items():
             if name not in theirs or theirs[name] != value:
-                what = f"it is of a run with {name} = {theirs.get(name)!r}, and here it is {value!r}"
+                fault = f"it is of a run with {name} = {theirs.get(name)!r}, and here it is {value!r}"
                 if name == "posterior":
-                    what = "it is of another posterior: the file or its data have changed since"
+                    fault = "it is of another posterior: the file or its data have changed since"
                 hint = "the same settings, or another folder"
-                raise UsageError(Problem(str(path), what, hint))
+                raise UsageError(Problem(str(path), fault, hint))
         done = int(arrays["record.counts"].max())
         if done > self.settings.samples:
-            what = f"it has {done} samples of each chain, and {self.settings.samples} are asked for"
-            raise UsageError(Problem(str(path), what, f"samples from {done} on"))
+            fault = f"it has {done} samples of each chain, and {self.settings.samples} are asked for"
+            raise UsageError(Problem(str(path), fault, f"samples from {done} on"))
         return arrays, told
 
     def take(self, arrays: Mapping[str, Array], told: Mapping[str, Any]) -> None:

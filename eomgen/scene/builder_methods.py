@@ -114,13 +114,13 @@ def _keys(table: type[Table], named: Sequence[str] = ()) -> list[inspect.Paramet
 
 def _types(table: type[Table]) -> dict[str, str]:
     """Return the type of each key of a table, as Python writes it; None stands for a key that is not given."""
-    found = {}
+    result = {}
     for name, hint in get_type_hints(table, include_extras=True).items():
         if name in table.model_fields:
             field = table.model_fields[name]
             words = "Value" if hint == kinds.Finite and meaning_of(field).unit else _type(hint)
-            found[name] = words if field.is_required() or words.endswith("None") else f"{words} | None"
-    return found
+            result[name] = words if field.is_required() or words.endswith("None") else f"{words} | None"
+    return result
 
 
 def _type(annotation: Any) -> str:

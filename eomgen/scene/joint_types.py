@@ -120,8 +120,8 @@ class Connection:
     @cached_property
     def units(self) -> tuple[str, ...]:
         """Unit of what each velocity component is the rate of: rad or m."""
-        found = {k: unit for motion in self.chain for k, unit in zip(motion.components, motion.units, strict=True)}
-        return tuple(found[k] for k in range(len(found)))
+        result = {k: unit for motion in self.chain for k, unit in zip(motion.components, motion.units, strict=True)}
+        return tuple(result[k] for k in range(len(result)))
 
     @property
     def moves(self) -> bool:
@@ -267,12 +267,12 @@ CONSTRAINTS: Mapping[str, Connection] = {name: TYPES[name] for name in get_args(
 
 def by_component(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
     """Return the unit of what belongs to each velocity component, by type of joint: one unit where all are alike."""
-    found: dict[str, str | tuple[str, ...]] = {}
+    result: dict[str, str | tuple[str, ...]] = {}
     for name, row in JOINTS.items():
         units = tuple(angular if unit == "rad" else linear for unit in row.units)
         if units:
-            found[name] = units[0] if len(row.chain) == 1 and len(set(units)) == 1 else units
-    return found
+            result[name] = units[0] if len(row.chain) == 1 and len(set(units)) == 1 else units
+    return result
 
 
 def by_coordinate(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:

@@ -84,9 +84,9 @@ def _expanded(path: str | Path) -> Path:
     """Return a path with ``~`` in words. Raises UsageError for a text that is no path."""
     if "\n" in str(path):
         ending = ".urdf" if str(path).lstrip().startswith("<") else ".toml"
-        what = f"the path of a file is needed, and {shown(str(path))} is a text of several lines"
+        fault = f"the path of a file is needed, and {shown(str(path))} is a text of several lines"
         hint = f"the path of a {ending} file that holds the text"
-        raise UsageError(Problem("path", what, hint + ("" if ending == ".urdf" else ", or load(tomllib.loads(text))")))
+        raise UsageError(Problem("path", fault, hint + ("" if ending == ".urdf" else ", or load(tomllib.loads(text))")))
     try:
         return Path(path).expanduser()
     except RuntimeError:  # there is no home: the file is looked for as it is written

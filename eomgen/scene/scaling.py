@@ -180,8 +180,8 @@ class _Scaled:
 def _powers(unit: str) -> dict[str, float]:
     from eomgen.units.conversion import measure  # noqa: PLC0415  # pint comes with it
 
-    found = measure(read_unit(unit))[1] if unit not in ("", "1", "rad") else {}
-    return {name: power for name, power in found.items() if name in UNITS}
+    result = measure(read_unit(unit))[1] if unit not in ("", "1", "rad") else {}
+    return {name: power for name, power in result.items() if name in UNITS}
 
 
 def _move_origin(scene: dict[str, Any]) -> None:

@@ -45,10 +45,10 @@ def _pairs(n: int) -> list[tuple[float, NDArray[np.int64], NDArray[np.int64]]]:
 
 def members_of_bound_waves(n: int) -> list[tuple[int, int, int]]:
     """Return of each bound wave of n free ones which two it is made of, and the sign of the second's phase."""
-    found = []
+    result = []
     for sign, first, second in _pairs(n):
-        found += [(int(i), int(j), int(sign)) for i, j in zip(first, second, strict=True)]
-    return found
+        result += [(int(i), int(j), int(sign)) for i, j in zip(first, second, strict=True)]
+    return result
 
 
 def bound_waves(

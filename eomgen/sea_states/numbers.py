@@ -25,7 +25,7 @@ def check_whole(where: str, value: Any, least: int, most: int, hint: str = "") -
     """Raise UsageError unless a value is a whole number from ``least`` to ``most``."""
     if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= int(value) <= most:
         said = f"{value:.6g}" if isinstance(value, float) else f"{value!r}"
-        what = (
+        fault = (
             f"{said} is no whole number from {least} on" if most > 10**15 else f"{said} is not from {least} to {most}"
         )
-        raise UsageError(Problem(where, what, hint or f"{least}"))
+        raise UsageError(Problem(where, fault, hint or f"{least}"))

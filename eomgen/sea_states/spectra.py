@@ -58,8 +58,8 @@ class Jonswap:
             if not value > 0.0 or not math.isfinite(value):
                 raise UsageError(Problem(f"Jonswap: {name}", f"{value:.6g} is not above 0"))
         if not 1.0 <= self.peakedness <= 20.0:
-            what = f"{self.peakedness:.6g} is not from 1 to 20"
-            raise UsageError(Problem("Jonswap: peakedness", what, "3.3, or 1 for a fully developed sea"))
+            fault = f"{self.peakedness:.6g} is not from 1 to 20"
+            raise UsageError(Problem("Jonswap: peakedness", fault, "3.3, or 1 for a fully developed sea"))
 
     @property
     def peak(self) -> float:
@@ -127,15 +127,15 @@ class SpectrumTable:
         self.densities = np.asarray(densities, dtype=float)
         where = "SpectrumTable"
         if self.frequencies.ndim != 1 or len(self.frequencies) < 2 or self.densities.shape != self.frequencies.shape:
-            what = f"shapes {self.frequencies.shape} and {self.densities.shape}"
-            raise UsageError(Problem(where, what, "as many densities as frequencies, two at least"))
+            fault = f"shapes {self.frequencies.shape} and {self.densities.shape}"
+            raise UsageError(Problem(where, fault, "as many densities as frequencies, two at least"))
         if not np.all(np.diff(self.frequencies) > 0.0) or not self.frequencies[0] > 0.0:
             raise UsageError(Problem(f"{where}: frequencies", "they have to increase from above 0"))
         if not np.all(np.isfinite(self.densities)) or not np.all(np.isfinite(self.frequencies)):
             raise UsageError(Problem(where, "a frequency or a density is no finite number"))
         if not np.all(self.densities >= 0.0) or not np.any(self.densities > 0.0):
-            what = f"the least is {self.densities.min():.6g} m^2 s/rad, the greatest {self.densities.max():.6g}"
-            raise UsageError(Problem(f"{where}: densities", what, "none below 0, one above 0"))
+            fault = f"the least is {self.densities.min():.6g} m^2 s/rad, the greatest {self.densities.max():.6g}"
+            raise UsageError(Problem(f"{where}: densities", fault, "none below 0, one above 0"))
 
     @property
     def peak(self) -> float:
@@ -160,12 +160,12 @@ class Spreading:
         if not self.exponent > 0.0 or not math.isfinite(self.exponent):
             raise UsageError(Problem("Spreading: exponent", f"{self.exponent:.6g} is not above 0"))
         if self.exponent > MOST_EXPONENT:
-            what = f"{self.exponent:.6g} is above {MOST_EXPONENT:.6g}"
-            raise UsageError(Problem("Spreading: exponent", what, "no spreading at all for one direction"))
+            fault = f"{self.exponent:.6g} is above {MOST_EXPONENT:.6g}"
+            raise UsageError(Problem("Spreading: exponent", fault, "no spreading at all for one direction"))
         check_number("Spreading: heading", self.heading, "rad")
         if self.directions < 2:
-            what = f"{self.directions} is less than two"
-            raise UsageError(Problem("Spreading: directions", what, "no spreading at all for one direction"))
+            fault = f"{self.directions} is less than two"
+            raise UsageError(Problem("Spreading: directions", fault, "no spreading at all for one direction"))
         check_whole("Spreading: directions", self.directions, 2, MOST_WAVES)
 
     def density(self, angle: Array) -> Array:
@@ -202,8 +202,8 @@ class DiscreteSpectrum:
         """Raise UsageError if the waves at the peak feel the bottom: in less water than half of their length."""
         k = float(np.hypot(*self.vectors[np.argmax(self.energy)]))
         if k * self.depth < math.pi:
-            what = f"closed forms are of deep water, and waves of {2.0 * math.pi / k:.4g} m feel the bottom at"
-            raise UsageError(Problem(where, f"{what} {self.depth:.6g} m", hint))
+            fault = f"closed forms are of deep water, and waves of {2.0 * math.pi / k:.4g} m feel the bottom at"
+            raise UsageError(Problem(where, f"{fault} {self.depth:.6g} m", hint))
 
     @property
     def height(self) -> float:
@@ -275,8 +275,8 @@ def discretized(
     if not 0.0 < band[0] < band[1]:
         raise UsageError(Problem("discretized: band", f"{band} does not increase from above 0", f"{BAND}"))
     if not depth > 0.0:
-        what = f"{depth:.6g} m is not above 0"
-        raise UsageError(Problem("discretized: depth", what, "math.inf for water without a bottom"))
+        fault = f"{depth:.6g} m is not above 0"
+        raise UsageError(Problem("discretized: depth", fault, "math.inf for water without a bottom"))
     _check_scales("discretized", gravity, heading, height)
     if length is not None:
         check_number("discretized: length", length, "m", "500", above_zero=True)
@@ -284,11 +284,11 @@ def discretized(
     step = wave_number(spectrum.peak, depth, gravity) / REPEATED_AFTER if length is None else 2.0 * math.pi / length
     first, last = math.floor(low / step * (1.0 + 1e-12)) + 1, math.ceil(high / step * (1.0 - 1e-12)) - 1
     if last < first:
-        what = f"no wave number 2 pi j/length is from {low:.6g} to {high:.6g} rad/m"
-        raise UsageError(Problem("discretized: length", what, f"a length above {2.0 * math.pi / (high - low):.6g} m"))
+        fault = f"no wave number 2 pi j/length is from {low:.6g} to {high:.6g} rad/m"
+        raise UsageError(Problem("discretized: length", fault, f"a length above {2.0 * math.pi / (high - low):.6g} m"))
     if last - first >= MOST_WAVES:
-        what = f"{last - first + 1:.4g} wave numbers 2 pi j/length are within the band, more than {MOST_WAVES}"
-        raise UsageError(Problem("discretized: length", what, "a shorter length"))
+        fault = f"{last - first + 1:.4g} wave numbers 2 pi j/length are within the band, more than {MOST_WAVES}"
+        raise UsageError(Problem("discretized: length", fault, "a shorter length"))
     k = step * np.arange(first, last + 1)
     w, group = frequency_and_group_velocity(np.asarray(k), depth, gravity)
     energy = spectrum.density(w) * group * step
@@ -326,8 +326,8 @@ def wave_number(frequency: float, depth: float = math.inf, gravity: float = STAN
     check_number("wave_number: frequency", frequency, "rad/s", above_zero=True)
     check_number("wave_number: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
     if not depth > 0.0:
-        what = f"{depth:.6g} m is not above 0"
-        raise UsageError(Problem("wave_number: depth", what, "math.inf for water without a bottom"))
+        fault = f"{depth:.6g} m is not above 0"
+        raise UsageError(Problem("wave_number: depth", fault, "math.inf for water without a bottom"))
     deep = frequency**2 / gravity
     if math.isinf(depth):
         return deep
@@ -367,8 +367,8 @@ def divided(
     if not 0.0 < band[0] < band[1]:
         raise UsageError(Problem("divided: band", f"{band} does not increase from above 0", f"{BAND}"))
     if not depth > 0.0:
-        what = f"{depth:.6g} m is not above 0"
-        raise UsageError(Problem("divided: depth", what, "math.inf for water without a bottom"))
+        fault = f"{depth:.6g} m is not above 0"
+        raise UsageError(Problem("divided: depth", fault, "math.inf for water without a bottom"))
     _check_scales("divided", gravity, heading, height)
     check_whole("divided: components", components, 1, MOST_WAVES)
     edges = spectrum.peak * np.geomspace(band[0], band[1], components + 1)
@@ -392,5 +392,5 @@ def divided(
     k = np.array([wave_number(float(frequency), depth, gravity) for frequency in frequencies])
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
     vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
-    found = np.outer(energy, shares).ravel()
-    return DiscreteSpectrum(vectors.reshape(-1, 2), found, (float(edges[0]), float(edges[-1])), depth, len(angles))
+    result = np.outer(energy, shares).ravel()
+    return DiscreteSpectrum(vectors.reshape(-1, 2), result, (float(edges[0]), float(edges[-1])), depth, len(angles))

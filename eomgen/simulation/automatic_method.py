@@ -58,8 +58,8 @@ def method_of(
         return method, ""
     for key, value in (given or {}).items():
         if value is not None and key in _OF_OTHERS:
-            what = f"auto chooses between an explicit method and {STANDARD}, which take no {key}"
-            raise UsageError(Problem(key, what, f'method = "{_OF_OTHERS[key]}", or without {key}'))
+            fault = f"auto chooses between an explicit method and {STANDARD}, which take no {key}"
+            raise UsageError(Problem(key, fault, f'method = "{_OF_OTHERS[key]}", or without {key}'))
     return automatic(model, initial, p, t, step)
 
 

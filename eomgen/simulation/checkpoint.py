@@ -83,15 +83,15 @@ class Checkpoint:
                 Problem(str(path), f"this is not a {_KIND} written by eomgen", "a file of simulate(checkpoint=...)")
             )
         if run["format"] != FORMAT:
-            what = (
+            fault = (
                 f"a {_KIND} of format {run['format']!r}, written by eomgen {run.get('version')}; this one reads"
                 f" {FORMAT}"
             )
-            raise FileError(Problem(str(path), what, "the eomgen that wrote it"))
+            raise FileError(Problem(str(path), fault, "the eomgen that wrote it"))
         wrong = [name for name, kind in _NEEDED.items() if not isinstance(run.get(name), kind)]
         if wrong or not {"state", "workspace"} <= set(arrays):
-            what = f"this is not a whole {_KIND}: {', '.join(wrong) or 'its state'} missing"
-            raise FileError(Problem(str(path), what, "another checkpoint"))
+            fault = f"this is not a whole {_KIND}: {', '.join(wrong) or 'its state'} missing"
+            raise FileError(Problem(str(path), fault, "another checkpoint"))
         groups: dict[str, dict[str, Array]] = {"input": {}, "start": {}}
         for name, array in arrays.items():
             group, _, member = name.partition(".")
@@ -107,14 +107,14 @@ class Checkpoint:
             " start.v"
         )
         if self.run["scene"] != scene:
-            what = f"this checkpoint is one of the scene {self.run['scene']!r}, the model is {scene!r}"
-            raise ModelError(Problem(str(path), what, hint))
+            fault = f"this checkpoint is one of the scene {self.run['scene']!r}, the model is {scene!r}"
+            raise ModelError(Problem(str(path), fault, hint))
         if self.run["fingerprint"] != library.layout["fingerprint"]:
-            what = f"this checkpoint was written by another model {scene!r}: the scene or eomgen changed"
-            raise ModelError(Problem(str(path), what, hint))
+            fault = f"this checkpoint was written by another model {scene!r}: the scene or eomgen changed"
+            raise ModelError(Problem(str(path), fault, hint))
         if self.run["build"] != library.digest or len(self.state) != library.lib.eomgen_stepper_size(0):
-            what = f"this checkpoint was written by another compilation of {scene!r}, whose last bits may differ"
-            raise ModelError(Problem(str(path), what, "the compiler, flags and machine of the first part; " + hint))
+            fault = f"this checkpoint was written by another compilation of {scene!r}, whose last bits may differ"
+            raise ModelError(Problem(str(path), fault, "the compiler, flags and machine of the first part; " + hint))
 
 
 def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:

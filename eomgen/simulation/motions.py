@@ -68,8 +68,8 @@ class Motions:
             return {}
         if not isinstance(given, Mapping):
             hint = 'motions={"lift": (position, rate, acceleration)}'
-            what = f"a mapping from the names of motions is needed, not {type(given).__name__}"
-            raise UsageError(Problem("motions", what, hint))
+            fault = f"a mapping from the names of motions is needed, not {type(given).__name__}"
+            raise UsageError(Problem("motions", fault, hint))
         for name in given:
             check_name("motion", name, tuple(self._columns))
         return given
@@ -90,9 +90,9 @@ class Motions:
                 continue
             start = self.now(name, p, t)
             if target is None and np.any(start[1:]):
-                what = f"it is under way, with a rate of {start[1]:.6g} and an acceleration of {start[2]:.6g}"
+                fault = f"it is under way, with a rate of {start[1]:.6g} and an acceleration of {start[2]:.6g}"
                 hint = f"motions={{{name!r}: (position, rate, acceleration)}} at the end of the step"
-                raise UsageError(Problem(f"motion {name}", f"{what}, and has no target", hint))
+                raise UsageError(Problem(f"motion {name}", f"{fault}, and has no target", hint))
             end = start if target is None else read_target(name, target)
             moved[columns] = [t, *piece(start, end, duration)]
         return moved
@@ -148,14 +148,14 @@ class RecordedMotions:
         last = len(self.t) - 1
         row = np.clip(np.searchsorted(self.t, at, side="right") - 1, 0, last)
         following = np.minimum(row + 1, last)
-        found = np.broadcast_to(self.p[-1], (*at.shape, self.p.shape[1])).copy()
+        result = np.broadcast_to(self.p[-1], (*at.shape, self.p.shape[1])).copy()
         for columns in self.columns:
             begin, *coefficients = self.p[:, columns].T
             ends = at_time(np.array(coefficients), self.t - begin)
             length = np.where(following > row, self.t[following] - self.t[row], 1.0)
-            found[..., columns[0]] = self.t[row]
-            found[..., columns[1:]] = np.moveaxis(piece(ends[:, row], ends[:, following], length), 0, -1)
-        return found
+            result[..., columns[0]] = self.t[row]
+            result[..., columns[1:]] = np.moveaxis(piece(ends[:, row], ends[:, following], length), 0, -1)
+        return result
 
 
 def value_at(name: str, target: Target, t: float) -> Array:
@@ -165,8 +165,8 @@ def value_at(name: str, target: Target, t: float) -> Array:
     try:
         value = target(t)
     except Exception as error:
-        what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
-        raise UsageError(Problem(f"motion {name}", what)) from error
+        fault = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+        raise UsageError(Problem(f"motion {name}", fault)) from error
     return read_target(name, value, f" at t = {t:.9g} s")
 
 
@@ -175,9 +175,9 @@ def read_target(name: str, target: ArrayLike, when: str = "") -> Array:
     where = f"motion {name}"
     array = numbers(where, target)
     if array.shape != (3,):
-        what = f"its position, rate and acceleration{when} are needed, three numbers, not shape {array.shape}"
+        fault = f"its position, rate and acceleration{when} are needed, three numbers, not shape {array.shape}"
         hint = "(x, v, a): what follows the motion needs its derivatives; of a spline s: (s(t), s(t, 1), s(t, 2))"
-        raise UsageError(Problem(where, what, hint))
+        raise UsageError(Problem(where, fault, hint))
     check_finite(where, array)
     return array.copy()
 
@@ -186,6 +186,6 @@ def refuse_as_inputs(given: object, motions: Collection[str]) -> None:
     """Raise UsageError where motions are among the inputs that are given."""
     for name in motions:
         if isinstance(given, Mapping) and name in given:
-            what = "this is a motion, which its caller gives with rate and acceleration from step to step"
+            fault = "this is a motion, which its caller gives with rate and acceleration from step to step"
             hint = f"run = model.start(...), then run.step(motions={{{name!r}: (position, rate, acceleration)}})"
-            raise UsageError(Problem(f"input {name}", what, hint))
+            raise UsageError(Problem(f"input {name}", fault, hint))

@@ -103,8 +103,8 @@ def resume(
     stepper = Stepper(library, run.settings, p, run.controllers)
     stepper.restore(saved.state, saved.workspace)
     if grid.whole < stepper.count:
-        what = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s"
-        raise UsageError(Problem("t_end", what, "a later t_end"))
+        fault = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s"
+        raise UsageError(Problem("t_end", fault, "a later t_end"))
     check_memory((grid.steps - stepper.count) // run.every + 2, stepper.sizes["row"])
     check_span(model, library, method, p, run.signals.given, grid)
     began = time.perf_counter()
@@ -121,9 +121,9 @@ def _controllers(library: Library, given: Mapping[str, Controller] | None) -> Co
     """Return the caller's functions, which have to go on from what internal states hold."""
     functions = read_controllers(given, library.layout)
     if functions is not None and (names := functions.undeclared):
-        what = f"the function of {names} may keep something that no checkpoint holds"
+        fault = f"the function of {names} may keep something that no checkpoint holds"
         hint = "memory = 0, or how many numbers it keeps, in the scene's controller"
-        raise UsageError(Problem("controllers", what, hint))
+        raise UsageError(Problem("controllers", fault, hint))
     return functions
 
 
@@ -151,8 +151,8 @@ def _inputs(saved: Checkpoint, given: Mapping[str, Signal] | None) -> dict[str, 
     problems = []
     for name, kind in kinds.items():
         if kind == "function" and not callable(asked.get(name)):
-            what = "the run had a function of t here, which no file holds"
-            problems.append(Problem(f"input {name}", what, "the same function again"))
+            fault = "the run had a function of t here, which no file holds"
+            problems.append(Problem(f"input {name}", fault, "the same function again"))
         elif kind != "function" and name in asked and not _goes_on(saved.inputs[name], asked[name]):
             problems.append(Problem(f"input {name}", f"the run has another {kind}", "none: it is in the checkpoint"))
     problems += [

@@ -121,8 +121,8 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
     data = solution.metadata
     missing = [name for name in ("scene", "fingerprint", "method_parameters", "inputs") if name not in data]
     if missing:
-        what = f"the solution does not say of which run it is ({missing[0]} is missing): by hand, or an older eomgen"
-        raise UsageError(Problem("attach", what, "a solution of simulate"))
+        fault = f"the solution does not say of which run it is ({missing[0]} is missing): by hand, or an older eomgen"
+        raise UsageError(Problem("attach", fault, "a solution of simulate"))
     if data["fingerprint"] != model.library.layout.get("fingerprint"):
         other = f"another model {model.name!r}: the scene or eomgen changed"
         if data["scene"] != model.name:
@@ -139,8 +139,8 @@ def _inputs(known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Sig
     problems = []
     for name, value in known.items():
         if isinstance(value, str) and name not in given:
-            what = f"the run had a {value} here, which a solution does not hold"
-            problems.append(Problem(f"input {name}", what, f"the same again: inputs={{{name!r}: ...}}"))
+            fault = f"the run had a {value} here, which a solution does not hold"
+            problems.append(Problem(f"input {name}", fault, f"the same again: inputs={{{name!r}: ...}}"))
         elif not isinstance(value, str) and name in given and not np.array_equal(given[name], value):
             problems.append(Problem(f"input {name}", f"the run had {value:.9g} here", "leave it out"))
     of_scene = [name for name in given if name not in known]

@@ -192,10 +192,10 @@ class SideBySide:
         names, run = list(self.model.parameters), self.run
         in_laws = {symbol.name for law in self.model.description.laws for symbol in symbols(law.formula)}
         places = [names.index(name) for name in in_laws.intersection(names)]
-        found = np.zeros(len(parameters), dtype=bool)
+        result = np.zeros(len(parameters), dtype=bool)
         for k in np.flatnonzero((parameters[:, places] != run.parameters[places]).any(axis=1)):
-            found[k] = bool(followed_laws(self.model, run.method, parameters[k], run.grid)[0])
-        return found
+            result[k] = bool(followed_laws(self.model, run.method, parameters[k], run.grid)[0])
+        return result
 
     def assembled(self, q: Array, v: Array, parameters: Array) -> ConsistentStates | None:
         """Return the states nearest to guesses q (n, nq), v (n, nv) that meet the constraints, at parameters (n, np);
@@ -337,7 +337,7 @@ class SideBySide:
         inputs (lanes, rows, nu)."""
         lanes, count, width = rows.shape
         states = self._states(rows.reshape(-1, width))
-        found = np.empty((lanes, len(self.columns), count))
+        result = np.empty((lanes, len(self.columns), count))
         groups: dict[str, Any] = {}
         p = _at_each(present, count)
         u = None if inputs is None else inputs.reshape(-1, inputs.shape[-1])
@@ -358,8 +358,8 @@ class SideBySide:
             else:
                 values = getattr(states, group)
             column = values if values.ndim == 1 else values[:, place]
-            found[:, k] = column.reshape(lanes, count)
-        return found
+            result[:, k] = column.reshape(lanes, count)
+        return result
 
     def _grows(self, rows: Array) -> NDArray[np.bool_]:
         """Return which lanes grow late; steps that are chosen by their errors are not looked at."""
@@ -373,8 +373,8 @@ class SideBySide:
                 speeds = np.abs(rows[:, :, 1 + nq + k])
                 before[k], after[k] = speeds[:, : max(late, 1)].max(axis=1), speeds[:, late:].max(axis=1)
             floor = 1e-6 * np.maximum(before, after).max(axis=0, initial=0.0)
-            found: NDArray[np.bool_] = np.any(after > _GROWTH * np.maximum(before, floor), axis=0)
-        return found
+            result: NDArray[np.bool_] = np.any(after > _GROWTH * np.maximum(before, floor), axis=0)
+        return result
 
     def _breaks_constraints(self, rows: Array, parameters: Array, largest: Array) -> NDArray[np.bool_]:
         """Return in which lanes constraints are off by more than a part of the machine, or by an angle of so many rad.
@@ -396,8 +396,8 @@ class SideBySide:
             machine = extents.reshape(lanes, -1).max(axis=1)
             scale = np.where(machine > 0.0, machine, 1.0)
             scale = scale if all(lengths) else np.minimum(scale, 1.0)
-        found: NDArray[np.bool_] = ~(largest[:, 0] <= _VIOLATION * scale)
-        return found
+        result: NDArray[np.bool_] = ~(largest[:, 0] <= _VIOLATION * scale)
+        return result
 
     def _gains_energy(self, rows: Array, present: Array) -> NDArray[np.bool_]:
         """Return which lanes of a model without power gain energy."""
@@ -419,20 +419,20 @@ class SideBySide:
         lanes = len(rows)
         model, places = self.model, slice(1, 1 + self.model.nq)
         shares = shortenings(model, rows[:, :, places].reshape(-1, model.nq))
-        found: NDArray[np.bool_] = np.any(shares.reshape(lanes, -1) > _SHORTENED, axis=1)
-        for k in np.flatnonzero(~found) if model.description.exact_beams else ():
-            found[k] = bool(turned_elements(model, rows[k, :, 0], rows[k, :, places], parameters[k]))
-        return found
+        result: NDArray[np.bool_] = np.any(shares.reshape(lanes, -1) > _SHORTENED, axis=1)
+        for k in np.flatnonzero(~result) if model.description.exact_beams else ():
+            result[k] = bool(turned_elements(model, rows[k, :, 0], rows[k, :, places], parameters[k]))
+        return result
 
 
 def _columns_of(rows: Array, begin: int, end: int) -> Array:
     """Return columns of rows in an array of their own; of a few, one by one takes a third of the time."""
     if end - begin > _NARROW:
         return np.ascontiguousarray(rows[:, begin:end])
-    found = np.empty((len(rows), end - begin))
+    result = np.empty((len(rows), end - begin))
     for k in range(end - begin):
-        found[:, k] = rows[:, begin + k]
-    return found
+        result[:, k] = rows[:, begin + k]
+    return result
 
 
 def _at_each(present: Array, count: int) -> Array:
@@ -494,13 +494,13 @@ def side_by_side(
 def _places(model: CompiledModel, pilot: Solution) -> dict[str, tuple[str, int]]:
     names = pilot.metadata.get("names", {})
     sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers), "z": model.nz}
-    found: dict[str, tuple[str, int]] = {}
+    result: dict[str, tuple[str, int]] = {}
     for group, size in sizes.items():
         labels = names.get(group) or component_names("", group, size)
-        found |= {label: (group, place) for place, label in enumerate(labels)}
-    found |= {f"input.{name}": ("input", place) for place, name in enumerate(model.inputs)}
+        result |= {label: (group, place) for place, label in enumerate(labels)}
+    result |= {f"input.{name}": ("input", place) for place, name in enumerate(model.inputs)}
     for name, array in pilot.outputs.items():
         size = 1 if array.ndim == 1 else array.shape[1]
         labels = component_names("output", name, size)
-        found |= {label: (f"output.{name}", place) for place, label in enumerate(labels)}
-    return found | {f"energy.{name}": (f"energy.{name}", 0) for name in pilot.energy}
+        result |= {label: (f"output.{name}", place) for place, label in enumerate(labels)}
+    return result | {f"energy.{name}": (f"energy.{name}", 0) for name in pilot.energy}

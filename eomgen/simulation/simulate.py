@@ -271,8 +271,8 @@ def _stepped(
         table = driven(grid.start + first)
     status = stepper.initialize(grid.start, state.q, state.v, table, state.z)
     if status == BAD_ARGUMENT.number:
-        what = f"{run.name} refuses {_listed(run.settings)}: {stepper.status_text(status)}"
-        raise UsageError(Problem("settings", what, "the defaults"))
+        fault = f"{run.name} refuses {_listed(run.settings)}: {stepper.status_text(status)}"
+        raise UsageError(Problem("settings", fault, "the defaults"))
     if status:
         unknown = np.full(model.nv + len(model.multipliers), np.nan)
         rows = np.concatenate([[grid.start], state.q, state.v, unknown, state.z])[np.newaxis]

@@ -199,8 +199,8 @@ class Simulator:
         """
         now, target = self.t, number_of("t", t)
         if target < now:
-            what = f"{target:.9g} s lies before the time of the state, {now:.9g} s"
-            raise UsageError(Problem("t", what, "a later time, or restore(state) of an earlier one"))
+            fault = f"{target:.9g} s lies before the time of the state, {now:.9g} s"
+            raise UsageError(Problem("t", fault, "a later time, or restore(state) of an earlier one"))
         if target == now == self._advanced:
             warnings.warn(
                 f"advance({target:.9g}) takes the time to go to, and the motion is there already: it stays where it "
@@ -244,8 +244,8 @@ class Simulator:
         """Change several tunable parameters at once; errors as of ``set_parameter``."""
         model = self.model
         if not isinstance(values, Mapping):
-            what = f"a mapping from names to numbers is needed, not {type(values).__name__}"
-            raise UsageError(Problem("parameters", what, 'run.set_parameters({"load": 0.5})'))
+            fault = f"a mapping from names to numbers is needed, not {type(values).__name__}"
+            raise UsageError(Problem("parameters", fault, 'run.set_parameters({"load": 0.5})'))
         for name in values:
             check_name("parameter", name, tuple(model.parameters), model.evaluator.fixed_parameters)
         present = dict(zip(model.parameters, self._present().tolist(), strict=True))
@@ -277,8 +277,8 @@ class Simulator:
             The state cannot be brought onto the constraints, or has no finite accelerations.
         """
         if state is not None and not isinstance(state, Mapping):
-            what = f"a mapping is needed, not {type(state).__name__}"
-            raise UsageError(Problem("state", what, 'set_state({"q": q, "v": v}), or {"joint": position}'))
+            fault = f"a mapping is needed, not {type(state).__name__}"
+            raise UsageError(Problem("state", fault, 'set_state({"q": q, "v": v}), or {"joint": position}'))
         time = self.t if t is None else number_of("t", t)
         p = self._motions.later(self._present(), time - self.t)
         now = {"q": self.q, "v": self.v, **({"z": self.z} if self.model.nz else {})}
@@ -326,8 +326,8 @@ class Simulator:
             text = stepper.status_text(status)
             if status == BAD_ARGUMENT.number:
                 raise UsageError(Problem("settings", f"{self.method} refuses {settings}: {text}", "the defaults"))
-            what = f"the motion cannot start at t = {t:.9g} s: {text}"
-            raise NumericalError(Problem("start", what, "another state, other parameters or inputs"))
+            fault = f"the motion cannot start at t = {t:.9g} s: {text}"
+            raise NumericalError(Problem("start", fault, "another state, other parameters or inputs"))
 
     # -- where it is ---------------------------------------------------------------------------------------------------
 
@@ -454,8 +454,8 @@ class Simulator:
             Nothing was recorded.
         """
         if not self._recorded:
-            what = "there are no rows: a simulator keeps those that it is asked to keep"
-            raise UsageError(Problem("solution", what, "run.record() at the start and after steps"))
+            fault = "there are no rows: a simulator keeps those that it is asked to keep"
+            raise UsageError(Problem("solution", fault, "run.record() at the start and after steps"))
         return recorded_solution(self._run, self._recorded, self.statistics, self.notes, self._stopped)
 
     # -- copies --------------------------------------------------------------------------------------------------------
@@ -497,9 +497,9 @@ class Simulator:
             raise UsageError(Problem("state", f"a state of a simulator is needed, not {type(state).__name__}", hint))
         state.check(self.model.name, self._library)
         if self._run.controllers is not None and (names := self._run.controllers.undeclared):
-            what = f"the function of {names} may keep something that no state holds"
+            fault = f"the function of {names} may keep something that no state holds"
             hint = "memory = 0, or how many numbers it keeps, in the scene's controller"
-            raise UsageError(Problem("state", what, hint))
+            raise UsageError(Problem("state", fault, hint))
         stepper = self._stepper
         stepper.restore(state.memory, state.workspace)
         stepper.parameters[:-1] = state.parameters
@@ -566,12 +566,12 @@ class Simulator:
         if array.ndim == 0 and self._shape == (1,):
             array = array.reshape(1)
         if array.ndim == 0 and not self._shape[0]:
-            what = f"these are the inputs of a step, and the scene has none; a step is {self.step_size:.9g} s long"
-            raise UsageError(Problem(name, what, "step() or step(n=...); the size of steps is set by start(step=...)"))
+            fault = f"these are the inputs of a step, and the scene has none; a step is {self.step_size:.9g} s long"
+            raise UsageError(Problem(name, fault, "step() or step(n=...); the size of steps is set by start(step=...)"))
         if array.shape != self._shape:
             names = ", ".join(self.model.inputs) or "none: the scene has no inputs"
-            what = f"the shape is {array.shape}, {self._shape} is needed: {names}"
-            raise UsageError(Problem(name, what, "one number for each input, or a mapping from names"))
+            fault = f"the shape is {array.shape}, {self._shape} is needed: {names}"
+            raise UsageError(Problem(name, fault, "one number for each input, or a mapping from names"))
         check_finite(name, array, self.model.inputs)
         return array
 
@@ -580,8 +580,8 @@ class Simulator:
             hint = "restore(state) of before, or set_state"
             raise UsageError(Problem("step", f"the motion was {self._stopped}", hint))
         if end is not None and not self._linear:
-            what = f"{self.method} holds its inputs over each step"
-            raise UsageError(Problem("end", what, "shorter steps with held inputs, or another method"))
+            fault = f"{self.method} holds its inputs over each step"
+            raise UsageError(Problem("end", fault, "shorter steps with held inputs, or another method"))
         held = None if u is None or isinstance(u, Mapping) else self._inputs_of("u", u)
         last = None if end is None else self._inputs_of("end", end)
         first = self._inputs_of("u", u) if last is not None else held
@@ -620,8 +620,8 @@ class Simulator:
             return
         targets = moves.check(given)
         if targets and self._run.method.chooses_steps:
-            what = f"{self.method} chooses its steps, which lie ahead of the time to which motions are known"
-            raise UsageError(Problem("motions", what, "generalized_alpha, or another method with steps of one size"))
+            fault = f"{self.method} chooses its steps, which lie ahead of the time to which motions are known"
+            raise UsageError(Problem("motions", fault, "generalized_alpha, or another method with steps of one size"))
         before = self.state if self._library.layout["left_out"] else None
         self._take(moves.begin(self._present(), self.t, duration, targets))
         moves.reached.clear()

@@ -52,12 +52,12 @@ class SimulatorState:
     def check(self, scene: str, library: Library) -> None:
         """Raise ModelError where the state belongs to another model, method or compilation than a simulator's."""
         hint = "the model, method and compiler that made it, or start(initial={'q': state.q, 'v': state.v})"
-        what = ""
+        fault = ""
         if self.scene != scene:
-            what = f"this is a state of the scene {self.scene!r}, the simulator runs {scene!r}"
+            fault = f"this is a state of the scene {self.scene!r}, the simulator runs {scene!r}"
         elif self.fingerprint != library.fingerprint:
-            what = f"this is a state of another model {scene!r}: its scene, terms, method or C code differ"
+            fault = f"this is a state of another model {scene!r}: its scene, terms, method or C code differ"
         elif self.build != library.digest:
-            what = f"this is a state of another compilation of {scene!r}, whose memory may be laid out differently"
-        if what:
-            raise ModelError(Problem("state", what, hint))
+            fault = f"this is a state of another compilation of {scene!r}, whose memory may be laid out differently"
+        if fault:
+            raise ModelError(Problem("state", fault, hint))

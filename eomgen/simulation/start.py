@@ -86,14 +86,14 @@ def start(
     library = chosen.library
     apart = float(np.spacing((np.float32 if library.real == "float" else np.float64)(abs(t))))
     if size < FINEST * apart:
-        what = f"at t = {t:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of {size:.3g} s"
-        raise UsageError(Problem("step", what, f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0"))
+        fault = f"at t = {t:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of {size:.3g} s"
+        raise UsageError(Problem("step", fault, f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0"))
     refuse_as_inputs(inputs, tuple(moves))
     from_caller = read_signals(inputs, model.inputs, 0, model.input_units)
     for key, signal in from_caller.items():
         if isinstance(signal, np.ndarray):
-            what = "a table is for a run whose end is known"
-            raise UsageError(Problem(f"input {key}", what, "a number or a function of t here, and values in step(u)"))
+            fault = "a table is for a run whose end is known"
+            raise UsageError(Problem(f"input {key}", fault, "a number or a function of t here, and values in step(u)"))
     if chosen.method.inputs == "series":
         check_held(chosen.name, from_caller)
     signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, t, chosen.left_to_stepper)

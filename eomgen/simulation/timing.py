@@ -94,8 +94,8 @@ def step_times(
     """
     described = solution.metadata
     if not solution.success:
-        what = "a run that stops early has no times of all its steps"
-        raise NumericalError(Problem("timing", what, "a run that reaches its end"))
+        fault = "a run that stops early has no times of all its steps"
+        raise NumericalError(Problem("timing", fault, "a run that reaches its end"))
     method = method_named(described["method"], **described["method_parameters"])
     repeated = Repeated(model, solution, method, inputs)
     runs: list[Array] = []
@@ -200,8 +200,8 @@ class Repeated:
 
     def _check(self, status: int) -> None:
         if status:
-            what = f"the run cannot be repeated: {self._stepper.status_text(status)}"
-            raise NumericalError(Problem("timing", what, "a run that reaches its end"))
+            fault = f"the run cannot be repeated: {self._stepper.status_text(status)}"
+            raise NumericalError(Problem("timing", fault, "a run that reaches its end"))
 
 
 @contextmanager

@@ -97,8 +97,8 @@ def beams_of(
 
     def own(node: str) -> Sequence[Factor]:
         names = (node,) if node in known else (f"{node}.orientation", f"{node}.position")
-        found = [known[name] for name in names if name in known]
-        return found if sum(factor.v_size for factor in found) == 6 else ()
+        result = [known[name] for name in names if name in known]
+        return result if sum(factor.v_size for factor in result) == 6 else ()
 
     return Beams(
         names=[beam.nodes[0] for beam in beams],

@@ -242,11 +242,11 @@ def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
     for shift in (0.0, _SHIFT):
         shifted = csc_array(scaled + shift * diags_array(np.ones(len(rows)))) if shift else scaled
         try:
-            found: Array = columns * splu(shifted).solve(rows * right)
+            result: Array = columns * splu(shifted).solve(rows * right)
         except RuntimeError:  # exactly singular
             continue
-        if np.all(np.isfinite(found)):
-            return found
+        if np.all(np.isfinite(result)):
+            return result
     return None
 
 

@@ -240,7 +240,7 @@ def _jacobian(system: Constrained, q: Array, t: float) -> Array:
         listed = ", ".join(undefined[:LISTED]) + (
             f" and {len(undefined) - LISTED} more" if len(undefined) > LISTED else ""
         )
-        what = f"these rows have no finite derivative where constraints are to be met: {listed}"
+        fault = f"these rows have no finite derivative where constraints are to be met: {listed}"
         kinds = {name.rpartition(": ")[2] for name in undefined}
         hints = [
             hint
@@ -251,7 +251,7 @@ def _jacobian(system: Constrained, q: Array, t: float) -> Array:
             if any((kind == "contact" or kind.startswith("no slip")) == discs for kind in kinds)
         ]
         hint = "; ".join(hints)
-        raise ModelError(Problem("constraints", what, hint))
+        raise ModelError(Problem("constraints", fault, hint))
     return B
 
 

@@ -210,16 +210,16 @@ def _modes(at: Examined, count: int) -> Array:
     """Return the displacements with the smallest stiffnesses, (nv, count), reproducible under rounding errors."""
     stiffness = at.stiffness
     _, directions = stiffness.next_to_zero(count)
-    directions, found = directions[:, :count], []
+    directions, result = directions[:, :count], []
     if not directions.shape[1]:
         return np.zeros((len(stiffness.sizes), 1))
     while directions.shape[1]:
         mode = canonical_direction(directions, stiffness.sizes)
-        found.append(mode)
+        result.append(mode)
         scaled = directions / stiffness.sizes[:, np.newaxis]
         unit = mode / stiffness.sizes / np.linalg.norm(mode / stiffness.sizes)
         left, sizes, _ = np.linalg.svd(scaled - np.outer(unit, unit @ scaled), full_matrices=False)
         directions = stiffness.sizes[:, np.newaxis] * left[:, : directions.shape[1] - 1]
         if not sizes.size or sizes[0] == 0.0:
             break
-    return np.array(found).T
+    return np.array(result).T

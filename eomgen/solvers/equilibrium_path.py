@@ -83,13 +83,13 @@ def first_point(statics: LoadedStatics, guess: Rest, sign: float) -> PathPoint:
         There is no rest near by.
     """
     held = held_factor(statics, guess, sign)
-    found = corrected(statics, guess, held, 0.0)
-    if found.trouble:
-        raise PathEndError(found.trouble, None)
-    onwards = direction(statics, found.rest, held)
+    result = corrected(statics, guess, held, 0.0)
+    if result.trouble:
+        raise PathEndError(result.trouble, None)
+    onwards = direction(statics, result.rest, held)
     if onwards is None:
         raise PathEndError("the tangent stiffness is singular there", None)
-    return PathPoint(found.rest, onwards, 0.0, found.corrections, 0.0)
+    return PathPoint(result.rest, onwards, 0.0, result.corrections, 0.0)
 
 
 def follow(
@@ -143,19 +143,19 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     left = (target - start.s) / along.s if along.s != 0.0 and np.isfinite(target) else np.inf
     ends = 0.0 < left <= 1.001 * way
     plane = held_factor(statics, start, np.sign(along.s)) if ends else along
-    found = corrected(statics, start, along, left if ends else way, plane)
-    if found.trouble:
-        return found.trouble
-    rest = Rest(found.rest.q, found.rest.multipliers, found.rest.z, target) if ends else found.rest
-    length = _length(statics, found, start, rest)
-    if _off(statics, found, along, left if ends else way) > _SHARE * length:
+    result = corrected(statics, start, along, left if ends else way, plane)
+    if result.trouble:
+        return result.trouble
+    rest = Rest(result.rest.q, result.rest.multipliers, result.rest.z, target) if ends else result.rest
+    length = _length(statics, result, start, rest)
+    if _off(statics, result, along, left if ends else way) > _SHARE * length:
         return "the path turns too sharply"
     onwards = direction(statics, rest, along)
     if onwards is None:
         return "the tangent stiffness is singular there"
     if _cosine(statics, rest, along, onwards) < _COSINE:
         return "the path turns too sharply"
-    return PathPoint(rest, onwards, point.way + length, found.corrections, left if ends else way)
+    return PathPoint(rest, onwards, point.way + length, result.corrections, left if ends else way)
 
 
 def point_within(statics: LoadedStatics, first: PathPoint, second: PathPoint, way: float) -> PathPoint | str:

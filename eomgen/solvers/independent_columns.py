@@ -72,10 +72,10 @@ def independent_columns(A: Array) -> IndependentColumns:
     solved = np.linalg.lstsq(unit[:, kept], unit[:, others], rcond=None)[0]
     solved[np.abs(solved) < 1e2 * ROUNDING] = 0.0
     scale = size[present]
-    found = solved * scale[others] / scale[kept][:, np.newaxis]
+    result = solved * scale[others] / scale[kept][:, np.newaxis]
     columns = present[kept], present[others]
     return IndependentColumns(
-        tuple(map(int, columns[0])), tuple(map(int, columns[1])), np.vectorize(short, otypes=[float])(found), own, left
+        tuple(map(int, columns[0])), tuple(map(int, columns[1])), np.vectorize(short, otypes=[float])(result), own, left
     )
 
 

@@ -108,21 +108,21 @@ def redundancy(
 
 def _lever_too_long(system: Constrained, here: Rows, row: int, dependent: Sequence[int]) -> ModelError:
     listed = ", ".join(system.names[row] for row in dependent[:LISTED])
-    what = (
+    fault = (
         f"{long_lever(here, system.names, row)}, so that nothing tells whether these rows follow from others: {listed}"
     )
-    return ModelError(Problem("constraints", what, f'{NEARER_FRAMES}, or coordinates = "joint"'))
+    return ModelError(Problem("constraints", fault, f'{NEARER_FRAMES}, or coordinates = "joint"'))
 
 
 def _too_far_away(system: Constrained, here: Rows, rows: Sequence[int]) -> ModelError:
     listed = ", ".join(system.names[row] for row in rows[:LISTED])
     size, extent = max(float(here.size[row]) for row in rows), min(float(here.extent[row]) for row in rows)
-    what = (
+    fault = (
         f"rounding hides whether these rows follow from others: {listed}; places up to {size:.3g} m away are"
         " subtracted in "
     )
-    what += f"them, and what they join measures {extent:.3g} m"
-    return ModelError(Problem("constraints", what, "frames of constraints and an origin nearer to the machine"))
+    fault += f"them, and what they join measures {extent:.3g} m"
+    return ModelError(Problem("constraints", fault, "frames of constraints and an origin nearer to the machine"))
 
 
 def _all_new(here: Rows, rows: Sequence[int]) -> bool:
@@ -202,16 +202,16 @@ def check_left_out(
         rates, limits = system.velocity(q, v, t), there.rate_limits(np.abs(v))
         off = [f"{system.names[row]} by {rates[row]:.3g} per s" for row in rows if not abs(rates[row]) <= limits[row]]
     if off:
-        what = f"rows that were left out, because they follow from others at the default parameters, are off at {at}: "
-        what += "; ".join(off[:LISTED])
-        raise ModelError(Problem("constraints", what, _LEFT_OUT))
+        fault = f"rows that were left out, because they follow from others at the default parameters, are off at {at}: "
+        fault += "; ".join(off[:LISTED])
+        raise ModelError(Problem("constraints", fault, _LEFT_OUT))
     kept = [row for row in range(len(system.names)) if row not in rows]
     dependent = redundancy(system, q, t, rows=[*kept, *rows]).dependent
     if len(dependent) < len(rows):
         new = [system.names[row] for row in rows if row not in dependent]
-        what = f"rows that were left out, because they follow from others at the default parameters, do not at {at}: "
-        what += ", ".join(new[:LISTED])
-        raise ModelError(Problem("constraints", what, _LEFT_OUT))
+        fault = f"rows that were left out, because they follow from others at the default parameters, do not at {at}: "
+        fault += ", ".join(new[:LISTED])
+        raise ModelError(Problem("constraints", fault, _LEFT_OUT))
     by = left_over(system, q, rows, t)
     return [
         f"{system.names[row]}, left out because it follows from others, is off by {by[row]:.3g} at {at}" for row in by

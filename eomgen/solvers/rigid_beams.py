@@ -64,16 +64,16 @@ class RigidBeams:
 
     def placed(self, q: Array) -> Array:
         """Return configurations (..., nq) with all nodes of a beam placed rigidly relative to its first node."""
-        found = np.array(q, dtype=float).reshape(-1, q.shape[-1])
+        result = np.array(q, dtype=float).reshape(-1, q.shape[-1])
         for _ in range(_PASSES):  # a beam may be carried by another one
-            before = found.copy()
+            before = result.copy()
             for pose, relative, (_, _, factors) in zip(
-                self._first(found), self._from_first, self.beams.followers, strict=True
+                self._first(result), self._from_first, self.beams.followers, strict=True
             ):
-                _put_pose(found, factors, numeric.compose(SE3, pose, relative))
-            if np.max(np.abs(found - before), initial=0.0) <= 1e-14 * max(1.0, np.max(np.abs(found), initial=0.0)):
+                _put_pose(result, factors, numeric.compose(SE3, pose, relative))
+            if np.max(np.abs(result - before), initial=0.0) <= 1e-14 * max(1.0, np.max(np.abs(result), initial=0.0)):
                 break
-        return found.reshape(q.shape)
+        return result.reshape(q.shape)
 
     def velocities(self, q: Array, along: Array) -> Array:
         """Return velocities (n, nv) with beams moving rigidly, given the velocities of the free coordinates.
@@ -93,8 +93,8 @@ class RigidBeams:
             self.placed(update(self.factors, np.broadcast_to(q, (len(along), len(q))), sign * along / scale))
             for sign in (-1.0, 1.0)
         )
-        found = 0.5 * scale * difference(self.factors, less, more)
-        return np.where(self.free, along, found)
+        result = 0.5 * scale * difference(self.factors, less, more)
+        return np.where(self.free, along, result)
 
     def moved(self, q: Array, step: Array) -> Array:
         """Return q after a step (free,) of the free coordinates, with follower nodes placed rigidly."""

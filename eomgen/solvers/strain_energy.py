@@ -79,8 +79,8 @@ class Strains:
         scaled = csc_array(diags_array(scale) @ (H + diags_array(kinetic)) @ diags_array(scale))
         held = csc_array(-_HELD * eye_array(len(violation)))
         whole = csc_array(block_array([[scaled, csc_array(rows.T)], [rows, held]]))
-        found = splu(whole).solve(np.concatenate([-scale * (D.T @ forces.ravel()), -weights * violation]))
-        return found[: len(scale)] * scale, found[len(scale) :] * weights
+        result = splu(whole).solve(np.concatenate([-scale * (D.T @ forces.ravel()), -weights * violation]))
+        return result[: len(scale)] * scale, result[len(scale) :] * weights
 
     def _twists(self, q: Array) -> csr_array:
         """Return the body twists of both nodes of each element by v, sparse (12 elements, nv), by differences."""
@@ -126,12 +126,12 @@ def _along_twists(d: Array) -> Array:
 
 def _geometric(d: Array, forces: Array) -> Array:
     """Return the derivatives of forces on both nodes by d at held section forces (elements, 6), (elements, 12, 6)."""
-    found = []
+    result = []
     for k in range(6):
         moved = d.astype(complex)
         moved[:, k] += 1j * _TINY
-        found.append(np.einsum("eij,ei->ej", _along_twists(moved), forces).imag / _TINY)
-    return np.stack(found, axis=2)
+        result.append(np.einsum("eij,ei->ej", _along_twists(moved), forces).imag / _TINY)
+    return np.stack(result, axis=2)
 
 
 def _block_diagonal(blocks: Array) -> csr_array:

@@ -117,9 +117,9 @@ class TangentStiffness:
         if value:
             return replace(self, K=csc_array(self.K - diags_array(value / self.sizes**2))).below(0.0)
         if len(self.sizes) + rows > _WHOLE:
-            found = self._sparse_negative()
-            if found is not None:
-                return found
+            result = self._sparse_negative()
+            if result is not None:
+                return result
         matrix = self.bordered.toarray()
         return _negative_pivots(0.5 * (matrix + matrix.T)) - rows
 
@@ -136,13 +136,13 @@ class TangentStiffness:
 
         The logarithm belongs to the determinant of the scaled matrix ``bordered``, not of K.
         """
-        nv, found = len(self.sizes), []
+        nv, result = len(self.sizes), []
         for group in range(int(groups.max(initial=-1)) + 1):
             members = np.flatnonzero(groups == group)
             part = csc_array(self.bordered[members][:, members])
             sign, logarithm = _determinant(part)
-            found.append((sign * (-1) ** int(np.sum(members >= nv)), logarithm))
-        return found
+            result.append((sign * (-1) ** int(np.sum(members >= nv)), logarithm))
+        return result
 
     def next_to_zero(self, count: int, mass: csc_array | None = None) -> tuple[Array, Array]:
         """Return the real eigenvalues of K x = k W x under the constraints that are next to zero, and their x (nv, n).
@@ -179,12 +179,12 @@ class TangentStiffness:
 
     def _compliance(self) -> Callable[[Array], Array] | None:
         """Return the map from forces to displacements; an exactly singular stiffness is shifted by a rounding error."""
-        found = compliance(self.K, self.B)
-        if found is None:
+        result = compliance(self.K, self.B)
+        if result is None:
             diagonal = np.abs(self.K.diagonal())
             shift = _SHIFT * np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=0.0))
-            found = compliance(csc_array(self.K + diags_array(shift)), self.B)
-        return found
+            result = compliance(csc_array(self.K + diags_array(shift)), self.B)
+        return result
 
     def _sparse_negative(self) -> int | None:
         """Return the number of negative stiffnesses by sparse pivots without exchanges; None if pivots lose digits.

@@ -46,9 +46,9 @@ def check_excitation(where: str, given: object) -> None:
     """Raise UsageError for values that are no excitation, such as the letter of a road class."""
     if not hasattr(given, "cross_spectra"):
         letter = isinstance(given, str) and len(given) == 1
-        what = f"an excitation is needed, not {shown(given) if isinstance(given, str) else type(given).__name__}"
+        fault = f"an excitation is needed, not {shown(given) if isinstance(given, str) else type(given).__name__}"
         road = f'RoadExcitation(Road("{given if letter else "C"}"), speed=20.0, wheels={{"road": 0.0}})'
-        raise UsageError(Problem(where, what, f"{road} of eomgen.spectra, with the names of your inputs"))
+        raise UsageError(Problem(where, fault, f"{road} of eomgen.spectra, with the names of your inputs"))
 
 
 @dataclass(frozen=True)
@@ -81,13 +81,13 @@ class InputSpectrum:
         if (self.density is None) == (self.function is None):
             raise UsageError(Problem(place, "it needs either a density or a function", "density=[...]"))
         if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
-            what = "the frequencies have to be two or more positive numbers that increase, Hz"
-            raise UsageError(Problem(place, what, "[1.0, 20.0, 100.0]"))
+            fault = "the frequencies have to be two or more positive numbers that increase, Hz"
+            raise UsageError(Problem(place, fault, "[1.0, 20.0, 100.0]"))
         if self.density is not None:
             g = np.asarray(self.density, dtype=float)
             if g.shape != f.shape or not np.all(np.isfinite(g)) or np.any(g < 0.0):
-                what = f"the density has the shape {g.shape}, or entries that are negative or not finite"
-                raise UsageError(Problem(place, what, f"{len(f)} numbers of zero and above, unit^2/Hz"))
+                fault = f"the density has the shape {g.shape}, or entries that are negative or not finite"
+                raise UsageError(Problem(place, fault, f"{len(f)} numbers of zero and above, unit^2/Hz"))
 
     @property
     def inputs(self) -> tuple[str, ...]:

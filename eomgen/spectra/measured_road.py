@@ -38,8 +38,8 @@ class MeasuredRoad(Road):
         n, density = (np.asarray(given, dtype=float) for given in (self.frequencies, self.density))
         rising = n.ndim == 1 and len(n) > 1 and bool(np.all(np.isfinite(n)) and n[0] > 0.0 and np.all(np.diff(n) > 0.0))
         if not (rising and density.shape == n.shape and np.all(np.isfinite(density)) and np.all(density >= 0.0)):
-            what = "a spectrum needs two or more frequencies above 0 that increase, and as many densities of 0 or more"
-            raise UsageError(Problem("MeasuredRoad", what, "MeasuredRoad.of_profile(distance, elevation)"))
+            fault = "a spectrum needs two or more frequencies above 0 that increase, and as many densities of 0 or more"
+            raise UsageError(Problem("MeasuredRoad", fault, "MeasuredRoad.of_profile(distance, elevation)"))
         object.__setattr__(self, "band", (float(n[0]), float(n[-1])))
         object.__setattr__(self, "exponent", float("nan"))  # undefined; refused if needed
 
@@ -75,11 +75,11 @@ class MeasuredRoad(Road):
         """
         x, y = (np.asarray(given, dtype=float) for given in (distance, elevation))
         if x.ndim != 1 or x.shape != y.shape or not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
-            what = f"the profile has the shapes {x.shape} and {y.shape}, or entries that are not finite"
-            raise UsageError(Problem("MeasuredRoad", what, "distances and as many elevations, m"))
+            fault = f"the profile has the shapes {x.shape} and {y.shape}, or entries that are not finite"
+            raise UsageError(Problem("MeasuredRoad", fault, "distances and as many elevations, m"))
         if len(x) < _FEWEST or not np.all(np.diff(x) > 0.0):
-            what = f"the profile has {len(x)} points, and needs {_FEWEST} at distances that increase"
-            raise UsageError(Problem("MeasuredRoad", what, "a longer profile"))
+            fault = f"the profile has {len(x)} points, and needs {_FEWEST} at distances that increase"
+            raise UsageError(Problem("MeasuredRoad", fault, "a longer profile"))
         if not (isinstance(segments, int) and segments >= 1):
             raise UsageError(Problem("MeasuredRoad: segments", "they are a whole number of 1 and more", "segments=8"))
         from scipy.signal import detrend, welch  # noqa: PLC0415  # slow to import
@@ -93,8 +93,8 @@ class MeasuredRoad(Road):
         gap = max(float(np.diff(x).max()), widest)
         inside = (np.arange(len(n)) >= _BENT) & (n <= 0.5 / gap) & (np.arange(len(n)) < len(n) - 1)
         if np.count_nonzero(inside) < 2:
-            what = f"the widest gap of the profile, {gap:.4g} m, leaves no frequencies"
-            raise UsageError(Problem("MeasuredRoad", what, "points that are spread more evenly"))
+            fault = f"the widest gap of the profile, {gap:.4g} m, leaves no frequencies"
+            raise UsageError(Problem("MeasuredRoad", fault, "points that are spread more evenly"))
         words = f"{x[-1] - x[0]:.6g} m in {used} segments, {n[1]:.3g} cycle/m apart"
         return cls(frequencies=n[inside], density=density[inside], source=f"{source}, {words}")
 
@@ -114,13 +114,13 @@ class MeasuredRoad(Road):
 
     @staticmethod
     def _of_classes() -> UsageError:
-        what = "a measured road has a spectrum of its own, and no class"
-        return UsageError(Problem("MeasuredRoad", what, 'excitation.at(road=eomgen.spectra.Road("C"))'))
+        fault = "a measured road has a spectrum of its own, and no class"
+        return UsageError(Problem("MeasuredRoad", fault, 'excitation.at(road=eomgen.spectra.Road("C"))'))
 
     def over_distance(self, n: ArrayLike) -> Array:
         """Return G_d(n), m^3, at spatial frequencies n (...) in cycle/m; zero outside the band."""
-        found: Array = np.interp(np.asarray(n, dtype=float), self.frequencies, self.density, left=0.0, right=0.0)
-        return found
+        result: Array = np.interp(np.asarray(n, dtype=float), self.frequencies, self.density, left=0.0, right=0.0)
+        return result
 
     @property
     def bends(self) -> Array:

@@ -72,8 +72,8 @@ class PowerSpectrum:
         density = np.interp(f, self.frequencies, self.density)
         if weighting is not None:
             if self.quantity_unit not in ("", "m/s^2"):
-                what = f"{self.name} is in {self.quantity_unit}, and weightings are of accelerations in m/s^2"
-                raise UsageError(Problem("weighting", what, "an output that is an acceleration"))
+                fault = f"{self.name} is in {self.quantity_unit}, and weightings are of accelerations in m/s^2"
+                raise UsageError(Problem("weighting", fault, "an output that is an acceleration"))
             density = density * np.abs(weighting_response(weighting, f)) ** 2
         return float(np.sqrt(np.trapezoid(density, f)))
 

@@ -48,19 +48,19 @@ class Road:
 
     def __post_init__(self) -> None:
         if (self.road_class is None) == (self.roughness is None):
-            what = "a road needs either a class or a roughness"
-            raise UsageError(Problem("Road", what, 'Road("C"), or Road(roughness=256e-6)'))
+            fault = "a road needs either a class or a roughness"
+            raise UsageError(Problem("Road", fault, 'Road("C"), or Road(roughness=256e-6)'))
         if self.road_class is not None and self.road_class not in ROUGHNESS:
-            what = f"there is no road class {ascii(self.road_class)[:32]}"
-            raise UsageError(Problem("Road", what, f"one of {', '.join(ROUGHNESS)}"))
+            fault = f"there is no road class {ascii(self.road_class)[:32]}"
+            raise UsageError(Problem("Road", fault, f"one of {', '.join(ROUGHNESS)}"))
         if self.roughness is not None:
             _check("roughness", self.roughness, "m^3, above 0")
         _check("exponent", self.exponent, "above 0; 2 is that of the classes")
         if self.long_exponent is not None:
             _check("long_exponent", self.long_exponent, "above 0")
         if not (len(self.band) == 2 and 0.0 < self.band[0] < self.band[1] < math.inf):
-            what = f"the band {self.band} is no pair of spatial frequencies, the lower first"
-            raise UsageError(Problem("Road: band", what, f"{FREQUENCY_RANGE}, cycle/m"))
+            fault = f"the band {self.band} is no pair of spatial frequencies, the lower first"
+            raise UsageError(Problem("Road: band", fault, f"{FREQUENCY_RANGE}, cycle/m"))
 
     @property
     def reference_roughness(self) -> float:

@@ -57,30 +57,30 @@ class RoadExcitation:
 
     def __post_init__(self) -> None:
         if not (isinstance(self.speed, int | float) and 0.0 < self.speed < math.inf):
-            what = f"the speed {ascii(self.speed)[:32]} is not a positive number"
-            raise UsageError(Problem("RoadExcitation", what, "speed=20.0, m/s"))
+            fault = f"the speed {ascii(self.speed)[:32]} is not a positive number"
+            raise UsageError(Problem("RoadExcitation", fault, "speed=20.0, m/s"))
         if not self.wheels:
             raise UsageError(Problem("RoadExcitation", "there are no wheels", 'wheels={"front": 0.0, "rear": 2.7}'))
         for given, name in ((self.wheels, "wheels"), (self.tracks, "tracks")):
             for wheel, value in given.items():
                 if not (isinstance(value, int | float) and math.isfinite(value)):
-                    what = f"{ascii(value)[:32]} is not a finite distance"
-                    raise UsageError(Problem(f"RoadExcitation: {name}: {wheel}", what, "a number in m"))
+                    fault = f"{ascii(value)[:32]} is not a finite distance"
+                    raise UsageError(Problem(f"RoadExcitation: {name}: {wheel}", fault, "a number in m"))
         for named, name in ((tuple(self.tracks), "tracks"), (tuple(self.rates), "rates")):
             for wheel in named:
                 if wheel not in self.wheels:
-                    what = f"there is no wheel {ascii(wheel)[:64]}"
-                    raise UsageError(Problem(f"RoadExcitation: {name}", what, f"one of {', '.join(self.wheels)}"))
+                    fault = f"there is no wheel {ascii(wheel)[:64]}"
+                    raise UsageError(Problem(f"RoadExcitation: {name}", fault, f"one of {', '.join(self.wheels)}"))
         known = self.coherence in _COHERENCES if isinstance(self.coherence, str) else 0.0 <= self.coherence <= 1.0
         if not known:
-            what = f"{ascii(self.coherence)[:32]} is no coherence between tracks"
-            raise UsageError(Problem("RoadExcitation", what, f"{', '.join(_COHERENCES)}, or a number from 0 to 1"))
+            fault = f"{ascii(self.coherence)[:32]} is no coherence between tracks"
+            raise UsageError(Problem("RoadExcitation", fault, f"{', '.join(_COHERENCES)}, or a number from 0 to 1"))
         if self.coherence == "isotropic" and math.isnan(self.road.exponent) and len(self._places) > 1:
-            what = "an isotropic road between tracks has an exponent, and a measured one has none"
-            raise UsageError(Problem("RoadExcitation: coherence", what, 'coherence="independent", or a number'))
+            fault = "an isotropic road between tracks has an exponent, and a measured one has none"
+            raise UsageError(Problem("RoadExcitation: coherence", fault, 'coherence="independent", or a number'))
         if self.coherence == "isotropic" and self.road.long_exponent is not None and len(self._places) > 1:
-            what = "an isotropic road between tracks has one exponent, and this one has two"
-            raise UsageError(Problem("RoadExcitation: coherence", what, 'coherence="independent", or a number'))
+            fault = "an isotropic road between tracks has one exponent, and this one has two"
+            raise UsageError(Problem("RoadExcitation: coherence", fault, 'coherence="independent", or a number'))
 
     @property
     def inputs(self) -> tuple[str, ...]:

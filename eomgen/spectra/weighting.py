@@ -45,9 +45,9 @@ def weighting_response(name: str, frequencies: ArrayLike) -> Complex:
         There is no weighting of that name.
     """
     if name not in WEIGHTINGS:
-        what = f"there is no weighting {ascii(name)[:32]}"
+        fault = f"there is no weighting {ascii(name)[:32]}"
         known = "; ".join(f"{key}: {item.description}" for key, item in WEIGHTINGS.items())
-        raise UsageError(Problem("weighting", what, known))
+        raise UsageError(Problem("weighting", fault, known))
     item = WEIGHTINGS[name]
     f = 1j * np.asarray(frequencies, dtype=float)
     butterworth = 1.0 / math.sqrt(2.0)

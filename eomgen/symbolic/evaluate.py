@@ -87,8 +87,8 @@ class Evaluation:
 
         ``visit`` is called with every operation and its value, and returns the value used from there on.
         """
-        found = self._distinct(leaf, arithmetic, visit)
-        return [found[place] for place in self._places]
+        result = self._distinct(leaf, arithmetic, visit)
+        return [result[place] for place in self._places]
 
     def _distinct(
         self,

@@ -81,7 +81,7 @@ class Branches:
     @cached_property
     def _found(self) -> list[tuple[Branch, tuple[Ref, ...], _Jumps | None]]:
         """Branches with the operands of each, and the jumps of each curve."""
-        tape, found = self._tape, []
+        tape, result = self._tape, []
         for node in tape.live(self._equations):
             op, jumps = tape.op[node], None
             if op is Op.CURVE:
@@ -91,8 +91,8 @@ class Branches:
             operands: tuple[Ref, ...] = (tape.a[node],) if jumps is not None else tape.operands(node)
             what, label = _COMPARED.get(op) or f"the curve {tape.curves[tape.b[node]][0].name}", tape.label(node)
             branch = Branch(f"{what} in {label}" if label else what, frozenset(tape.depends_on(operands)))
-            found.append((branch, operands, jumps))
-        return found
+            result.append((branch, operands, jumps))
+        return result
 
     @property
     def branches(self) -> list[Branch]:
@@ -102,13 +102,13 @@ class Branches:
     @property
     def kinks(self) -> list[Branch]:
         """Continuous operations with slopes that jump: absolute, smallest and largest values."""
-        tape, found = self._tape, []
+        tape, result = self._tape, []
         for node in tape.live(self._equations):
             if (what := _KINKED.get(tape.op[node])) is None:
                 continue
             label, symbols = tape.label(node), frozenset(tape.depends_on(tape.operands(node)))
-            found.append(Branch(f"{what} in {label}" if label else what, symbols))
-        return found
+            result.append(Branch(f"{what} in {label}" if label else what, symbols))
+        return result
 
     def arguments(self, values: Values) -> NDArray[np.float64]:
         """Return the compared values, the first operand minus the second, (n, branches).
@@ -120,17 +120,17 @@ class Branches:
         refs = [ref for _, operands, _ in self._found for ref in (operands[0], operands[-1])]
         pairs = self._evaluated(refs, values).reshape(-1, len(self._found), 2)
         alone = [len(operands) == 1 for _, operands, _ in self._found]
-        found: NDArray[np.float64] = np.where(alone, pairs[..., 0], pairs[..., 0] - pairs[..., 1])
-        return found
+        result: NDArray[np.float64] = np.where(alone, pairs[..., 0], pairs[..., 0] - pairs[..., 1])
+        return result
 
     def sides(self, arguments: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return on which side of each branch arguments are, (n, branches): -1, 0, 1 of comparisons, how many jumps of
         a curve lie behind."""
-        found = np.sign(arguments)
+        result = np.sign(arguments)
         for column, (_, _, jumps) in enumerate(self._found):
             if jumps is not None:
-                found[:, column] = jumps.behind(arguments[:, column])
-        return found
+                result[:, column] = jumps.behind(arguments[:, column])
+        return result
 
     def equations(self, values: Values) -> NDArray[np.float64]:
         """Return the residual and the rates of internal states, (n, rows)."""
@@ -139,5 +139,5 @@ class Branches:
     def _evaluated(self, refs: list[Ref], values: Values) -> NDArray[np.float64]:
         needed = {symbol.block for symbol in self._tape.depends_on(refs)} or {"p"}
         with np.errstate(all="ignore"):
-            found = evaluate(self._tape, refs, {name: values[name] for name in needed})
-        return np.atleast_2d(np.asarray(found, dtype=np.float64))
+            result = evaluate(self._tape, refs, {name: values[name] for name in needed})
+        return np.atleast_2d(np.asarray(result, dtype=np.float64))

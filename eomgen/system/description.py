@@ -183,7 +183,7 @@ class ElementStiffness:
         Its coordinates are changes of the logarithm of the relative pose. Forces and moments vary along an element: see
         ``mechanics.forces.element_stiffness``; the flexibility is S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape.
         """
-        found = []
+        result = []
         for rows, length, twist in zip(self.stiffness, self.lengths, self.twists, strict=True):
             section = np.array([[evaluate(entry, lambda symbol: values[symbol.name]) for entry in row] for row in rows])
             kept = np.ix_(*2 * [np.flatnonzero(np.any(section != 0.0, axis=1))])
@@ -192,8 +192,8 @@ class ElementStiffness:
             along = numeric.bracket_matrix(SE3, np.array(twist) / length)
             flexibility = flexibility + length**2 / 12.0 * along @ flexibility @ along.T
             stiffness[kept] = np.linalg.inv(flexibility[kept]) / length
-            found.append(stiffness)
-        return np.array(found)
+            result.append(stiffness)
+        return np.array(result)
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,10 @@ class SecondBlocks(NamedTuple):
 
     def places(self, block: str) -> dict[str, slice]:
         """Return the slices of the parts of ``weights`` or ``direction``."""
-        found, first = {}, 0
+        result, first = {}, 0
         for name, size in getattr(self, block).items():
-            found[name], first = slice(first, first + size), first + size
-        return found
+            result[name], first = slice(first, first + size), first + size
+        return result
 
 
 def second_blocks(

@@ -441,14 +441,14 @@ class System:
 
         Empty if some input is no such component.
         """
-        found: list[Columns | float] = []
+        result: list[Columns | float] = []
         for ref in self.functions["inputs"].refs if "inputs" in self.functions else ():
             value = self.tape.value(ref)
             given = harmonics_in(self.tape, ref, InputSymbol("t", 0)) if value is None else value
             if given is None:
                 return ()
-            found.append(given)
-        return tuple(found)
+            result.append(given)
+        return tuple(result)
 
     @cached_property
     def symbol_names(self) -> dict[InputSymbol, str]:
@@ -510,6 +510,6 @@ class System:
     def _block(self, call: str, term: str) -> Block:
         if term not in self.functions:
             hint = f'eomgen.derive(scene, terms=[..., "{term}"])' if term in TERMS else nearest_term(str(term))
-            what = f"the term {term} is not in this System, which was derived with {', '.join(self.functions)}"
-            raise UsageError(Problem(call, what, hint))
+            fault = f"the term {term} is not in this System, which was derived with {', '.join(self.functions)}"
+            raise UsageError(Problem(call, fault, hint))
         return self.functions[term].outputs[0]

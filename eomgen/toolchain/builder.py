@@ -124,11 +124,11 @@ class Builder:
         if self._compiler is not None:
             return self._compiler
         problem = self._missing.problems[0] if self._missing is not None else Problem("", "no C compiler")
-        what = (
+        fault = (
             f"{problem.what}, and the cache {self.cache.folder} has no library of this model with these terms, this"
             f" method and profile {self.profile.name} for this machine"
         )
-        raise ToolchainError(what, problem.hint)
+        raise ToolchainError(fault, problem.hint)
 
     def key(self, content: bytes) -> str:
         """Return the cache key of the caller's ``content`` bytes on this machine, with these flags."""
@@ -357,9 +357,9 @@ class Builder:
         files = companion_files(folder, layout, function)
         content = b"companion\0" + "\0".join(f"{name}\0{text}" for name, text in sorted(files.items())).encode()
         builder = Builder(self.profile.name, "lanes", self.mode, self.cache, self.compiler, self.timeout)
-        found = builder.find(content)
-        if found is not None or running is None:
-            return found
+        result = builder.find(content)
+        if result is not None or running is None:
+            return result
         cdef = (folder / _CDEF).read_text(encoding="utf-8")
         own = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
         with builder.claim(content):

@@ -63,8 +63,8 @@ def default_folder(environ: Mapping[str, str] | None = None) -> Path:
         try:
             return Path(chosen).expanduser()
         except RuntimeError as error:
-            what = f"the folder {chosen!r} cannot be found: {str(error).rstrip('.')}"
-            raise FileError(Problem("environment variable EOMGEN_CACHE", what, "a full path")) from None
+            fault = f"the folder {chosen!r} cannot be found: {str(error).rstrip('.')}"
+            raise FileError(Problem("environment variable EOMGEN_CACHE", fault, "a full path")) from None
     import platformdirs  # noqa: PLC0415  # not needed if the folder is given
 
     return Path(platformdirs.user_cache_dir("eomgen"))
@@ -156,9 +156,9 @@ class Cache:
                 shutil.rmtree(private, ignore_errors=True)
             if not isinstance(error, OSError):
                 raise
-            what = f"a compiled model cannot be kept: {error.strerror or error}"
+            fault = f"a compiled model cannot be kept: {error.strerror or error}"
             raise FileError(
-                Problem(f"cache {self.folder}", what, "space there, or EOMGEN_CACHE=<another folder>")
+                Problem(f"cache {self.folder}", fault, "space there, or EOMGEN_CACHE=<another folder>")
             ) from error
         finally:
             if held is not None:

@@ -342,15 +342,15 @@ def faults_in(output: str, written: Mapping[str, str]) -> list[Problem]:
     output : of the compiler, with its command
     written : names of these files, by the names given to the compiler
     """
-    found: dict[tuple[str, str], Problem] = {}
+    result: dict[tuple[str, str], Problem] = {}
     for name, shown_as in written.items():
         if f"/{name} " not in output:  # the command was for another file
             continue
-        for file, line, what in _FAULT.findall(output):
+        for file, line, fault in _FAULT.findall(output):
             if file.rpartition("/")[2] == shown_as:
-                problem = Problem(f"{shown_as}:{line}", f"the C compiler finds {what}", _C_HINT)
-                found.setdefault((shown_as, line), problem)
-    return list(found.values())
+                problem = Problem(f"{shown_as}:{line}", f"the C compiler finds {fault}", _C_HINT)
+                result.setdefault((shown_as, line), problem)
+    return list(result.values())
 
 
 def library_suffix() -> str:
@@ -393,12 +393,12 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: Running |
         ) from error
     printed = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
     if process.returncode != 0 and (full := next((word for word in _FULL if word in complaints), None)):
-        what = f"the compiler found no room here, or in {tempfile.gettempdir()} for its own files: {full}"
+        fault = f"the compiler found no room here, or in {tempfile.gettempdir()} for its own files: {full}"
         hint = "space there, or EOMGEN_CACHE=<another folder>, or TMPDIR=<another folder>"
-        raise FileError(Problem(str(made.parent.parent), what, hint))
+        raise FileError(Problem(str(made.parent.parent), fault, hint))
     if process.returncode == 0 and not made.is_file():
-        what = f"{shlex.join(command)} reported success but wrote no {made.name}, and said:\n{printed}\n"
-        raise ToolchainError(Problem(where, what, "another compiler with CC=..."))
+        fault = f"{shlex.join(command)} reported success but wrote no {made.name}, and said:\n{printed}\n"
+        raise ToolchainError(Problem(where, fault, "another compiler with CC=..."))
     if process.returncode != 0:
         raise ToolchainError(
             Problem(

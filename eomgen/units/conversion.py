@@ -106,13 +106,13 @@ def misplaced(label: str, unit: str) -> str:
     unit : that is expected, coherent in SI
     """
     factors = read_unit(label)
-    found, wanted = (
+    result, wanted = (
         {name: power for name, power in measure(each)[1].items() if name != _ANGLE}
         for each in (factors, read_unit(unit))
     )
     words = _words(factors)
     named = words if words.startswith("in ") else f"{words} ({label.strip()})"
-    return "" if found == wanted else f"{named}, {_expected(unit)}"
+    return "" if result == wanted else f"{named}, {_expected(unit)}"
 
 
 def to_si(quantity: Quantity) -> tuple[float, str]:

@@ -24,8 +24,8 @@ def check_points(where: str, points: ArrayLike) -> None:
     found = np.asarray(points, dtype=float)
     if found.ndim != 2 or found.shape[1] != 2 or not np.all(np.isfinite(found)):
         finite = "" if np.all(np.isfinite(found)) else ", with what is no finite number"
-        what = f"an array of shape {found.shape}{finite}"
-        raise UsageError(Problem(where, what, "finite numbers of shape (points, 2)"))
+        fault = f"an array of shape {found.shape}{finite}"
+        raise UsageError(Problem(where, fault, "finite numbers of shape (points, 2)"))
 
 
 def check_sea(components: Components, depth: float, order: int, gravity: float) -> None:
@@ -35,8 +35,8 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
     if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):
         raise UsageError(Problem(where, f"wave vectors have the shape {vectors.shape}", "(n, 2), at least one"))
     if amplitude.shape != (len(vectors),) or phase.shape != (len(vectors),):
-        what = f"{len(vectors)} wave vectors have amplitudes of shape {amplitude.shape} and phases of {phase.shape}"
-        raise UsageError(Problem(where, what, f"({len(vectors)},) each"))
+        fault = f"{len(vectors)} wave vectors have amplitudes of shape {amplitude.shape} and phases of {phase.shape}"
+        raise UsageError(Problem(where, fault, f"({len(vectors)},) each"))
     if not all(np.all(np.isfinite(x)) for x in (vectors, amplitude, phase)):
         raise UsageError(Problem(where, "a wave vector, an amplitude or a phase is no finite number"))
     if np.any(amplitude < 0.0):
@@ -50,26 +50,26 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
     k = np.hypot(*vectors.T)
     if not np.all(k > 0.0):
         number = int(np.argmin(k))
-        what = f"component {number} has the wave vector (0, 0), which is a change of the water's level and no wave"
-        raise UsageError(Problem(where, what, "components with a wave number above 0"))
+        fault = f"component {number} has the wave vector (0, 0), which is a change of the water's level and no wave"
+        raise UsageError(Problem(where, fault, "components with a wave number above 0"))
     if len(np.unique(vectors, axis=0)) < len(vectors):
         raise UsageError(Problem(where, "two components have the same wave vector", "one with the sum of both"))
     steep = k * amplitude / np.tanh(np.minimum(k * depth, 700.0))
     if np.any(steep >= 1.0):
         number = int(np.argmax(steep))
-        what = f"component {number} has k A coth(k h) = {steep[number]:.4g}; from 1 on a wave crosses itself"
-        raise UsageError(Problem(where, what, f"an amplitude below {amplitude[number] / steep[number]:.4g} m"))
+        fault = f"component {number} has k A coth(k h) = {steep[number]:.4g}; from 1 on a wave crosses itself"
+        raise UsageError(Problem(where, fault, f"an amplitude below {amplitude[number] / steep[number]:.4g} m"))
     highest = np.array([0.5 * breaking_height(float(one), depth) for one in k])
     if order == 2 and np.any(amplitude > highest):
         number = int(np.argmax(amplitude / highest))
-        what = f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of"
-        what = f"{what} {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m"
-        raise UsageError(Problem(where, what, "a smaller amplitude, or order = 1: Gerstner's waves do not break"))
+        fault = f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of"
+        fault = f"{fault} {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m"
+        raise UsageError(Problem(where, fault, "a smaller amplitude, or order = 1: Gerstner's waves do not break"))
     if order == 2 and 4.0 * len(k) ** 2 * len(ENTRIES) > MOST_MEMORY:
-        what = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes"
+        fault = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes"
         need = 4.0 * len(k) ** 2 * len(ENTRIES) / 1e9
         hint = "fewer components, order = 1, or a SteppedSea, whose second order needs no pairs"
-        raise UsageError(Problem(where, f"{what} {need:.3g} GB", hint))
+        raise UsageError(Problem(where, f"{fault} {need:.3g} GB", hint))
 
 
 def warn_of_doubtful_waves(vectors: Array, amplitude: Array, depth: float, order: int) -> None:

@@ -224,19 +224,19 @@ class PairTape:
     def _pair(self) -> tuple[Ref, ...]:
         self.tape.blocks.append((len(self.tape.op), "a pair: sum and difference of wave vectors and frequencies"))
         values = self._shared()
-        found = dict(zip(("Bp", "Xp", "Yp", "Zp"), self._kernel("sum", values, "s"), strict=True))
-        found |= zip(("Bm", "Xm", "Ym", "Zm"), self._kernel("difference", values, "d"), strict=True)
-        found |= {"w": values["w"], "Dx": self._algebra.zero, "Dy": self._algebra.zero}
-        return tuple(found[name].ref for name in self.case.entries)
+        result = dict(zip(("Bp", "Xp", "Yp", "Zp"), self._kernel("sum", values, "s"), strict=True))
+        result |= zip(("Bm", "Xm", "Ym", "Zm"), self._kernel("difference", values, "d"), strict=True)
+        result |= {"w": values["w"], "Dx": self._algebra.zero, "Dy": self._algebra.zero}
+        return tuple(result[name].ref for name in self.case.entries)
 
     def _degenerate(self) -> tuple[Ref, ...]:
         self.tape.blocks.append((len(self.tape.op), "a pair of equal frequencies: it drifts, and a part stands still"))
         values = self._shared()
         drift_x, drift_y, *still = self._kernel("degenerate", values, "d")
-        found = dict(zip(("Bp", "Xp", "Yp", "Zp"), self._kernel("sum", values, "s"), strict=True))
-        found |= dict(zip(("Xm", "Ym", "Zm"), still, strict=True))
-        found |= {"Bm": self._algebra.zero, "w": self._algebra.zero, "Dx": drift_x, "Dy": drift_y}
-        return tuple(found[name].ref for name in self.case.entries)
+        result = dict(zip(("Bp", "Xp", "Yp", "Zp"), self._kernel("sum", values, "s"), strict=True))
+        result |= dict(zip(("Xm", "Ym", "Zm"), still, strict=True))
+        result |= {"Bm": self._algebra.zero, "w": self._algebra.zero, "Dx": drift_x, "Dy": drift_y}
+        return tuple(result[name].ref for name in self.case.entries)
 
     def _own(self) -> tuple[Ref, ...]:
         self.tape.blocks.append((len(self.tape.op), "a component with itself: the kernel of a pair counts it twice"))

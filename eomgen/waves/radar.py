@@ -51,8 +51,8 @@ class Radar:
         if not self.range_to_velocity >= 0.0 or not math.isfinite(self.range_to_velocity):
             raise UsageError(Problem("Radar: range_to_velocity", f"{self.range_to_velocity:.6g} s is below 0"))
         if not 0.0 <= self.incidence < 0.5 * math.pi:
-            what = f"{self.incidence:.6g} rad is not from 0 to below pi/2"
-            raise UsageError(Problem("Radar: incidence", what, "the angle from the vertical, 0.4 for 23 degrees"))
+            fault = f"{self.incidence:.6g} rad is not from 0 to below pi/2"
+            raise UsageError(Problem("Radar: incidence", fault, "the angle from the vertical, 0.4 for 23 degrees"))
 
     @property
     def sight(self) -> Array:
@@ -105,8 +105,10 @@ class Radar:
         reach = 4.0 * np.array([moved + self.range_to_velocity * seen, moved])
         count = np.prod((np.array([np.ptp(x), np.ptp(y)]) + 2.0 * reach) / apart)
         if count > _MOST_LABELS:
-            what = f"{count:.3g} labels are needed, more than {_MOST_LABELS:.0e}: facets move by up to {reach[0]:.4g} m"
-            raise UsageError(Problem("Radar.image", what, "larger cells, fewer labels_per_cell, or a smaller R/V"))
+            fault = (
+                f"{count:.3g} labels are needed, more than {_MOST_LABELS:.0e}: facets move by up to {reach[0]:.4g} m"
+            )
+            raise UsageError(Problem("Radar.image", fault, "larger cells, fewer labels_per_cell, or a smaller R/V"))
         a, b = (
             np.arange(edges[0] - far + 0.5 * step, edges[-1] + far, step)
             for edges, far, step in zip((x, y), reach, apart, strict=True)
@@ -133,8 +135,8 @@ class Radar:
         _check_direction("Radar.line", direction)
         moved = direction * profile.x + self.range_to_velocity * math.cos(self.incidence) * profile.w
         weights = np.abs(profile.xa) * length / len(profile.labels)
-        found, _ = np.histogram(np.mod(moved, length), cells, (0.0, length), weights=weights)
-        return np.asarray(found * cells / length)
+        result, _ = np.histogram(np.mod(moved, length), cells, (0.0, length), weights=weights)
+        return np.asarray(result * cells / length)
 
     # -- statistics of first order ----------------------------------------------------------------------------------
 
@@ -190,17 +192,17 @@ class Radar:
         check_whole("Radar.intensity_spectrum: count", count, 1, _MOST_CELLS, "100")
         multiple = k * length / (2.0 * math.pi)
         if np.any(np.abs(multiple - np.rint(multiple)) > 1e-6):
-            what = f"the waves do not repeat themselves after {length:.6g} m"
+            fault = f"the waves do not repeat themselves after {length:.6g} m"
             hint = "the length that discretized(spectrum, length=...) had; 2 pi over the distance of two wave numbers"
-            raise UsageError(Problem("Radar.intensity_spectrum: length", what, hint))
+            raise UsageError(Problem("Radar.intensity_spectrum: length", fault, hint))
         wanted = 2.0 * math.pi / length * np.arange(1, count + 1)
         moved = math.sqrt(float(np.sum(spectrum.energy * change**2)))
         # lags that resolve the wave number asked for, the sea, and the decay of exp(-k^2 V/2)
         finest = max(4.0 * wanted[-1], 4.0 * float(k.max()) * (1.0 + float(wanted[-1]) * moved))
         points = 2 ** math.ceil(math.log2(max(16.0, finest * length / math.pi)))
         if points * count > _MOST_TERMS:
-            what = f"{count} wave numbers need {points} lags each"
-            raise UsageError(Problem("Radar.intensity_spectrum: count", what, "fewer, or a shorter length"))
+            fault = f"{count} wave numbers need {points} lags each"
+            raise UsageError(Problem("Radar.intensity_spectrum: count", fault, "fewer, or a shorter length"))
         lag = length / points * np.arange(points)
         V, S, G = np.zeros(points), np.zeros(points), np.zeros(points)
         for k_j, m_j, energy in zip(k, change, spectrum.energy, strict=True):
@@ -208,8 +210,8 @@ class Radar:
             V += 2.0 * energy * m_j**2 * (1.0 - cosine)
             S += energy * k_j * m_j * np.sin(k_j * lag)
             G += energy * k_j**2 * cosine
-        found = [np.mean(((1.0 + 1j * K * S) ** 2 + G) * np.exp(-0.5 * K**2 * V - 1j * K * lag)).real for K in wanted]
-        return np.array(found)
+        result = [np.mean(((1.0 + 1j * K * S) ** 2 + G) * np.exp(-0.5 * K**2 * V - 1j * K * lag)).real for K in wanted]
+        return np.array(result)
 
     def critical_amplitude(
         self, wave_number: float, direction: Literal[1, -1] = 1, gravity: float = STANDARD_GRAVITY
@@ -224,8 +226,8 @@ class Radar:
         """Return wave numbers, and the multiple of each amplitude by which a facet is moved along the waves."""
         k = np.hypot(*spectrum.vectors.T)
         if np.any(np.abs(spectrum.vectors[:, 1]) > 1e-12 * k):
-            what = "waves run across the flight; there is a closed form for those along x alone"
-            raise UsageError(Problem(f"Radar.{name}", what, "bunching(sea, labels, time), or heading = 0"))
+            fault = "waves run across the flight; there is a closed form for those along x alone"
+            raise UsageError(Problem(f"Radar.{name}", fault, "bunching(sea, labels, time), or heading = 0"))
         spectrum.check_deep(f"Radar.{name}", "bunching(sea, labels, time) of realisations")
         return k, self._change(np.sqrt(gravity * k), np.sign(spectrum.vectors[:, 0]))
 
@@ -288,19 +290,19 @@ def _cubic(y0: Array, y1: Array, d0: Array, d1: Array, part: Array) -> Array:
 
 
 def _edges(name: str, edges: ArrayLike) -> Array:
-    found = np.asarray(edges, dtype=float)
-    if found.ndim != 1 or len(found) < 2 or not np.all(np.diff(found) > 0.0):
+    result = np.asarray(edges, dtype=float)
+    if result.ndim != 1 or len(result) < 2 or not np.all(np.diff(result) > 0.0):
         raise UsageError(Problem(f"Radar.image: {name}", "edges have to increase, two at least"))
-    widths = np.diff(found)
-    if not np.all(np.isfinite(found)) or np.ptp(widths) > 1e-6 * widths.mean():
-        what = f"cells are {widths.min():.6g} to {widths.max():.6g} m wide"
+    widths = np.diff(result)
+    if not np.all(np.isfinite(result)) or np.ptp(widths) > 1e-6 * widths.mean():
+        fault = f"cells are {widths.min():.6g} to {widths.max():.6g} m wide"
         raise UsageError(
-            Problem(f"Radar.image: {name}", what, "edges that are equally spaced, np.linspace(0, 800, 81)")
+            Problem(f"Radar.image: {name}", fault, "edges that are equally spaced, np.linspace(0, 800, 81)")
         )
-    return found
+    return result
 
 
 def _check_direction(where: str, direction: int) -> None:
     if direction not in (1, -1):
-        what = f"{direction!r} is none"
-        raise UsageError(Problem(f"{where}: direction", what, "1 with the flight, -1 against it"))
+        fault = f"{direction!r} is none"
+        raise UsageError(Problem(f"{where}: direction", fault, "1 with the flight, -1 against it"))

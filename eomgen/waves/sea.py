@@ -131,16 +131,16 @@ class Sea:
         if np.any(doppler):
             current = np.linalg.lstsq(vectors, doppler, rcond=None)[0]
             if np.abs(vectors @ current - doppler).max() > 1e-9 * np.abs(doppler).max():
-                what = "what changes sign with the wave vector is not linear in it, so it is no uniform current's"
-                raise UsageError(Problem("Sea: dispersion", what, "w.gravity_waves + U * w.kx"))
+                fault = "what changes sign with the wave vector is not linear in it, so it is no uniform current's"
+                raise UsageError(Problem("Sea: dispersion", fault, "w.gravity_waves + U * w.kx"))
         restoring = row["w"] ** 2 * row["C"] / row["k"]
         if np.ptp(restoring) > 1e-9 * restoring.max():
-            what = (
+            fault = (
                 f"w^2 coth(k h) / k is {restoring.min():.6g} to {restoring.max():.6g} m/s^2; the pressure at the"
                 " surface is the same everywhere only where it is the same for all waves"
             )
             raise UsageError(
-                Problem("Sea: dispersion", what, "w.gravity_waves, with terms that are linear in kx and ky")
+                Problem("Sea: dispersion", fault, "w.gravity_waves, with terms that are linear in kx and ky")
             )
         return current, float(np.mean(restoring))
 
@@ -151,8 +151,8 @@ class Sea:
     def _tables(self, c: float) -> tuple[Array, Array, Array | None, Array]:
         """Return columns, self-interactions of components, the table of pairs and the levels at a depth."""
         if not -self.depth <= c <= HIGHEST / float(np.hypot(*self.vectors.T).max()):
-            what = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0"
-            raise UsageError(Problem("Sea: c", what, "0 for the surface, negative below"))
+            fault = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0"
+            raise UsageError(Problem("Sea: c", fault, "0 for the surface, negative below"))
         made, p = self._of(surface=c == 0.0), self._numbers(c)
         given = np.array([self.gravity, p[1], p[2]])
         columns = made.components(self.vectors, given)
@@ -226,8 +226,8 @@ class Sea:
             Waves of several directions, wave numbers that are no multiples of one, or too few labels.
         """
         if self.spread:
-            what = "the waves have several directions"
-            raise UsageError(Problem("Sea.profile", what, "surface(labels, time), or waves of one direction"))
+            fault = "the waves have several directions"
+            raise UsageError(Problem("Sea.profile", fault, "surface(labels, time), or waves of one direction"))
         check_number("Sea: time", time, "s")
         columns, own, table, level = self._surface_tables
         unit, number = multiples(np.hypot(*self.vectors.T))
@@ -413,9 +413,9 @@ class Sea:
                 factor[worse] *= 0.5
             labels[open_], off[open_] = tried, found
         bad = wanted[np.argmax(np.hypot(*off.T))]
-        what = f"no single particle of the surface is above x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g} s"
+        fault = f"no single particle of the surface is above x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g} s"
         hint = "waves that are less steep: where the Jacobian of surface(labels, t) is negative, the water folds over"
-        raise NumericalError(Problem("Sea.labels_at", what, hint))
+        raise NumericalError(Problem("Sea.labels_at", fault, hint))
 
     def at(self, points: ArrayLike, time: float) -> Motion:
         """Return the particles of the surface that are above points (points, 2) in the plane; see ``labels_at``."""
@@ -439,8 +439,8 @@ class Sea:
         except ValueError:
             what = f"shapes {np.shape(x)} and {np.shape(y)} do not go together"
             raise UsageError(Problem("Sea: x and y", what, "as many y as x, or one for all")) from None
-        found = getattr(self.at(np.column_stack((x.ravel(), y.ravel())), time), what)
-        return np.asarray(found).reshape(*x.shape, 3)
+        result = getattr(self.at(np.column_stack((x.ravel(), y.ravel())), time), what)
+        return np.asarray(result).reshape(*x.shape, 3)
 
     def _own_labels(self, labels: ArrayLike) -> Array:
         """Return labels along and across the waves' direction, (2, points)."""

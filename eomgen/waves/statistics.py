@@ -91,7 +91,7 @@ def statistics_of(spectrum: DiscreteSpectrum) -> SeaStatistics:
     k = np.hypot(*spectrum.vectors.T)
     along = spectrum.vectors @ spectrum.vectors[0] / k[0]
     if np.any(np.abs(along - k) > 1e-12 * k):
-        what = "there are closed forms for waves of one direction alone, and these have several"
-        raise UsageError(Problem("statistics_of", what, "a spectrum without spreading, or realisations"))
+        fault = "there are closed forms for waves of one direction alone, and these have several"
+        raise UsageError(Problem("statistics_of", fault, "a spectrum without spreading, or realisations"))
     spectrum.check_deep("statistics_of", "realisations, and their means")
     return SeaStatistics(k, spectrum.energy)

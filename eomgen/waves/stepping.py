@@ -141,11 +141,11 @@ class SteppedSea:
         ramp: Ramp | None = None,
     ) -> None:
         if min(lengths) <= 0.0 or min(counts) < 1:
-            what = f"lengths {lengths} m and {counts} labels are not above 0"
-            raise UsageError(Problem("SteppedSea", what, "along x and y; any length with one label along y"))
+            fault = f"lengths {lengths} m and {counts} labels are not above 0"
+            raise UsageError(Problem("SteppedSea", fault, "along x and y; any length with one label along y"))
         if sea.vorticity != "none":
-            what = f"particles of a sea with vorticity = {sea.vorticity!r} do not drift, and stepped ones do"
-            raise UsageError(Problem("SteppedSea: sea", what, 'vorticity = "none"'))
+            fault = f"particles of a sea with vorticity = {sea.vorticity!r} do not drift, and stepped ones do"
+            raise UsageError(Problem("SteppedSea: sea", fault, 'vorticity = "none"'))
         self.composition: Composition = composition_named(method, first=first)
         self._sea, self.time, self._start, self._ramp = sea, float(time), float(time), ramp
         self._counts, self._lengths = counts, lengths
@@ -248,13 +248,13 @@ class SteppedSea:
         off = np.abs(multiples - index) > _CLOSE * np.hypot(*multiples.T)[:, None] + 1e-12
         if np.any(off | np.isnan(multiples)):
             number = int(np.argmax(np.any(off | np.isnan(multiples), axis=1)))
-            what = f"component {number} is ({multiples[number, 0]:.6g}, {multiples[number, 1]:.6g}) times 2 pi/length"
-            raise UsageError(Problem("SteppedSea: lengths", what, "lengths that all components divide"))
+            fault = f"component {number} is ({multiples[number, 0]:.6g}, {multiples[number, 1]:.6g}) times 2 pi/length"
+            raise UsageError(Problem("SteppedSea: lengths", fault, "lengths that all components divide"))
         highest = np.abs(index).max(axis=0)
         for axis, name in enumerate("xy"):
             if self._counts[axis] <= 4 * highest[axis]:
-                what = f"{self._counts[axis]} labels along {name} take sums of waves for others"
-                raise UsageError(Problem("SteppedSea: counts", what, f"{int(4 * highest[axis]) + 1} or more"))
+                fault = f"{self._counts[axis]} labels along {name} take sums of waves for others"
+                raise UsageError(Problem("SteppedSea: counts", fault, f"{int(4 * highest[axis]) + 1} or more"))
         whole: NDArray[np.int64] = index.astype(np.int64)
         return whole
 

@@ -99,10 +99,10 @@ def test_every_byte_is_what_a_compiler_reads_of_it(tmp_path: Path) -> None:
     rows = tuple(zip(*[iter(numbers[: 7 * (LARGE // 7 + 1)])] * 7, strict=True))
     (table,) = curve_tables([ProgramCurve("all", rows, "hold", 0.0, 0.0)])
     assert table.packed and not table.shared
-    lines = "\n".join(table.lines)
     source, program = tmp_path / "bytes.c", tmp_path / "bytes"
     source.write_text(
-        f"#include <stdio.h>\nstatic const unsigned char table[][{table.size}] = {{\n{lines}\n}};\nint main(void)\n{{\n"
+        f"#include <stdio.h>\nstatic const unsigned char table[][{table.size}] = {{\n{table.text}\n}};\n"
+        "int main(void)\n{\n"
         "    size_t k;\n    for (k = 0; k < sizeof table / sizeof table[0]; ++k)\n"
         "        fwrite(table[k], 1, sizeof table[0] - 1, stdout);\n    return 0;\n}\n"
     )

@@ -138,7 +138,8 @@ def test_steps_evaluate_what_equations_read_of_the_base(
     assert program.base_of_step is not None
     text = str(program.base_of_step.statements)
     assert all(text.count(f"{function!r}") == 1 for function in functions)
-    step = generate_files(program)[f"{name}_step.c"]
+    step, outputs = generate_files(program)[f"{name}_step.c"].split(f"\n{name}_status {name}_simulator_outputs(")
+    assert outputs.count(f"{name}_base(") == 1  # outputs of the scene may read all components
     assert step.count(f"{name}_base(") == 0
     assert step.count(f"{name}_base_of_step(") == 2
 

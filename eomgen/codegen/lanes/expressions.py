@@ -277,9 +277,9 @@ class Expressions(ABC):
         right = self.truths(self.value(node.right))
         self.region = outer
         asked = f"{outer.mask} & {first}" if joint else f"{outer.mask} & ~{first}"
-        found = f"{first} & {right}" if joint else f"{first} | {right}"
+        result = f"{first} & {right}" if joint else f"{first} | {right}"
         begin = f"const eg_wholes {first} = {left}; eg_wholes {here} = {asked};"
-        return Value(f"({{ {begin} eg_any({here}) ? {found} : {first}; }})", Truths())
+        return Value(f"({{ {begin} eg_any({here}) ? {result} : {first}; }})", Truths())
 
     def _for_all(self, node: Any) -> Value:
         """Return an operand that is evaluated in all lanes, also if its condition does not hold."""

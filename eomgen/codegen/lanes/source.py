@@ -168,15 +168,15 @@ def _read_type(item: Any, source: Source) -> None:
 
 
 def _parameters(node: Any, source: Source) -> list[tuple[str, Type]]:
-    found = []
+    result = []
     for parameter in node.args.params if node.args else []:
         kind = type_of(parameter.type, source)
         if isinstance(kind, Void):
             continue
         if isinstance(kind, Array):
             kind = Pointer(kind.of)
-        found.append((parameter.name or "", kind))
-    return found
+        result.append((parameter.name or "", kind))
+    return result
 
 
 def _read_foreign(item: Any, source: Source) -> None:
@@ -287,10 +287,10 @@ class _References(c_ast.NodeVisitor):  # type: ignore[misc]
 
 
 def _counters(item: Any) -> frozenset[str]:
-    found = _References()
-    found.visit(item.body)
+    result = _References()
+    result.visit(item.body)
     return frozenset(
         name
-        for name, count in found.in_loops.items()
-        if count == found.everywhere[name] and name not in found.set_in_bodies
+        for name, count in result.in_loops.items()
+        if count == result.everywhere[name] and name not in result.set_in_bodies
     )

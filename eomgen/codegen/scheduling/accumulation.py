@@ -182,7 +182,7 @@ def _pieces(table: NDArray[np.int64], fixed_from: int) -> list[tuple[int, int]]:
     moves = ~np.any(steps[:, fixed_from:], axis=1)
     alike = np.zeros(len(table), dtype=bool)  # whether a row and the two after it are equally spaced
     alike[:-2] = moves[1:] & moves[:-1] & np.all(steps[1:] == steps[:-1], axis=1)
-    found: list[tuple[int, int]] = []
+    result: list[tuple[int, int]] = []
     first = 0
     while first < len(table):
         end = first + 1
@@ -190,6 +190,6 @@ def _pieces(table: NDArray[np.int64], fixed_from: int) -> list[tuple[int, int]]:
             while alike[end - 1]:
                 end += 1
             end += 1
-        found.append((first, end))
+        result.append((first, end))
         first = end
-    return found
+    return result

@@ -31,7 +31,7 @@ def program_loop(run: RunLoop) -> ProgramLoop:
     loop = run.loop
     position_of = {ref: position for position, ref in enumerate(loop.gathered)}
     slots = [ranges([position_of[ref] for ref in slot]) for slot in loop.gather]
-    tabled = [slot for slot, found in zip(loop.gather, slots, strict=True) if len(found) > MOST_RANGES]
+    tabled = [slot for slot, result in zip(loop.gather, slots, strict=True) if len(result) > MOST_RANGES]
     results = (loop.sums, loop.last, loop.stacked)
     # a loop within would need a workspace, which the functions of Maps have none of
     kernel = schedule(loop.kernel, results, KERNEL_BLOCKS, part_limit=10**9, fill=False, reroll=False)
@@ -42,7 +42,7 @@ def program_loop(run: RunLoop) -> ProgramLoop:
         gathered=len(loop.gathered),
         results=0 if run.additions else loop.size,
         constants=loop.elements,
-        index=tuple(tuple(found) if len(found) <= MOST_RANGES else () for found in slots),
+        index=tuple(tuple(result) if len(result) <= MOST_RANGES else () for result in slots),
         places=tuple(tuple(position_of[slot[element]] for slot in tabled) for element in range(loop.count))
         if tabled
         else (),

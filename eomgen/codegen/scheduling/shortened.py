@@ -34,9 +34,9 @@ def counted(
         taken, stored = ([_ordered(expression, order) for expression in side] for side in (read, given))
         varying = [expression for expression in (*taken, *stored) if _varies(expression)]
         moving = [_plain(expression)[0] == "row" for expression in varying]
-        found = stretches([_column(expression, count) for expression in varying], moving)
-        if 2 * sum(stretch.period for stretch in found) <= count:
-            return _cut(found, statements, taken, stored)
+        result = stretches([_column(expression, count) for expression in varying], moving)
+        if 2 * sum(stretch.period for stretch in result) <= count:
+            return _cut(result, statements, taken, stored)
     return [whole]
 
 
@@ -146,12 +146,12 @@ def _choice(expression: Expression) -> Expression:
     if not _is_table(expression):
         return expression
     plain = _plain(expression)
-    found: list[tuple[Any, ...]] = []
+    result: list[tuple[Any, ...]] = []
     if plain[0] == "numbers":
         for end, value in enumerate(plain[1], 1):
-            if found and repr(found[-1][1]) == repr(value):
-                found.pop()
-            found.append((end, value))
-        return _signed(expression, ("choice", "numbers", *found)) if len(found) <= MOST_RANGES else expression
-    found += ranges(plain[2])
-    return _signed(expression, ("choice", plain[1], *found)) if len(found) <= MOST_RANGES else expression
+            if result and repr(result[-1][1]) == repr(value):
+                result.pop()
+            result.append((end, value))
+        return _signed(expression, ("choice", "numbers", *result)) if len(result) <= MOST_RANGES else expression
+    result += ranges(plain[2])
+    return _signed(expression, ("choice", plain[1], *result)) if len(result) <= MOST_RANGES else expression

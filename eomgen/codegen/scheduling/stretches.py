@@ -57,14 +57,14 @@ def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[
 
 def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
     """Cut places in ranges of equally spaced ones: (end, start, step) if place k < end is start + step k."""
-    found: list[tuple[int, int, int]] = []
+    result: list[tuple[int, int, int]] = []
     for k, place in enumerate(places):
-        if found and found[-1][1] + found[-1][2] * k == place:
-            found[-1] = (k + 1, *found[-1][1:])
+        if result and result[-1][1] + result[-1][2] * k == place:
+            result[-1] = (k + 1, *result[-1][1:])
         else:
             step = places[k + 1] - place if k + 1 < len(places) else 0
-            found.append((k + 1, place - step * k, step))
-    return found
+            result.append((k + 1, place - step * k, step))
+    return result
 
 
 def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[Stretch]:
@@ -104,7 +104,7 @@ def _longest(
 
 def _periods(codes: NDArray[np.intp]) -> list[int]:
     """Return distances at which windows are equal, the most frequent ones of each length of windows."""
-    found: set[int] = set()
+    result: set[int] = set()
     for window in _WINDOWS:
         size = len(codes) - window + 1
         if size < 2:
@@ -115,5 +115,5 @@ def _periods(codes: NDArray[np.intp]) -> list[int]:
         order = np.argsort(hashes, kind="stable")
         equal = hashes[order][1:] == hashes[order][:-1]
         distances = Counter((order[1:] - order[:-1])[equal].tolist())
-        found |= {distance for distance, _ in distances.most_common(_DISTANCES)}
-    return sorted(found)
+        result |= {distance for distance, _ in distances.most_common(_DISTANCES)}
+    return sorted(result)

@@ -62,8 +62,8 @@ def breakpoints_in_time(source: Tape, *, analytic: bool = True, nodes: bool = Fa
         needs = "a Taylor series needs smooth equations, or discontinuities at known times"
         if not analytic:
             needs = "its steps take the rates of accelerations, which jump at kinks, and these need known times"
-        what = f"{needs}; here are {listed}{_OF_BEAMS if nodes else ''}"
-        raise ModelError(Problem("method", what, "rk4 or generalized_alpha"))
+        fault = f"{needs}; here are {listed}{_OF_BEAMS if nodes else ''}"
+        raise ModelError(Problem("method", fault, "rk4 or generalized_alpha"))
     return tuple(by_time[key] for key in sorted(by_time))
 
 

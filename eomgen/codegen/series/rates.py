@@ -89,11 +89,11 @@ def _recorded(recurrence: Recurrence) -> tuple[Tape, list[tuple[str, int, str]],
 
 def _of_time(tape: Tape, outputs: Sequence[Ref]) -> set[int]:
     """Return the operations that depend on ``OF_TIME`` alone."""
-    found: set[int] = set()
+    result: set[int] = set()
     for node in tape.live(outputs):
-        if tape.op[node] not in LEAVES and all(_is_early(tape, abs(ref), found) for ref in tape.operands(node)):
-            found.add(node)
-    return found
+        if tape.op[node] not in LEAVES and all(_is_early(tape, abs(ref), result) for ref in tape.operands(node)):
+            result.add(node)
+    return result
 
 
 def _is_early(tape: Tape, node: int, early: set[int]) -> bool:

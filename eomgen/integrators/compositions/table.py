@@ -39,14 +39,14 @@ def leapfrog_recursion(order: int, forward: int, first: Part = "drift", name: st
         An odd or too high order, or fewer than one step.
     """
     if order not in range(2, HIGHEST_ORDER + 1, 2) or forward < 1:
-        what = f"there is no recursion of leapfrogs of order {order} with {forward} on either side"
-        raise UsageError(Problem("composition", what, f"an even order of 2 to {HIGHEST_ORDER}, and at least 1"))
+        fault = f"there is no recursion of leapfrogs of order {order} with {forward} on either side"
+        raise UsageError(Problem("composition", fault, f"an even order of 2 to {HIGHEST_ORDER}, and at least 1"))
     count = (2 * forward + 1) ** (order // 2 - 1)
     if count > MOST_LEAPFROGS:
-        what = f"a step of order {order} with {forward} leapfrogs on either side has {count} of them"
+        fault = f"a step of order {order} with {forward} leapfrogs on either side has {count} of them"
         fewer = int((MOST_LEAPFROGS ** (1.0 / (order // 2 - 1)) - 1.0) / 2.0)
         raise UsageError(
-            Problem("composition", what, f"at most {fewer} on either side at this order, or a lower order")
+            Problem("composition", fault, f"at most {fewer} on either side at this order, or a lower order")
         )
     label = name or (f"creutz_gocksch{order}_{forward}" if order > 2 else "leapfrog")
     fractions, levels = _recursion(order, forward)

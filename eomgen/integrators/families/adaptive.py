@@ -43,8 +43,8 @@ ACCURATE = 0.01
 def check_tolerance(tolerance: float) -> None:
     """Raise UsageError if a tolerance is out of its range."""
     if not (math.isfinite(tolerance) and SMALLEST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE):
-        what = f"the tolerance must lie in {SMALLEST_TOLERANCE:g}..{LARGEST_TOLERANCE:g}, not {tolerance:g}"
-        raise UsageError(Problem("tolerance", what, "1e-6"))
+        fault = f"the tolerance must lie in {SMALLEST_TOLERANCE:g}..{LARGEST_TOLERANCE:g}, not {tolerance:g}"
+        raise UsageError(Problem("tolerance", fault, "1e-6"))
 
 
 def tolerance_setting(tolerance: float) -> Setting:

@@ -169,21 +169,21 @@ class DiscontinuousGalerkin(OneFactorization):
         return (*super().statuses(constrained, angles), rotation_too_large(angles), GROWTH_STATUS)
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        found = self.operators
+        result = self.operators
         return {
             **linear_system(system, float(self.gamma) * step, samples, guarded=True, turned=True),
             "stages": self.degree + 1,
             "passes": self.passes,
             "gamma": float(self.gamma),
-            "nodes": [float(node) for node in found.nodes],
-            "first": numbers(product(found.modes, found.first)),
-            "later": numbers(product(found.modes, found.integration)),
-            "modes": numbers(found.modes),
-            "at_nodes": numbers(found.values),
-            "derivative": numbers(found.derivative),
+            "nodes": [float(node) for node in result.nodes],
+            "first": numbers(product(result.modes, result.first)),
+            "later": numbers(product(result.modes, result.integration)),
+            "modes": numbers(result.modes),
+            "at_nodes": numbers(result.values),
+            "derivative": numbers(result.derivative),
             "lag": self._lag,
             "refined": self.refined and not system.facts.constant_mass,
-            "input_times": [0.0, *(float(node) for node in found.nodes)],
+            "input_times": [0.0, *(float(node) for node in result.nodes)],
         }
 
     @property
@@ -265,17 +265,17 @@ def numbers(matrix: list[list[Fraction]]) -> list[list[float]]:
 
 @lru_cache(maxsize=16)
 def _linear_passes(method: DiscontinuousGalerkin) -> LinearPasses:
-    found = method.operators
+    result = method.operators
     return LinearPasses(
         float(method.gamma),
         method.passes,
         method.refined,
-        [float(node) for node in found.nodes],
-        numbers(product(found.modes, found.first)),
-        numbers(product(found.modes, found.integration)),
-        numbers(found.modes),
-        numbers(found.values),
-        numbers(found.derivative),
+        [float(node) for node in result.nodes],
+        numbers(product(result.modes, result.first)),
+        numbers(product(result.modes, result.integration)),
+        numbers(result.modes),
+        numbers(result.values),
+        numbers(result.derivative),
     )
 
 

@@ -66,16 +66,16 @@ def right_radau_nodes(size: int) -> tuple[Fraction, ...]:
         return now - before
 
     places = [Fraction(k, 64 * size * size) for k in range(64 * size * size)]
-    found = [root(difference, low, high) for low, high in pairwise(places) if difference(low) * difference(high) < 0]
-    return (*found, Fraction(1))
+    result = [root(difference, low, high) for low, high in pairwise(places) if difference(low) * difference(high) < 0]
+    return (*result, Fraction(1))
 
 
 def laguerre(degree: int, x: Fraction) -> list[Fraction]:
     """Return L_0(x) to L_degree(x)."""
-    found = [Fraction(1), 1 - x]
+    result = [Fraction(1), 1 - x]
     for k in range(1, degree):
-        found.append(((2 * k + 1 - x) * found[k] - k * found[k - 1]) / (k + 1))
-    return found[: degree + 1]
+        result.append(((2 * k + 1 - x) * result[k] - k * result[k - 1]) / (k + 1))
+    return result[: degree + 1]
 
 
 def root(function: Callable[[Fraction], Fraction], low: Fraction, high: Fraction) -> Fraction:

@@ -90,8 +90,8 @@ def partition_data(system: System) -> Mapping[str, Any]:
     """Return the data for the templates of coordinate partitioning. Raises ModelError for more rows than components."""
     nv, nl = velocities(system.factors), len(system.multipliers)
     if nl > nv:
-        what = f"there are {nl} constraint rows for {nv} velocity components: some repeat others"
-        raise ModelError(Problem("method", what, "leave out the rows that follow from others"))
+        fault = f"there are {nl} constraint rows for {nv} velocity components: some repeat others"
+        raise ModelError(Problem("method", fault, "leave out the rows that follow from others"))
     return {
         "matrices": False,
         "unknowns": {"v": nv, "lam": nl, "holonomic": system.holonomic, "eta": 0},

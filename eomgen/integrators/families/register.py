@@ -69,12 +69,12 @@ def families_of_others() -> tuple[type[Family], ...]:
 
 def family_named(name: str) -> type[Family]:
     """Return a family by its name. Raises UsageError."""
-    found = next((family for family in BUILT_IN if family.family == name), None)
-    found = found or next((family for family in families_of_others() if family.family == name), None)
-    if found is None:
-        what = f"there is no family of methods {shown(name)}"
-        raise UsageError(Problem("method", what, "the distribution that it came from"))
-    return found
+    result = next((family for family in BUILT_IN if family.family == name), None)
+    result = result or next((family for family in families_of_others() if family.family == name), None)
+    if result is None:
+        fault = f"there is no family of methods {shown(name)}"
+        raise UsageError(Problem("method", fault, "the distribution that it came from"))
+    return result
 
 
 def is_built_in(name: str) -> bool:

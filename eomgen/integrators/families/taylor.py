@@ -85,15 +85,15 @@ class Taylor(Family):
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.tolerance) and 0.0 <= self.tolerance <= 0.1):
-            what = f"the tolerance must lie in 0..0.1, not {self.tolerance:g}"
-            raise UsageError(Problem("tolerance", what, "1e-10, or 0 for steps of the time grid"))
+            fault = f"the tolerance must lie in 0..0.1, not {self.tolerance:g}"
+            raise UsageError(Problem("tolerance", fault, "1e-10, or 0 for steps of the time grid"))
         if 0.0 < self.tolerance < SMALLEST_TOLERANCE:
-            what = f"the tolerance {self.tolerance:g} is far below what double precision can tell"
-            raise UsageError(Problem("tolerance", what, "1e-16 or more, or 0 for steps of the time grid"))
+            fault = f"the tolerance {self.tolerance:g} is far below what double precision can tell"
+            raise UsageError(Problem("tolerance", fault, "1e-16 or more, or 0 for steps of the time grid"))
         if self.order == 0:
             if self.tolerance == 0.0:
-                what = "without a tolerance, the series needs an order"
-                raise UsageError(Problem("order", what, "order = 12, or a tolerance, from which the order follows"))
+                fault = "without a tolerance, the series needs an order"
+                raise UsageError(Problem("order", fault, "order = 12, or a tolerance, from which the order follows"))
             object.__setattr__(self, "order", order_for(self.tolerance))
         if self.order != int(self.order) or not 2 <= self.order <= MAX_ORDER:
             raise UsageError(

@@ -78,19 +78,19 @@ class Elimination:
 
 def _singular(samples: Mapping[tuple[int, int], Array], constrained: bool) -> ModelError:
     """Return the error for a matrix without enough pivots, with possible causes."""
-    what = "it is singular at the initial state: "
+    fault = "it is singular at the initial state: "
     if constrained:
-        what += "constraints repeat each other, or a mass is missing"
+        fault += "constraints repeat each other, or a mass is missing"
         hint = "remove constraints that say the same twice, and give every moving part a mass"
     else:
         sizes = np.abs(np.concatenate([np.ravel(values) for values in samples.values()]))
         sizes = sizes[np.logical_and(sizes > 0.0, np.isfinite(sizes))]
-        what += (
+        fault += (
             "a mass is missing, or masses and stiffnesses differ by more orders of magnitude than numbers have digits"
         )
-        what += f" (entries from {sizes.min():.1g} to {sizes.max():.1g})" if sizes.size else ""
+        fault += f" (entries from {sizes.min():.1g} to {sizes.max():.1g})" if sizes.size else ""
         hint = "give every moving part a mass, and stiffnesses and lengths that differ less"
-    return ModelError(Problem("iteration matrix", what, hint))
+    return ModelError(Problem("iteration matrix", fault, hint))
 
 
 def eliminate(
@@ -269,12 +269,12 @@ class _Active:
 
     def _sums(self, row: int) -> dict[int, Array]:
         """Return the sums of a row over the columns of each group, without the diagonal of its own."""
-        found: dict[int, Array] = {}
+        result: dict[int, Array] = {}
         for column, place in self.rows[row].items():
             group = self.group[column]
             if group >= 0 and (column != row or self.group[row] < 0):
-                found[group] = found.get(group, 0.0) + self.values[place]
-        return found
+                result[group] = result.get(group, 0.0) + self.values[place]
+        return result
 
     def _pivot_value(self, row: int, column: int) -> Array:
         own = self._value(row, column)

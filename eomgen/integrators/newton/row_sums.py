@@ -74,13 +74,13 @@ def with_row_sums(system: System) -> System:
 def _entries(system: System, function: Function) -> dict[str, dict[MatrixIndex, Ref]]:
     """Return the references of the nonzeros of K, C and M."""
     blocks = {block.name: block.refs for block in function.outputs}
-    found: dict[str, dict[MatrixIndex, Ref]] = {}
+    result: dict[str, dict[MatrixIndex, Ref]] = {}
     for name in ("K", "C", "M"):
         refs = blocks.get(name, ())
         packed = function.name == "iteration"
         indices = system.patterns.get(name, ()) if packed else [divmod(k, system.nv) for k in range(len(refs))]
-        found[name] = {index: ref for index, ref in zip(indices, refs, strict=True) if abs(ref) != ZERO}
-    return found
+        result[name] = {index: ref for index, ref in zip(indices, refs, strict=True) if abs(ref) != ZERO}
+    return result
 
 
 def _coordinates(system: System) -> dict[int, int]:
@@ -136,7 +136,7 @@ def _translated(
     along = dict(zip(terms, forward_partials(tape, terms, seeds), strict=True))
     touched = _touched(tape, terms, {key: group for group in groups for key in group}, coordinates)
     kept: list[list[int]] = []
-    found: set[Ref] = set()
+    result: set[Ref] = set()
     sums: dict[str, dict[int, Ref]] = {name: {} for name in _ALONG}
     for number, group in enumerate(groups):
         members = sum(1 << k for k in group)
@@ -144,7 +144,7 @@ def _translated(
         if any(along[term].get(2 * number + part, ZERO) != ZERO for term in mutual for part in (0, 1)):
             continue
         kept.append(list(group))
-        found |= mutual
+        result |= mutual
         for part, name in enumerate(_ALONG):
             for k in group:
                 total = ZERO
@@ -152,12 +152,12 @@ def _translated(
                     tangent = along[abs(ref)].get(2 * number + part, ZERO)
                     total = tape.add(total, tangent if ref > 0 else tape.mul(-ONE, tangent))
                 sums[name][k] = total
-    return kept, sums, found
+    return kept, sums, result
 
 
 def _summands(tape: Tape, ref: Ref) -> list[Ref]:
     """Return the summands of a reference, in their order."""
-    found: list[Ref] = []
+    result: list[Ref] = []
     left = [ref]
     while left:
         item = left.pop()
@@ -166,8 +166,8 @@ def _summands(tape: Tape, ref: Ref) -> list[Ref]:
             first, second = tape.operands(abs(item))
             left += [sign * (second if op is Op.ADD else -second), sign * first]
         elif abs(item) != ZERO:
-            found.append(item)
-    return found
+            result.append(item)
+    return result
 
 
 def _touched(
@@ -176,16 +176,16 @@ def _touched(
     """Return for each operation the coordinates of groups that it depends on, as a set of bits."""
     bits = {InputSymbol("q", coordinates[k]): 1 << k for k in members}
     bits |= {InputSymbol("v", k): 1 << k for k in members}
-    found: dict[int, int] = {}
+    result: dict[int, int] = {}
     for node in tape.live(terms):
         own = 0
         if tape.op[node] is Op.INPUT:
             own = bits.get(tape.inputs[tape.a[node]], 0)
         elif tape.op[node] not in LEAVES:
             for ref in tape.operands(node):
-                own |= found.get(abs(ref), 0)
-        found[node] = own
-    return found
+                own |= result.get(abs(ref), 0)
+        result[node] = own
+    return result
 
 
 def _resisting(system: System, groups: Sequence[Sequence[int]]) -> list[list[int]]:

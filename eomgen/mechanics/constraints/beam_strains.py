@@ -38,7 +38,7 @@ class ConstrainedStrains:
             return [element.section.length * element.strain[strain] for strain in beam.constrained]
 
         values = self.elements.each(gaps, f"constrained strains of beam {beam.name}")
-        found: list[Row] = []
+        result: list[Row] = []
         for number, (gap, (first, second)) in enumerate(zip(values, self.elements.pairs, strict=True), 1):
             places = [magnitude(part) for node in (first, second) for part in self.elements.nodes[node].origin]
             length = self.elements.sections[first].length
@@ -46,8 +46,8 @@ class ConstrainedStrains:
             for strain, value in zip(beam.constrained, gap, strict=True):
                 what = STRAINS[strain].replace("_", " along ")
                 name = f"{beam.name}: no {what} of element {number}"
-                found.append(Row(name, value, "m", size, length, length, group=self, number=len(found)))
-        return found
+                result.append(Row(name, value, "m", size, length, length, group=self, number=len(result)))
+        return result
 
     def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
         """Return the beam's part of B^T lam, (nv,).
@@ -75,12 +75,12 @@ def strain_rows(quantities: Quantities, generalized: Generalized) -> list[Row]:
 def section_multipliers(quantities: Quantities, rows: Rows | None, beam: Cosserat) -> list[list[Scalar]]:
     """Return for each element the section forces, N, of the strains that a beam does not have; 0 of rows left out."""
     count = len(beam.constrained)
-    found = [[quantities.algebra.zero] * count for _ in range(beam.elements)]
+    result = [[quantities.algebra.zero] * count for _ in range(beam.elements)]
     for place, row in enumerate([] if rows is None else rows.all):
         if isinstance(row.group, ConstrainedStrains) and row.group.beam is beam:
             element, strain = divmod(row.number, count)
-            found[element][strain] = quantities.input("lam", place)
-    return found
+            result[element][strain] = quantities.input("lam", place)
+    return result
 
 
 def add_section_forces(quantities: Quantities, rows: Rows | None, wrenches: list[Wrench | None]) -> None:

@@ -85,8 +85,8 @@ class AbsoluteQuantities(Quantities):
             tape = self.algebra.tape
             return Scalar(tape, jacobian_vector(tape, [self._wrapped(symbol.name, symbol.index).ref], self.rates)[0])
         if symbol.kind == "a":
-            what = f"the acceleration a.{symbol.name} of a joint is no quantity of absolute coordinates"
-            raise ModelError(what, "the acceleration of a point")
+            fault = f"the acceleration a.{symbol.name} of a joint is no quantity of absolute coordinates"
+            raise ModelError(fault, "the acceleration of a point")
         return super().__call__(symbol)
 
     def coordinate(self, joint: str, index: int = 0) -> Scalar:

@@ -74,7 +74,7 @@ class Centroidal:
     def _columns(self) -> list[Wrench]:
         """Momentum about the base's origin per unit of v, in base axes, angular first."""
         zero = self.algebra.zero_vector
-        found: list[Wrench] = [(zero, zero)] * self.tree.nv
+        result: list[Wrench] = [(zero, zero)] * self.tree.nv
         for index, link in enumerate(self.tree.links):
             with self.algebra.tape.block(f"momentum of joint {link.joint.name}"):
                 for k, dof in enumerate(link.dofs):
@@ -84,8 +84,8 @@ class Centroidal:
                         load = carry(self.tree.links[below], load)
                         below = self.tree.links[below].parent
                     ratio = link.coordinates.ratio
-                    found[dof] = summed(found[dof], (scaled(ratio, load[0]), scaled(ratio, load[1])))
-        return found
+                    result[dof] = summed(result[dof], (scaled(ratio, load[0]), scaled(ratio, load[1])))
+        return result
 
     def jacobian(self) -> list[Scalar]:
         """Return the Jacobian of the centre of mass, (3, nv) row by row, in world axes, base at rest."""

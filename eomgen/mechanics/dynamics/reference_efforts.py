@@ -50,8 +50,8 @@ class ReferenceEfforts:
         """
         coordinates = self.tree.coordinates[symbol.name]
         if any(joint.name == symbol.name and joint.mimic is not None for joint in self.scene.joints):
-            what = f"the joint {symbol.name} follows another and has no equation of its own"
-            raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", what, "the joint that it follows"))
+            fault = f"the joint {symbol.name} follows another and has no equation of its own"
+            raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", fault, "the joint that it follows"))
         if symbol.reference not in self._efforts:
             self._efforts[symbol.reference] = self._recorded(symbol.reference)
         return self._efforts[symbol.reference][coordinates.dofs[symbol.index]]
@@ -68,10 +68,10 @@ class ReferenceEfforts:
             return inverse_dynamics(moved, self.base, [None] * len(moved.links))
 
     def _given(self, reference: Reference) -> dict[tuple[str, int], Scalar]:
-        found: dict[tuple[str, int], Scalar] = {}
+        result: dict[tuple[str, int], Scalar] = {}
         for part, block in _BLOCKS:
             for joint, formula in getattr(reference, part):
                 coordinates = self.tree.coordinates[joint]
                 number = (coordinates.components if block == "q" else coordinates.dofs)[0]
-                found[block, number] = self.quantities.formula(formula)
-        return found
+                result[block, number] = self.quantities.formula(formula)
+        return result

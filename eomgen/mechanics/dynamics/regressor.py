@@ -97,12 +97,12 @@ def _of_joint(item: JointParameter, quantities: Quantities) -> Scalar:
 
 def parameter_values(algebra: Algebra, scene: Scene, number: Callable[[Formula], Scalar]) -> list[Scalar]:
     """Return the values of the parameters in the scene, in the order of columns."""
-    found: list[Scalar] = []
+    result: list[Scalar] = []
     for body in moving_bodies(scene):
         center = algebra.vector([number(item) for item in body.center_of_mass])
         tensor = tuple(number(entry) for entry in body.inertia)
         inertia = inertia_about_center(algebra, number(body.mass), center, tensor)
         S = inertia.second
-        found += [inertia.mass, *inertia.first, S[1][1] + S[2][2], S[0][0] + S[2][2], S[0][0] + S[1][1]]
-        found += [-S[0][1], -S[0][2], -S[1][2]]
-    return found + [number(item.value) for item in joint_parameters(scene)]
+        result += [inertia.mass, *inertia.first, S[1][1] + S[2][2], S[0][0] + S[2][2], S[0][0] + S[1][1]]
+        result += [-S[0][1], -S[0][2], -S[1][2]]
+    return result + [number(item.value) for item in joint_parameters(scene)]

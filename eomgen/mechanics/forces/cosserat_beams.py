@@ -214,25 +214,25 @@ class Chain:
         ----------
         more : further numbers for each element, which ``results`` takes
         """
-        found: dict[tuple[int, int], list[Scalar]] = {}
+        result: dict[tuple[int, int], list[Scalar]] = {}
         numbers = dict(zip(self.pairs, more or [()] * len(self.pairs), strict=True))
         for pair in self._alone:
-            found[pair] = results(self._element(pair), *numbers[pair])
+            result[pair] = results(self._element(pair), *numbers[pair])
         if repeated := self._repeated:
             tape = self.quantities.algebra.tape
             loop = _loop(self.sections, self.nodes, repeated, label, results, [numbers[pair] for pair in repeated])
             rows = add_map(tape, loop).rows
-            found |= {pair: [Scalar(tape, ref) for ref in row] for pair, row in zip(repeated, rows, strict=True)}
-        return [found[pair] for pair in self.pairs]
+            result |= {pair: [Scalar(tape, ref) for ref in row] for pair, row in zip(repeated, rows, strict=True)}
+        return [result[pair] for pair in self.pairs]
 
     def total(self, results: Results, label: str) -> list[Scalar]:
         """Return the sums over all elements of the results of a function of an element."""
         algebra = self.quantities.algebra
-        found = [results(self._element(pair)) for pair in self._alone]
+        result = [results(self._element(pair)) for pair in self._alone]
         if repeated := self._repeated:
             loop = _loop(self.sections, self.nodes, repeated, label, results, summed=True)
-            found.append([Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, loop).sums])
-        return [sum(parts, algebra.zero) for parts in zip(*found, strict=True)]
+            result.append([Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, loop).sums])
+        return [sum(parts, algebra.zero) for parts in zip(*result, strict=True)]
 
     def _element(self, pair: tuple[int, int]) -> Element:
         first, second = pair
@@ -280,9 +280,9 @@ def _section(quantities: Quantities, part: BeamElement) -> Section:
     strained = [algebra.scalar(length) * quantities.formula(strain) for strain in part.section.prestrain]
     rest = [algebra.scalar(initial) - strain for initial, strain in zip(part.twist, strained, strict=True)]
     rows = scalars(part.section.stiffness), scalars(part.section.damping)
-    found = with_linear_moments(algebra, *rows, length, [float(number) / length for number in part.twist])
+    result = with_linear_moments(algebra, *rows, length, [float(number) / length for number in part.twist])
     sizes = algebra.scalar(length), algebra.scalar(1.0 / length)
-    return Section(found.stiffness, found.damping, found.of_section, *sizes, rest)
+    return Section(result.stiffness, result.damping, result.of_section, *sizes, rest)
 
 
 def _loop(

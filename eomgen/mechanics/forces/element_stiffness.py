@@ -55,22 +55,22 @@ def with_linear_moments(
     share = length**2 / 12.0
     residual = _congruent(section, along)
     flexibility = [[section[i][j] + share * residual[i][j] for j in _SIX] for i in _SIX]
-    found = _inverse(algebra, flexibility, free)
+    result = _inverse(algebra, flexibility, free)
     for i in free:
         # 1/(1/x) need not be x.
         if residual[i][i].is_zero and all(stiffness[i][j].is_zero for j in free if j != i):
-            found[i][i] = stiffness[i][i]
-    of_section = _product(section, found)
+            result[i][i] = stiffness[i][i]
+    of_section = _product(section, result)
     for i in _SIX:
-        if i not in free or found[i][i].ref == stiffness[i][i].ref:
+        if i not in free or result[i][i].ref == stiffness[i][i].ref:
             of_section[i][i] = algebra.one
     if all(entry.is_zero for row in damping for entry in row):
-        return ElementStiffness(found, [list(row) for row in damping], of_section)
+        return ElementStiffness(result, [list(row) for row in damping], of_section)
     # Rates of strain in the middle, and s times the rates of its change along the element.
-    varying = _product(section, _product(list(zip(*along, strict=True)), found))
+    varying = _product(section, _product(list(zip(*along, strict=True)), result))
     middle, change = _congruent(damping, _transposed(of_section)), _congruent(damping, _transposed(varying))
     damped = [[x + share * y for x, y in zip(*rows, strict=True)] for rows in zip(middle, change, strict=True)]
-    return ElementStiffness(found, damped, of_section)
+    return ElementStiffness(result, damped, of_section)
 
 
 def _adjoint(twist: Sequence[float]) -> np.ndarray:

@@ -162,7 +162,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
         for change in _changes(algebra, accelerations):
             columns.add("change", change)
     inputs = LoopInputs(inner, [])
-    given = {name: [inputs.number(column) for column in found] for name, found in columns.found.items()}
+    given = {name: [inputs.number(column) for column in result] for name, result in columns.found.items()}
     names = ("axis", "velocity", "water", "acceleration", "gravity", "arm", "change")
     d, velocity, water, acceleration, gravity, arm, change = (inner.vector(given[name]) for name in names)
     (z,), (surface,), (drag,) = given["z"], given["surface"], given["drag"]
@@ -187,8 +187,8 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
         sums=tuple(value.ref for value in (*load, *plus(cross(arm, load), couple))),
         label="water on hulls, slice by slice",
     )
-    found = [Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, compact(loop, ())).sums]
-    return (found[0], found[1], found[2]), (found[3], found[4], found[5])
+    result = [Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, compact(loop, ())).sums]
+    return (result[0], result[1], result[2]), (result[3], result[4], result[5])
 
 
 def _wet_share(
@@ -226,12 +226,12 @@ def _wet_share(
 def _changes(algebra: Algebra, accelerations: Sequence[Vector]) -> list[Vector]:
     """Return by how much accelerations of water change over each slice of a hull, of one end after another."""
     last = len(accelerations) - 1
-    found = []
+    result = []
     for k in range(last + 1):
         before, after = max(k - 1, 0), min(k + 1, last)
         rise = minus(accelerations[after], accelerations[before])
-        found.append(scaled(algebra.scalar(1.0 / max(after - before, 1)), rise))
-    return found
+        result.append(scaled(algebra.scalar(1.0 / max(after - before, 1)), rise))
+    return result
 
 
 class _Columns:

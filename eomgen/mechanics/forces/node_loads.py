@@ -48,11 +48,11 @@ def add_local_load(loads: Loads, item: DistributedLoad, quantities: Quantities) 
 
 def wrenches_per_length(item: DistributedLoad, quantities: Quantities) -> list[list[Scalar]]:
     """Return moment and force per length on each node of a beam, (6,), in the axes of the node."""
-    found: list[list[Scalar]] = []
+    result: list[list[Scalar]] = []
     for load in item.nodes:
         group = _Group(item, [load], quantities)
-        found.append(group.alone(load, quantities.algebra.one)[:6])
-    return found
+        result.append(group.alone(load, quantities.algebra.one)[:6])
+    return result
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,10 @@ def stretch(quantities: Quantities, spring: Spring) -> tuple[Scalar, Scalar, Vec
     speed = minus(quantities.kinematics.velocity_in_base(*second), quantities.kinematics.velocity_in_base(*first))
     length = quantities.algebra.call(Op.SQRT, dot(span, span))
     if length.is_zero:
-        what = (
+        fault = (
             f"the points {spring.first} and {spring.second} coincide whatever the coordinates, so it has no direction"
         )
-        raise ModelError(Problem(f"spring {spring.name}", what, "points that can move apart, or a torsion spring"))
+        raise ModelError(Problem(f"spring {spring.name}", fault, "points that can move apart, or a torsion spring"))
     direction = scaled(quantities.algebra.one / length, span)
     return length, dot(direction, speed), direction
 

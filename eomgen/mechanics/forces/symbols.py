@@ -117,20 +117,20 @@ class Quantities:
 
 def _no_dynamics(symbol: Symbol) -> Scalar:
     """Refuse inverse dynamics if joints have no coordinates."""
-    what = f"{symbol.kind}.{symbol.name} is of joint coordinates, and this scene has absolute ones"
-    raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", what, 'coordinates = "joint"'))
+    fault = f"{symbol.kind}.{symbol.name} is of joint coordinates, and this scene has absolute ones"
+    raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", fault, 'coordinates = "joint"'))
 
 
 def _no_reactions(symbol: Symbol) -> Scalar:
     """Refuse a reaction in a force, since its accelerations would depend on themselves."""
-    what = f"{symbol.kind}.{symbol.name} follows from the accelerations, so no force can depend on it"
-    raise ModelError(what, "an output, or an event")
+    fault = f"{symbol.kind}.{symbol.name} follows from the accelerations, so no force can depend on it"
+    raise ModelError(fault, "an output, or an event")
 
 
 def _no_section_loads(symbol: Symbol) -> Scalar:
     """Refuse section loads outside of outputs and events."""
-    what = f"sections of the beam {symbol.name} are told in outputs and events alone"
-    raise ModelError(what, "an output")
+    fault = f"sections of the beam {symbol.name} are told in outputs and events alone"
+    raise ModelError(fault, "an output")
 
 
 def input_signal(quantities: Quantities, item: Input) -> Scalar:

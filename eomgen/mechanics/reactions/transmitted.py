@@ -71,8 +71,8 @@ class TransmittedWrenches:
         mount = self.tree.mounts[joint.child]
         absolute = self.scene.coordinates == "absolute"
         if absolute and not joint.kind.moves:
-            what = f"the reaction of the fixed joint {name} cannot be told: absolute coordinates make one body of two"
-            raise ModelError(Problem(self.scene.name, what, "joint coordinates"))
+            fault = f"the reaction of the fixed joint {name} cannot be told: absolute coordinates make one body of two"
+            raise ModelError(Problem(self.scene.name, fault, "joint coordinates"))
         moment, force = self._through_bodies[joint.child] if absolute else self._through_links[mount.link]
         return Transmitted(mount.link, mount.position, minus(moment, cross(mount.position, force)), force)
 

@@ -38,14 +38,16 @@ def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
     for event, value, place in zip(scene.events, _values(derivation), starts, strict=False):
         blocks = {symbol.block for symbol in derivation.tape.depends_on([value.ref])}
         if event.action == "impact" and (found := blocks - _POSITIONS):
-            what = f"the impact needs a formula of positions and time, and this one depends on {_words(found)}"
-            raise ModelError([Problem(event.place, what, 'a distance, such as "q.ball"')])
+            fault = f"the impact needs a formula of positions and time, and this one depends on {_words(found)}"
+            raise ModelError([Problem(event.place, fault, 'a distance, such as "q.ball"')])
         if not blocks - {"p"}:
-            what = "the formula does not change along a run: nothing of the motion and no time is left in it"
-            raise ModelError([Problem(event.place, what, 'a formula such as "q.ball" or "t - 2"')])
+            fault = "the formula does not change along a run: nothing of the motion and no time is left in it"
+            raise ModelError([Problem(event.place, fault, 'a formula such as "q.ball" or "t - 2"')])
         if event.action == "impact" and "q" not in blocks:
-            what = "the impact needs a formula of positions, for its impulse is along their gradient, and this has none"
-            raise ModelError([Problem(event.place, what, 'a distance, such as "q.ball", or action = "reset"')])
+            fault = (
+                "the impact needs a formula of positions, for its impulse is along their gradient, and this has none"
+            )
+            raise ModelError([Problem(event.place, fault, 'a distance, such as "q.ball", or action = "reset"')])
         rows.append(
             EventRow(
                 event.name,

@@ -31,6 +31,6 @@ def regressor_blocks(derivation: Derivation) -> list[Block]:
 def regressor_parameters(derivation: Derivation) -> list[Block]:
     """Return pi, (parameters,): the values of the parameters in the scene."""
     scene = derivation.scene
-    found = parameter_values(derivation.algebra, scene, derivation.constant)
+    result = parameter_values(derivation.algebra, scene, derivation.constant)
     names = ", ".join(item.name for item in linear_parameters(scene))
-    return [derivation.block("pi", (len(found),), found, names)]
+    return [derivation.block("pi", (len(result),), result, names)]

@@ -64,5 +64,5 @@ def _sampled(derivation: Derivation) -> list[tuple[int, Sampling]]:
 def _circle(derivation: Derivation, sampled: Mapping[int, Sampling], levels: Mapping[int, int]) -> Problem:
     left = [k for k in sampled if k not in levels]
     names = ", ".join(derivation.scene.states[k].name for k in left)
-    what = f"the sampled states {names} ask for each other's value at the same time"
-    return Problem(sampled[left[0]].place, what, 'a delay of one of them: delay = "1 ms"')
+    fault = f"the sampled states {names} ask for each other's value at the same time"
+    return Problem(sampled[left[0]].place, fault, 'a delay of one of them: delay = "1 ms"')

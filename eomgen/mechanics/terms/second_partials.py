@@ -51,16 +51,16 @@ def second_partials(derivation: Derivation) -> list[Block]:
 def _values(derivation: Derivation) -> dict[str, Sequence[Ref]]:
     """Return what is weighted, by the names of ``SecondBlocks.weights``."""
     (residual,) = derivation.residual()
-    found: dict[str, Sequence[Ref]] = {"r": residual.refs, **dict.fromkeys(("zdot", "Phi", "w", "wdot", "y"), ())}
+    result: dict[str, Sequence[Ref]] = {"r": residual.refs, **dict.fromkeys(("zdot", "Phi", "w", "wdot", "y"), ())}
     if derivation.scene.states:
-        found["zdot"] = derivation.internal_rate()[0].refs
+        result["zdot"] = derivation.internal_rate()[0].refs
     if derivation.constraints is not None:
-        found["Phi"], found["w"] = derivation.constraint()[0].refs, derivation.constraint_velocity()[0].refs
+        result["Phi"], result["w"] = derivation.constraint()[0].refs, derivation.constraint_velocity()[0].refs
         (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
-        found["wdot"] = [row.ref for row in constraint_accelerations(derivation, B, g)]
+        result["wdot"] = [row.ref for row in constraint_accelerations(derivation, B, g)]
     if derivation.scene.outputs:
-        found["y"] = derivation.outputs()[0].refs
-    return found
+        result["y"] = derivation.outputs()[0].refs
+    return result
 
 
 def _blocks(derivation: Derivation, values: Mapping[str, Sequence[Ref]]) -> SecondBlocks:

@@ -79,7 +79,7 @@ def added_masses(
     algebra: Algebra, scene: Scene, body: str, number: Callable[[Formula], Scalar]
 ) -> tuple[AddedMass, ...]:
     """Return the added mass of the hulls of a body, in its frame."""
-    found: list[AddedMass] = []
+    result: list[AddedMass] = []
     for hull in scene.elements:
         if not isinstance(hull, Hull) or hull.body != body or not hull.moves_water:
             continue
@@ -89,11 +89,11 @@ def added_masses(
         if not member.across.is_zero:
             half = 0.5 * member.across
             matrix = tuple(scaled(half, row) for row in across)
-            found += [
+            result += [
                 AddedMass(plus(member.start, scaled(place, member.axis)), (matrix[0], matrix[1], matrix[2]))
                 for place in member.places
             ]
         if not member.along.is_zero:
             rows = tuple(scaled(member.along, row) for row in along)
-            found.append(AddedMass(member.start, (rows[0], rows[1], rows[2])))
-    return tuple(found)
+            result.append(AddedMass(member.start, (rows[0], rows[1], rows[2])))
+    return tuple(result)

@@ -111,11 +111,11 @@ class Cosserat:
 
     def bodies(self) -> tuple[Body, ...]:
         """Return the nodes as bodies, each with the inertia of half of the elements that it joins."""
-        found = []
+        result = []
         for number, name in enumerate(self.nodes):
             beside = self.parts[max(number - 1, 0) : number + 1]
-            found.append(_node(name, [(part.length / 2, part.section) for part in beside], self.name))
-        return tuple(found)
+            result.append(_node(name, [(part.length / 2, part.section) for part in beside], self.name))
+        return tuple(result)
 
 
 def _node(name: str, beside: list[tuple[Fraction, BeamSection]], beam: str) -> Body:

@@ -187,7 +187,7 @@ def _pieces(whole: Keys, shape: Shape | None, values: Values) -> list[_Piece]:
 
 def _with_nodes(whole: Keys, pieces: Sequence[_Piece], stations: Sequence[float], values: Values) -> list[_Piece]:
     """Return pieces with a node at every station, by as many elements as before where these are enough."""
-    found: list[_Piece] = []
+    result: list[_Piece] = []
     start, tolerance = Fraction(0), Fraction(AT_END) * sum((piece.length for piece in pieces), Fraction(0))
     for piece in pieces:
         inner: list[Fraction] = []
@@ -196,15 +196,15 @@ def _with_nodes(whole: Keys, pieces: Sequence[_Piece], stations: Sequence[float]
                 inner.append(x)
         nodes = list(accumulate(piece.widths))
         if all(min(abs(node - x) for node in nodes) <= tolerance for x in inner):
-            found.append(piece)
+            result.append(piece)
         else:
-            found.append(_Piece(piece.keys, widths_between([Fraction(0), *inner, piece.length], len(piece.widths))))
+            result.append(_Piece(piece.keys, widths_between([Fraction(0), *inner, piece.length], len(piece.widths))))
         start += piece.length
-    before, after = (sum(len(piece.widths) for piece in some) for some in (pieces, found))
+    before, after = (sum(len(piece.widths) for piece in some) for some in (pieces, result))
     if after > before:
         what = f"{before} elements become {after}, since something is attached at more places than they have nodes"
         values.note([f"{whole.key}.elements: {what}"])
-    return found
+    return result
 
 
 def _length(whole: Keys, shape: Shape | None, values: Values) -> Fraction:
@@ -231,16 +231,16 @@ def _positive(key: str, what: str, given: float | str, values: Values) -> Fracti
 
 def _sections(keys: Keys, places: Sequence[float], values: Values) -> list[BeamSection]:
     """Return the sections at places from 0 to 1 along the beam: one and the same where nothing varies."""
-    found: list[BeamSection] = []
+    result: list[BeamSection] = []
     varied = True
     for place in places:
-        if found and (not varied or values.report.concerns(keys.key)):
-            found.append(found[-1])
+        if result and (not varied or values.report.concerns(keys.key)):
+            result.append(result[-1])
             continue
         there = values.at(place)
-        found.append(_section(keys, there))
+        result.append(_section(keys, there))
         varied = bool(there.varied)
-    return found
+    return result
 
 
 def _section(keys: Keys, values: Values) -> BeamSection:
@@ -282,7 +282,7 @@ def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Row
     across_y, across_z = section.needed_pair("second_moments")
     along_y, along_z = section.needed_pair("shear_factors") if "shear_y" in free else (ZERO, ZERO)
     modulus = section.elastic_modulus
-    found = {
+    result = {
         "torsion": product(shear, torsion),
         "bending_z": product(modulus, across_z),
         "bending_y": product(modulus, across_y),
@@ -290,7 +290,7 @@ def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Row
         "shear_y": product(shear, area, along_y),
         "shear_z": product(shear, area, along_z),
     }
-    return _diagonal([found[strain] if strain in free else ZERO for strain in STRAINS])
+    return _diagonal([result[strain] if strain in free else ZERO for strain in STRAINS])
 
 
 def _given(key: str, table: written.SectionStiffness, free: Sequence[str], values: Values) -> list[Formula]:

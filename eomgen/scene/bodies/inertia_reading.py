@@ -71,8 +71,8 @@ def _rotary_inertia(keys: Keys, section: SectionReader | None, values: Values) -
         return ZERO, ZERO, ZERO
     across_y, across_z = section.needed_pair("second_moments")
     density = section.density
-    found = product(density, total(across_y, across_z)), product(density, across_z), product(density, across_y)
-    return _not_thin(keys.of("section"), found, values)
+    result = product(density, total(across_y, across_z)), product(density, across_z), product(density, across_y)
+    return _not_thin(keys.of("section"), result, values)
 
 
 def _not_thin(key: str, entries: Vector, values: Values) -> Vector:

@@ -51,8 +51,8 @@ class MovesAsRigidSection:
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
         matrices = np.stack(np.broadcast_arrays(*numbers), axis=-1).astype(float).reshape(-1, 6, 6)
-        found = np.array([bool(_fault(matrix)[0]) for matrix in matrices])
-        return found.reshape(np.broadcast_shapes(*map(np.shape, numbers)))
+        result = np.array([bool(_fault(matrix)[0]) for matrix in matrices])
+        return result.reshape(np.broadcast_shapes(*map(np.shape, numbers)))
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         return _fault(np.array(numbers, dtype=float).reshape(6, 6))

@@ -91,12 +91,12 @@ class SectionReader:
             return None
         if self.section.shape == "tube":
             self.values.require(f"{self.key}.thickness", RELATIONS["wall of a tube"], list(reversed(sizes)))
-        found = shape.law(sizes, self._ratio, self.values.value)
+        result = shape.law(sizes, self._ratio, self.values.value)
         return ShapeValues(
-            folded(found.area),
-            cast("tuple[Formula, Formula]", tuple(map(folded, found.second_moments))),
-            folded(found.torsion_constant),
-            cast("tuple[Formula, Formula]", tuple(map(folded, found.shear_factors))),
+            folded(result.area),
+            cast("tuple[Formula, Formula]", tuple(map(folded, result.second_moments))),
+            folded(result.torsion_constant),
+            cast("tuple[Formula, Formula]", tuple(map(folded, result.shear_factors))),
         )
 
     def needed(self, field: str) -> Formula:

@@ -28,8 +28,8 @@ class ResistsItsStrains:
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
         matrices = np.stack(np.broadcast_arrays(*numbers), axis=-1).astype(float).reshape(-1, 6, 6)
-        found = np.array([bool(_fault(matrix, self.model)[0]) for matrix in matrices])
-        return found.reshape(np.broadcast_shapes(*map(np.shape, numbers)))
+        result = np.array([bool(_fault(matrix, self.model)[0]) for matrix in matrices])
+        return result.reshape(np.broadcast_shapes(*map(np.shape, numbers)))
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         return _fault(np.array(numbers, dtype=float).reshape(6, 6), self.model)
@@ -37,8 +37,8 @@ class ResistsItsStrains:
 
 def unlike(matrix: Array) -> tuple[int, int] | None:
     """Return the first entry of a matrix that differs from the one across the diagonal, None where none does."""
-    found = np.argwhere(np.abs(matrix - matrix.T) > _ROUNDING * float(np.max(np.abs(matrix))))
-    return (int(found[0][0]), int(found[0][1])) if len(found) else None
+    result = np.argwhere(np.abs(matrix - matrix.T) > _ROUNDING * float(np.max(np.abs(matrix))))
+    return (int(result[0][0]), int(result[0][1])) if len(result) else None
 
 
 def _fault(matrix: Array, model: str) -> tuple[str, str]:

@@ -227,32 +227,32 @@ def read_controllers(
     folder : Path
         That of the scene file, for C files.
     """
-    found = Controllers()
+    result = Controllers()
     ends = {name: (spring.first, spring.second) for name, spring in springs.items()}
     for name, entry in entries.items():
         _check_keys(name, entry, values)
         if SUFFIXES[entry.type]:
             states, controller = read_controller(name, entry, values)
-            found.states += states
-            found.outputs.append(controller)
+            result.states += states
+            result.outputs.append(controller)
             continue
         limits = Limits(key_of("controllers", name), entry, values)
         if entry.type == "sampled":
             states, called = read_sampled_controller(name, entry, values, folder)
-            found.states += states
-            found.sampled.append(called)
+            result.states += states
+            result.sampled.append(called)
             made = made_by_sampled(name, entry)
             for output, held in zip(made.outputs, made.values, strict=True):
-                found.outputs.append(Controller(output, Symbol("state", held), entry.unit, entry.description))
+                result.outputs.append(Controller(output, Symbol("state", held), entry.unit, entry.description))
         elif entry.type == "state_feedback":
             free, record = read_state_feedback(name, entry, values, outputs)
-            found.feedback.append(record)
+            result.feedback.append(record)
             for output, formula in zip(record.outputs, free, strict=True):
-                found.outputs.append(Controller(output, limits.of(formula), entry.unit, entry.description))
+                result.outputs.append(Controller(output, limits.of(formula), entry.unit, entry.description))
         else:
             formula = limits.of(read_skyhook(name, entry, values, ends))
-            found.outputs.append(Controller(name, formula, entry.unit or "N", entry.description))
-    return found
+            result.outputs.append(Controller(name, formula, entry.unit or "N", entry.description))
+    return result
 
 
 def _check_keys(name: str, entry: Written, values: Values) -> None:

@@ -78,16 +78,16 @@ def parameters_of(name: str, entry: Written) -> list[Parameter]:
     tables += [(entry.velocity_gains or {}, joint) for joint in entry.coordinates or ()]
     tables += [(entry.signal_gains or {}, signal) for signal in entry.signals or ()]
     labels = _labels(entry)
-    found = []
+    result = []
     for row, (output, gains) in enumerate(zip(made.outputs, made.gains, strict=True)):
         for parameter, (table, what), label in zip(gains, tables, labels, strict=True):
             values = table.get(what, ())
             value = values[row] if row < len(values) else 0.0
-            found.append(Parameter(parameter, value, True, "", f"gain of {label} in {output}"))
+            result.append(Parameter(parameter, value, True, "", f"gain of {label} in {output}"))
     for parameter, label in zip(made.references, labels, strict=True):
         if parameter:
-            found.append(Parameter(parameter, 0.0, True, "", f"{label} where {name} gives nothing"))
-    return found
+            result.append(Parameter(parameter, 0.0, True, "", f"{label} where {name} gives nothing"))
+    return result
 
 
 def read_state_feedback(

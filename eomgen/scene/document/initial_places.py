@@ -47,18 +47,18 @@ def tyres_in_the_road(
 
 def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[Array, Array]]:
     """Return orientation and position of the bodies at the start, as far as joints alone decide them."""
-    found: dict[str, tuple[Array, Array]] = {BASE: (np.eye(3), np.zeros(3))}
+    result: dict[str, tuple[Array, Array]] = {BASE: (np.eye(3), np.zeros(3))}
     for joint in joints:
         moved = _moved(joint)
-        if joint.parent not in found or moved is None or joint.mimic is not None or joint.drive:
+        if joint.parent not in result or moved is None or joint.mimic is not None or joint.drive:
             continue
-        turned, origin = found[joint.parent]
+        turned, origin = result[joint.parent]
         offset = np.array([values.value(part) for part in joint.position])
         axes = turned @ np.array(joint.orientation)
         place = origin + turned @ offset + axes @ moved[1]
         if np.all(np.isfinite(place)):
-            found[joint.child] = axes @ moved[0], place
-    return {name: place for name, place in found.items() if name != BASE}
+            result[joint.child] = axes @ moved[0], place
+    return {name: place for name, place in result.items() if name != BASE}
 
 
 def _moved(joint: Joint) -> tuple[Array, Array] | None:

@@ -18,8 +18,8 @@ def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:
     ----------
     data : of a scene that is well formed, as it is written: unit strings are not converted
     """
-    found = [*_of_joints(data), *_of_springs(data), *_of_rotations(data), *_of_waves(data)]
-    return list(dict.fromkeys(note for what, angle in found if (note := several_turns(what, angle))))
+    result = [*_of_joints(data), *_of_springs(data), *_of_rotations(data), *_of_waves(data)]
+    return list(dict.fromkeys(note for what, angle in result if (note := several_turns(what, angle))))
 
 
 def _of_joints(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:

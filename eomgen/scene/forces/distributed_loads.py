@@ -125,20 +125,20 @@ def _on_nodes(name: str, entry: DistributedLoadEntry, site: Site) -> Distributed
     """Return a load on the nodes of a geometrically exact beam, by formulas of the place s of each node."""
     place, beam = key_of("distributed_loads", name), site.exact.get(entry.beam)
     profile, varied = _profile(place, entry, site.values), True
-    found: list[NodeLoad] = []
+    result: list[NodeLoad] = []
     if beam is None or site.values.report.concerns(key_of("beams", entry.beam)):
         return DistributedLoad(name, entry.beam, 0.0, 1.0, ZERO_VECTOR, profile, entry.axes)
     vectors = ZERO_VECTOR, ZERO_VECTOR
     for node, x, halves in zip(beam.nodes, beam.places, _weights(beam, profile), strict=True):
-        if varied and not (found and site.values.report.concerns(place)):
+        if varied and not (result and site.values.report.concerns(place)):
             there = site.values.at(x / beam.length)
             vectors = (
                 there.vector(f"{place}.force", entry.force, LOCAL_LOAD),
                 there.vector(f"{place}.moment", entry.moment, LOCAL_LOAD),
             )
             varied = bool(there.varied)
-        found.append(NodeLoad(node, halves, *vectors))
-    return DistributedLoad(name, entry.beam, 0.0, beam.length, ZERO_VECTOR, profile, entry.axes, tuple(found))
+        result.append(NodeLoad(node, halves, *vectors))
+    return DistributedLoad(name, entry.beam, 0.0, beam.length, ZERO_VECTOR, profile, entry.axes, tuple(result))
 
 
 def _weights(beam: Cosserat, profile: Sequence[float]) -> list[tuple[float, float]]:

@@ -85,14 +85,14 @@ def known_there(text: str, names: Collection[str]) -> frozenset[str]:
     spaces = spaces_of(text)
     if not spaces:
         return frozenset(names)
-    found = set()
+    result = set()
     for section, local_names in spaces[0].names.items():
         for local, name in local_names.items():
             for space in spaces[1:]:
                 name = space.names[section][name]  # noqa: PLW2901 - follows the name outwards
             if name in names:
-                found.add(local)
-    return frozenset(found)
+                result.add(local)
+    return frozenset(result)
 
 
 def _read(text: str, spaces: tuple[Namespace, ...], names: Names, scope: Scope) -> Formula:

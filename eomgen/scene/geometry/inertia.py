@@ -166,11 +166,11 @@ def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
 def _unless(sure: Flags, exactly: Callable[[Array], Flags], entries: Sequence[Numbers]) -> Flags:
     """Return what ``exactly`` tells of matrices (n, 3, 3); of those that are ``sure`` or not finite it is not so."""
     sure = np.asarray(sure)
-    found = np.zeros(sure.shape, dtype=bool)
+    result = np.zeros(sure.shape, dtype=bool)
     if not sure.all():
         judged = np.logical_not(sure)
         for entry in entries:
             judged = judged & np.isfinite(entry)
         xx, yy, zz, xy, xz, yz = (np.broadcast_to(entry, sure.shape)[judged] for entry in entries)
-        found[judged] = exactly(np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3))
-    return found
+        result[judged] = exactly(np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3))
+    return result

@@ -43,19 +43,19 @@ class Entries:
 
     def section(self, key: str) -> Mapping[str, Any]:
         """Return a section, empty where it is missing or is none."""
-        found = self.data.get(key, {})
-        if not isinstance(found, Mapping):
-            self.report.add(key, f"a table is needed here, not {described(found)}", f"[{key}]")
+        result = self.data.get(key, {})
+        if not isinstance(result, Mapping):
+            self.report.add(key, f"a table is needed here, not {described(result)}", f"[{key}]")
             return {}
-        return found
+        return result
 
     def text(self, key: str, table: Mapping[str, Any], name: str) -> str:
-        found = table.get(name, "")
-        if not isinstance(found, str):
+        result = table.get(name, "")
+        if not isinstance(result, str):
             where = f"{key}.{name}" if key else name
-            self.report.add(where, f"a text is needed here, not {described(found)}", f'{name} = "..."')
+            self.report.add(where, f"a text is needed here, not {described(result)}", f'{name} = "..."')
             return ""
-        return found
+        return result
 
     def parameters(self) -> list[Parameter]:
         made: list[Parameter] = []

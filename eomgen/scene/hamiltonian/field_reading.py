@@ -105,10 +105,10 @@ def fields_from_data(
         what = "there is no mesh: what is sampled are fields of cells, not motions of coordinates"
         report.add("mesh", what, OF_COORDINATES)
         report.raise_problems()
-    found = _FieldReader(data, report, folder or Path()).read()
+    result = _FieldReader(data, report, folder or Path()).read()
     report.raise_problems()
-    assert found is not None  # where nothing is wrong there is a system
-    return found
+    assert result is not None  # where nothing is wrong there is a system
+    return result
 
 
 class _FieldReader(Entries):
@@ -423,7 +423,7 @@ class _FieldReader(Entries):
         """Return the operators and the data that formulas of a cell name, as the file has them in order."""
         own, columns = [item.name for item in operators], [item.name for item in given]
         known = [*own, *(f"{name}{VARIANCE}" for name in own), *columns, VOLUME, *(item.name for item in self.known)]
-        found: set[str] = set()
+        result: set[str] = set()
         for name, text in (*((f"where.{name}", text) for name, text in where.items()), ("energy", energy)):
             key = f"cell.{name}"
             label = name.removeprefix("where.")
@@ -434,13 +434,13 @@ class _FieldReader(Entries):
             if text:
                 try:
                     formula = cell_formula(self.report.where(key), text, known)
-                    found |= {symbol.name for symbol in symbols(formula)}
+                    result |= {symbol.name for symbol in symbols(formula)}
                 except DescriptionError as error:
                     for problem in error.problems:
                         self.report.add(key, problem.what, problem.hint)
             if name != "energy":
                 known.append(label)
-        return tuple(name for name in own if name in found), tuple(name for name in columns if name in found)
+        return tuple(name for name in own if name in result), tuple(name for name in columns if name in result)
 
     # -- the rest ----------------------------------------------------------------------------------------------------
 

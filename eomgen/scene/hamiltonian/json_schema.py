@@ -40,9 +40,9 @@ def json_schema(*, mesh: bool = False) -> str:
 
 
 def _table(properties: Schema, *required: str, description: str = "") -> Schema:
-    found: Schema = {"type": "object", "additionalProperties": False, "properties": properties}
+    result: Schema = {"type": "object", "additionalProperties": False, "properties": properties}
     return (
-        found | ({"required": [*required]} if required else {}) | ({"description": description} if description else {})
+        result | ({"required": [*required]} if required else {}) | ({"description": description} if description else {})
     )
 
 
@@ -68,8 +68,8 @@ def _head(properties: Schema, *required: str) -> Schema:
         "name": {"type": "string", "pattern": _LEGAL, "description": "of the system, a legal C identifier"},
         "description": _text("in words"),
     }
-    found = _table({**head, **properties}, "format", "kind", "name", *required)
-    return {"$schema": "http://json-schema.org/draft-04/schema#", **found}
+    result = _table({**head, **properties}, "format", "kind", "name", *required)
+    return {"$schema": "http://json-schema.org/draft-04/schema#", **result}
 
 
 def _parameters() -> Schema:
@@ -121,12 +121,12 @@ def _of_coordinates() -> Schema:
 
 def _of_dataclass(made: type, said: dict[str, str]) -> dict[str, Schema]:
     """Return keys of a table whose defaults are those of a class."""
-    found: dict[str, Schema] = {}
+    result: dict[str, Schema] = {}
     for item in fields(made):
-        found[item.name] = {"type": _TYPES[str(item.type)], "description": said.get(item.name, item.name)}
+        result[item.name] = {"type": _TYPES[str(item.type)], "description": said.get(item.name, item.name)}
         if item.default is not MISSING and item.default != "":
-            found[item.name]["default"] = item.default
-    return found
+            result[item.name]["default"] = item.default
+    return result
 
 
 def _of_fields() -> Schema:

@@ -89,10 +89,10 @@ def hamiltonian_from_data(
         of_copies: dict[str, str] = {}
         data = repeated(data, report, of_copies, SECTIONS)
         report.lines = {**report.lines, **of_copies}
-    found = _Reader(data, report).read()
+    result = _Reader(data, report).read()
     report.raise_problems()
-    assert found is not None  # where nothing is wrong there is a system
-    return found
+    assert result is not None  # where nothing is wrong there is a system
+    return result
 
 
 class _Reader(Entries):

@@ -106,8 +106,8 @@ class _Includer:
             report.add(place, f"files include one another in a circle: {names}", "one of them without the include")
             return None
         if len(chain) > _DEEPEST or self.files > _MOST_FILES:
-            what = f"more than {_MOST_FILES} files, or more than {_DEEPEST} within one another, are included"
-            raise _TooManyFilesError(Problem(report.where(place), what, "fewer of them"))
+            fault = f"more than {_MOST_FILES} files, or more than {_DEEPEST} within one another, are included"
+            raise _TooManyFilesError(Problem(report.where(place), fault, "fewer of them"))
         source = source_of(path)
         if source is None:
             report.add(place, f"{shown(entry.file)} is not a kind of file that can be included", readable(path))
@@ -270,15 +270,15 @@ def _base(name: str, entry: Include, part: Part, report: Report, taken: Collecti
 
 def _made(data: Mapping[str, Any]) -> dict[str, list[str]]:
     """Return the names that the controllers of a file make, by section; of those that are not well formed none."""
-    found: dict[str, list[str]] = {"states": [], "parameters": [], "controllers": []}
+    result: dict[str, list[str]] = {"states": [], "parameters": [], "controllers": []}
     for name in _names(data, "controllers"):
         try:
             entry = Controller.model_validate(data["controllers"][name])
         except ValidationError:
             continue
         for section, made in made_by_controller(name, entry).items():
-            found[section] += made
-    return found
+            result[section] += made
+    return result
 
 
 def _prefix(name: str, entry: Include) -> str:

@@ -84,27 +84,27 @@ def _sections(data: Mapping[str, Any]) -> tuple[str, ...]:
 
 def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:
     """Return how many copies each table ``repeat`` makes of its entries, where what it says is right."""
-    aside, found = Report("", {}), {}
+    aside, result = Report("", {}), {}
     for name, table in data["repeat"].items():
         ranges = _ranges("", table, aside) if isinstance(table, Mapping) else None
         if ranges and _WHERE in table:
-            found[str(name)] = sum(1 for _ in _Copies("", table, ranges, aside, {}, {}, ()).values())
+            result[str(name)] = sum(1 for _ in _Copies("", table, ranges, aside, {}, {}, ()).values())
         elif ranges:
-            found[str(name)] = math.prod(len(numbers) for numbers in ranges.values())
-    return found
+            result[str(name)] = math.prod(len(numbers) for numbers in ranges.values())
+    return result
 
 
 def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
     """Return the lines within each entry of tables ``repeat``: by the first four parts of their keys, the rest."""
-    found: dict[str, list[tuple[str, Any]]] = {}
+    result: dict[str, list[tuple[str, Any]]] = {}
     for key in lines:
         if key.startswith("repeat."):
             parts = re.match(
                 r"(repeat\.(?:[^.'\"]+|'[^']*'|\"[^\"]*\")\.[a-z_]+\.(?:[^.'\"\[]+|'[^']*'|\"[^\"]*\"))(.*)", key
             )
             if parts:
-                found.setdefault(parts[1], []).append((parts[2], lines[key]))
-    return found
+                result.setdefault(parts[1], []).append((parts[2], lines[key]))
+    return result
 
 
 def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, range] | None:

@@ -86,17 +86,17 @@ def read_friction(key: str, joint: written.Joint, values: Values) -> tuple[Frict
         pairs = enumerate(zip(coulomb, velocity, strict=True))
         return tuple(Friction(index, *pair) for index, pair in pairs if pair[0] != ZERO)
     static, stribeck = each.coefficients("static", friction.static), each.coefficients("stribeck", friction.stribeck)
-    found = [Friction(*parts) for parts in zip(range(len(coulomb)), coulomb, velocity, static, stribeck, strict=True)]
+    result = [Friction(*parts) for parts in zip(range(len(coulomb)), coulomb, velocity, static, stribeck, strict=True)]
     for index, (level, slow, highest, speed) in enumerate(zip(coulomb, velocity, static, stribeck, strict=True)):
         if not values.report.concerns(key):
             values.require(each.place("static", index), RELATIONS["static friction"], [highest, level])
         if not values.report.concerns(key):
             values.require(each.place("stribeck", index), RELATIONS["Stribeck velocity"], [speed, slow])
-    return tuple(found)
+    return tuple(result)
 
 
 def _has_coordinates(key: str, joint: written.Joint, what: str, values: Values) -> bool:
-    found = bool(JOINTS[joint.type].coordinates)
-    if not found:
+    result = bool(JOINTS[joint.type].coordinates)
+    if not result:
         values.report.add(key, f"a {joint.type} joint has no {what}", "a bushing, an effort or a force")
-    return found
+    return result

@@ -125,9 +125,9 @@ class Joint:
         """What the stops say in terms of the joint's own coordinates, one by one."""
         meanings = list(self.kind.coordinates.items())
         names = component_names("q", self.name, len(meanings))
-        found = []
+        result = []
         for stop in self.stops:
             meaning, unit = meanings[stop.index]
             what = f"joint {self.name}" if len(meanings) == 1 else f"the {meaning} of joint {self.name}"
-            found.append(Limit(what, names[stop.index], unit, stop.lower, stop.upper, stop.stiffness))
-        return tuple(found)
+            result.append(Limit(what, names[stop.index], unit, stop.lower, stop.upper, stop.stiffness))
+        return tuple(result)

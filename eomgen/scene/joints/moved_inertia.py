@@ -48,7 +48,7 @@ class Placed:
 
 def _placed(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[Placed]:
     """Return the bodies of an assembly; parts come after what carries them."""
-    found: list[Placed] = []
+    result: list[Placed] = []
     origins: list[Triple] = []
     for part in parts:
         origin: Triple = (0.0, 0.0, 0.0)
@@ -59,8 +59,8 @@ def _placed(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[Placed]:
         mass, center, inertia = numbers[part.start], numbers[part.start + 1 :][:3], numbers[part.start + 4 :][:6]
         if part.carrier is not None:
             center, inertia = _turned(part.orientation, center), turned(part.orientation, inertia)
-        found.append(Placed(mass, _plus(origin, center), inertia))
-    return found
+        result.append(Placed(mass, _plus(origin, center), inertia))
+    return result
 
 
 def _plus(first: Sequence[Numbers], second: Sequence[Numbers]) -> Triple:
@@ -161,12 +161,12 @@ class Movable:
         return causes
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
-        found: Flags = False
+        result: Flags = False
         for flags, _ in self._causes(numbers):
-            found = found | flags
+            result = result | flags
         for place in self.followers:
-            found = found & np.equal(numbers[place], 0.0)
-        return found
+            result = result & np.equal(numbers[place], 0.0)
+        return result
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         cause = next(words for flags, words in self._causes(numbers) if flags)
@@ -210,10 +210,10 @@ class Led:
 
 
 def _all_zero(numbers: Sequence[Numbers], places: Sequence[int]) -> Flags:
-    found = np.asarray(True)
+    result = np.asarray(True)
     for place in places:
-        found = found & np.equal(numbers[place], 0.0)
-    return found
+        result = result & np.equal(numbers[place], 0.0)
+    return result
 
 
 class _Places:
@@ -309,7 +309,7 @@ def _concerned(body: Body, values: Values) -> bool:
 def _followers(joints: Sequence[Joint]) -> dict[str, list[Joint]]:
     """Return the joints that follow each joint that leads and follows none, directly or by one another."""
     named = {joint.name: joint for joint in joints}
-    found: dict[str, list[Joint]] = {}
+    result: dict[str, list[Joint]] = {}
     for joint in joints:
         first = joint
         for _ in joints:  # no way to the first is longer, circles are reported elsewhere
@@ -317,8 +317,8 @@ def _followers(joints: Sequence[Joint]) -> dict[str, list[Joint]]:
                 break
             first = named[first.mimic.joint]
         if joint.mimic is not None and first is not joint:
-            found.setdefault(first.name, []).append(joint)
-    return found
+            result.setdefault(first.name, []).append(joint)
+    return result
 
 
 def led_or_following(joints: Sequence[Joint], values: Values) -> set[str]:

@@ -101,13 +101,13 @@ def _beyond(body: str, answers: Mapping[str, Sequence[tuple[Joint, Array, Array]
     ----------
     answers : by body, the joints on it, how they answer its twist, and the twist of what they carry
     """
-    found = []
+    result = []
     pending = [(item, np.eye(6)) for item in reversed(answers.get(body, ()))]
     while pending:
         (joint, rate, follow), twist = pending.pop()
-        found.append((joint, rate @ twist))
+        result.append((joint, rate @ twist))
         pending += [(item, follow @ twist) for item in reversed(answers.get(joint.child, ()))]
-    return found
+    return result
 
 
 def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], inertias: Mapping[str, Inertia]) -> str:

@@ -34,7 +34,7 @@ class Coherences:
     ) -> list[list[Coherence | None]] | None:
         """Return the coherences of the processes of a group with one another; None where something is wrong."""
         before = len(self.report.found)
-        found: list[list[Coherence | None]] = [[None] * len(names) for _ in names]
+        result: list[list[Coherence | None]] = [[None] * len(names) for _ in names]
         said: dict[tuple[int, int], object] = {}
         for i, name in enumerate(names):
             for other, given in (entries[name].coherence or {}).items():
@@ -44,17 +44,17 @@ class Coherences:
                     what = f"its coherence with {other} is one thing here and another there"
                     self.report.add(key, what, "one of them")
                     continue
-                found[i][j] = found[j][i] = self._one(key, other, given)
+                result[i][j] = result[j][i] = self._one(key, other, given)
         if len(self.report.found) > before:
             return None
-        least, frequency = least_eigenvalue(found)
+        least, frequency = least_eigenvalue(result)
         if least < _NEGATIVE:
             what = f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
             what += f" frequency {frequency:.3g} is {least:.3g}, negative"
             hint = "coherences of all pairs: what is not named is 0"
             self.report.add(f"{key_of('random', names[-1])}.coherence", what, hint)
             return None
-        return found
+        return result
 
     def _one(self, key: str, other: str, given: float | Sequence[Sequence[float | str]]) -> Coherence | None:
         """Return the coherence with another process: exponential of a decay, or a table."""

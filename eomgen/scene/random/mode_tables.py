@@ -21,10 +21,10 @@ def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, .
     """Return the modes as splines over x from ``start`` on, each through as many points as its error asks for: those of
     short waves have small values, and need not be as close by their own measure."""
     count, points = len(expansion.eigenvalues), _FEWEST
-    found: dict[int, Curve] = {}
+    result: dict[int, Curve] = {}
     allowed = max(_TABLE_ERROR, _OF_THE_REST * math.sqrt(max(1.0 - float(expansion.captured[-1]), 0.0)))
     highest = 0.0
-    while len(found) < count:
+    while len(result) < count:
         x = np.linspace(0.0, expansion.duration, points + 1)
         between = 0.5 * (x[1:] + x[:-1])
         y, exact = expansion.modes(x), expansion.modes(between)
@@ -32,11 +32,11 @@ def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, .
         last = 2 * points > _MOST_POINTS
         for k in range(count):
             # mode k has about k / 2 waves: fewer points than these may meet it by chance
-            if k in found or (points < _POINTS * (k + 1) // 2 and not last):
+            if k in result or (points < _POINTS * (k + 1) // 2 and not last):
                 continue
             spline = Curve(f"{name} mode {k + 1}", start + x, y[k], smooth_ends=True)
             error = float(np.max(np.abs(spline(start + between) - exact[k])))
             if last or error <= allowed * highest:
-                found[k] = spline
+                result[k] = spline
         points *= 2
-    return tuple(found[k] for k in range(count))
+    return tuple(result[k] for k in range(count))

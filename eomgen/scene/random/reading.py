@@ -49,7 +49,7 @@ class Processes:
         reported."""
         lags = {name: lag for name, entry in entries.items() if (lag := self._lag(name, entry, entries)) is not None}
         first_of = {name: self._first(name, entry, entries) for name, entry in entries.items() if name in lags}
-        found: dict[str, Input] = {}
+        result: dict[str, Input] = {}
         variables: list[Parameter] = []
         for name in entries:
             if first_of.get(name) == name:
@@ -58,9 +58,9 @@ class Processes:
                 ends = max(behind, default=0.0), min(behind, default=0.0)
                 for process in self._grouped([name, *(one for one in group if one != name)], entries, ends):
                     variables += variables_as_parameters(process)
-                    found[process.name] = input_of(process, entries[process.name])
+                    result[process.name] = input_of(process, entries[process.name])
         for name, entry in entries.items():
-            leader = found.get(entry.follows or "")
+            leader = result.get(entry.follows or "")
             if leader is not None and leader.random is not None and name in lags:
                 process = replace(
                     leader.random,
@@ -70,8 +70,8 @@ class Processes:
                     translation=self._translations.read(name, entry),
                 )
                 self._translations.check(process)
-                found[name] = input_of(process, entry)
-        return [found[name] for name in entries if name in found], variables
+                result[name] = input_of(process, entry)
+        return [result[name] for name in entries if name in result], variables
 
     def _first(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
@@ -301,7 +301,7 @@ class Processes:
                 hint = "a translation nearer to a straight one, or the covariance of g itself"
             self.report.add(key, what, hint)
             return []
-        found = []
+        result = []
         for expansion in expansions:
             modes = mode_tables(name, expansion, start)
             process = RandomProcess(
@@ -318,14 +318,14 @@ class Processes:
                 translation=translation,
                 covariance=None if coherences is not None or expansion.repaired else covariance.at,
             )
-            found.append(process)
+            result.append(process)
         if expansions[0].repaired:
             what = (
                 f"the covariance is not positive, and the nearest one that is, {expansions[0].repaired:.2g} of its norm"
             )
             self.values.note([f"{key}: {what} from it, takes its place"])
-        self._translations.check(found[0])
-        return found
+        self._translations.check(result[0])
+        return result
 
     def _along(self, key: str, entry: written.RandomProcess) -> tuple[float, float]:
         """Return speed, 0 over time, and duration of the window."""

@@ -69,14 +69,14 @@ class Translations:
     ) -> Covariance:
         """Return the covariance of g whose translation has the one that is asked for. Raises UsageError."""
         if translation is None or entry.mean not in (0, 0.0) or entry.standard_deviation not in (None, 1, 1.0):
-            what = "covariance_of translated needs a translation or quantiles of a standard normal g"
-            raise UsageError(Problem(key, what, "translation = ..., without mean and standard_deviation"))
+            fault = "covariance_of translated needs a translation or quantiles of a standard normal g"
+            raise UsageError(Problem(key, fault, "translation = ..., without mean and standard_deviation"))
         formula = translation
         if self._mentions_refused(formula):
             return covariance
         if entry.quantiles is None and curves(formula):
-            what = "covariance_of translated knows formulas and quantiles, and the translation has a curve"
-            raise UsageError(Problem(key, what, "quantiles"))
+            fault = "covariance_of translated knows formulas and quantiles, and the translation has a curve"
+            raise UsageError(Problem(key, fault, "quantiles"))
 
         def map_of(g: Array) -> Array:
             if isinstance(formula, Application) and isinstance(formula.curve, Curve):

@@ -136,10 +136,10 @@ def inner_table(annotation: Any) -> Inner | None:
     if origin is Annotated:
         return inner_table(get_args(annotation)[0])
     if origin in (Union, UnionType):
-        return next((found for part in get_args(annotation) if (found := inner_table(part)) is not None), None)
+        return next((result for part in get_args(annotation) if (result := inner_table(part)) is not None), None)
     if origin in (dict, tuple):
-        found = inner_table(get_args(annotation)[1 if origin is dict else 0])
-        return None if found is None else Inner("entries" if origin is dict else "list", found.model)
+        result = inner_table(get_args(annotation)[1 if origin is dict else 0])
+        return None if result is None else Inner("entries" if origin is dict else "list", result.model)
     return None
 
 
@@ -152,8 +152,8 @@ def fields_of(model: type[Table]) -> dict[str, tuple[Meaning, Inner | None]]:
 
 def tables_of(model: type[Table]) -> dict[str, type[Table]]:
     """Return a class of tables and all that it holds, by name."""
-    found = {model.__name__: model}
+    result = {model.__name__: model}
     for _, inner in fields_of(model).values():
-        if inner is not None and inner.model.__name__ not in found:
-            found |= tables_of(inner.model)
-    return found
+        if inner is not None and inner.model.__name__ not in result:
+            result |= tables_of(inner.model)
+    return result

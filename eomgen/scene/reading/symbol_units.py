@@ -25,8 +25,8 @@ def unit_of(formula: Formula, joints: Mapping[str, str]) -> str:
     if isinstance(formula, Symbol):
         return unit_of_symbol(formula, joints)
     if isinstance(formula, Operation) and formula.name in _KEEPING:
-        found = {unit for part in formula.arguments if (unit := unit_of(part, joints))}
-        return found.pop() if len(found) == 1 else ""
+        result = {unit for part in formula.arguments if (unit := unit_of(part, joints))}
+        return result.pop() if len(result) == 1 else ""
     return ""
 
 

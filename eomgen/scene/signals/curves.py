@@ -159,7 +159,7 @@ class Curves:
                 return None
         path, chosen = self.folder / table.file, {"argument", "value"} & table.model_fields_set
         try:
-            found = read_columns(
+            result = read_columns(
                 path,
                 table.argument,
                 table.value,
@@ -172,15 +172,15 @@ class Curves:
             problem = error.problem
             self.report.add_problem(key, Problem(f"{problem.where} ({key})", problem.what, problem.hint))
             return None
-        x, y = found.argument * self.scale(key, table, "argument"), found.value * self.scale(key, table, "value")
-        self.note_titles(key, table, found.titles, units)
-        if found.width > 2 and "value" not in chosen:
-            title = f", {shown(found.titles[1])}," if found.titles[1] else ""
-            what = f"the table has {found.width} columns, and column {table.value}{title} is taken"
+        x, y = result.argument * self.scale(key, table, "argument"), result.value * self.scale(key, table, "value")
+        self.note_titles(key, table, result.titles, units)
+        if result.width > 2 and "value" not in chosen:
+            title = f", {shown(result.titles[1])}," if result.titles[1] else ""
+            what = f"the table has {result.width} columns, and column {table.value}{title} is taken"
             self.values.note([f"{key}.value: {what}; value = {table.value} says that it is meant"])
         file = Path(table.file).name
         shown_file = file if file.isascii() and file.isprintable() else ascii(file)
-        return (x, y), [f"{shown_file}:{line} ({key})" for line in found.lines]
+        return (x, y), [f"{shown_file}:{line} ({key})" for line in result.lines]
 
     def note_titles(self, key: str, table: written.TableFile, titles: tuple[str, str], units: tuple[str, str]) -> None:
         """Note columns whose titles name units without a conversion, or incompatible units."""

@@ -16,8 +16,8 @@ def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> 
 
     ``joints``: types by name.
     """
-    found = {unit_of_symbol(formula, joints) if isinstance(formula, Symbol) else "" for formula in formulas}
-    return found.pop() if len(found) == 1 else ""
+    result = {unit_of_symbol(formula, joints) if isinstance(formula, Symbol) else "" for formula in formulas}
+    return result.pop() if len(result) == 1 else ""
 
 
 def doubtful_label(label: str, unit: str) -> str:

@@ -237,12 +237,12 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
     if not titles:
         what = f"there is no column {shown(column)}: the first row holds numbers, not titles"
         raise TableError(f"{name}:{line}", what, f"the number of the column, 0 to {len(cells) - 1}")
-    found = [place for place, title in enumerate(titles) if title == column]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        hint = f"the number of the column, {' or '.join(map(str, found))}"
-        raise TableError(f"{name}:{line}", f"{len(found)} columns are called {shown(column)}", hint)
+    result = [place for place, title in enumerate(titles) if title == column]
+    if len(result) == 1:
+        return result[0]
+    if result:
+        hint = f"the number of the column, {' or '.join(map(str, result))}"
+        raise TableError(f"{name}:{line}", f"{len(result)} columns are called {shown(column)}", hint)
     if not words.quotes:
         what = f"no column has the title {shown(column)}"
         raise TableError(f"{name}:{line}", what, "a title in the first row of the file, or the number of the column")

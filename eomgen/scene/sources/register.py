@@ -27,14 +27,14 @@ BUILT_IN: tuple[Source, ...] = (TOML, URDF)
 @cache
 def sources() -> tuple[Source, ...]:
     """Return all sources. Raises UsageError naming the distribution of one that cannot be taken."""
-    found = list(BUILT_IN)
+    result = list(BUILT_IN)
     for entry in extensions(GROUP):
         source = loaded(entry, Source)
-        taken = [ending for ending in source.endings if any(ending in other.endings for other in found)]
+        taken = [ending for ending in source.endings if any(ending in other.endings for other in result)]
         if taken:
             raise broken(entry, f"reads {taken[0]} files, which another source does")
-        found.append(source)
-    return tuple(found)
+        result.append(source)
+    return tuple(result)
 
 
 def source_of(path: Path) -> Source | None:
@@ -84,8 +84,8 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
     specified = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]
     if specified and source is None:
         other = known[specified[0]][0]
-        what = f"{', '.join(specified)}: for {other.name} files only"
-        raise UsageError(Problem("load", what, f"the path of {other.article}, or none of them"))
+        fault = f"{', '.join(specified)}: for {other.name} files only"
+        raise UsageError(Problem("load", fault, f"the path of {other.article}, or none of them"))
     if specified and source is not None:
         other = known[specified[0]][0]
         *first, last = (option.name for option in other.options)
@@ -96,8 +96,8 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
         if own[name].choices and given[name] not in own[name].choices:
             raise UsageError(f"{name} is {shown(given[name])}", " or ".join(own[name].choices))
         if isinstance(own[name].default, bool) and not isinstance(given[name], bool):
-            what = f"True or False is needed, not {type(given[name]).__name__}"
-            raise UsageError(Problem(name, what, f"{name}=True, for all joints" if given[name] else f"{name}=False"))
+            fault = f"True or False is needed, not {type(given[name]).__name__}"
+            raise UsageError(Problem(name, fault, f"{name}=True, for all joints" if given[name] else f"{name}=False"))
     return {name: value for name, value in given.items() if name in own}
 
 

@@ -161,20 +161,20 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
     """
     if long := _LONG_KEY.search(text):
         where = f"{file}:{text.count(chr(10), 0, long.start()) + 1}"
-        what = f"there is a dotted key of more than {_MOST_PARTS} parts"
-        raise DescriptionError(Problem(where, what, "a key such as bodies.arm.mass"))
+        fault = f"there is a dotted key of more than {_MOST_PARTS} parts"
+        raise DescriptionError(Problem(where, fault, "a key such as bodies.arm.mass"))
     try:
         return tomllib.loads(text), line_index(text)
     except ValueError as error:
         message = str(error)
         place = _TOML_PLACE.search(message)
         where, column = (f"{file}:{place[1]}", f" (column {place[2]})") if place else (file, "")
-        what = _TOML_PLACE.sub("", message).encode("ascii", "backslashreplace").decode()
+        fault = _TOML_PLACE.sub("", message).encode("ascii", "backslashreplace").decode()
         line = "".join(text.splitlines()[int(place[1]) - 1 : int(place[1])] if place else [])
         key = _KEY.match(line)
-        if "overwrite a value" in what and key:
-            what, column = f"the key {key[1][:64]} is given twice", ""
-        problem = Problem(where, f"this is not TOML: {what[:200]}{column}", _toml_hint(what, line))
+        if "overwrite a value" in fault and key:
+            fault, column = f"the key {key[1][:64]} is given twice", ""
+        problem = Problem(where, f"this is not TOML: {fault[:200]}{column}", _toml_hint(fault, line))
         raise DescriptionError(problem) from None
     except RecursionError:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None

@@ -138,10 +138,10 @@ def _moved(deformation: Deformation, beam: Beam) -> list[int]:
     first, last = beam.start >= -AT_END * beam.length, beam.start + beam.length <= AT_END * beam.length
     held = (first and ends != "free_free") or (last and ends == "pinned_pinned")
     clamped = first and ends == "clamped_free"
-    found = [] if held else [_DEFLECTION[deformation.kind]]
+    result = [] if held else [_DEFLECTION[deformation.kind]]
     if deformation.kind in _SLOPE and not clamped:
-        found.append(_SLOPE[deformation.kind])
-    return found
+        result.append(_SLOPE[deformation.kind])
+    return result
 
 
 def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, Body]) -> Array:

@@ -147,7 +147,7 @@ def _bound(
 
 
 def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values) -> list[WaveComponent]:
-    report, found = values.report, []
+    report, result = values.report, []
     for word in _OF_SPECTRA:
         if getattr(entry, word) != written.SeaWaves.model_fields[word].default:
             report.add(f"{key}.{word}", f"{word} is of a spectrum, and these waves are told one by one", "without it")
@@ -174,8 +174,8 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
             what = f"a wave of {2.0 * math.pi / k:.4g} m breaks from an amplitude of {most:.4g} m on, and this one has"
             report.add(f"{place}.amplitude", f"{what} {amplitude:.4g} m", "a smaller amplitude, or a longer period")
         vector = k * math.cos(heading), k * math.sin(heading)
-        found.append(WaveComponent(*vector, w, amplitude, phase, amplitude * gravity / w))
-    return found
+        result.append(WaveComponent(*vector, w, amplitude, phase, amplitude * gravity / w))
+    return result
 
 
 def _irregular(

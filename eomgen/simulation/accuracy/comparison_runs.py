@@ -107,15 +107,15 @@ def comparison_run(
             return Comparison(span.rows[:0], p, stepper.status_text(status))
         whole = max(1, round(multiple))
         every = min(every or round(math.lcm(span.stride, whole) / multiple), grid.steps + 1)
-        found = run_chunks(stepper, grid, every, run.driven, progress)
+        result = run_chunks(stepper, grid, every, run.driven, progress)
     except UsageError as error:
         return Comparison(span.rows[:0], p, str(error.problems[0]))
-    reason = stepper.status_text(found.status) if found.status not in (0, STOPPED.number) else ""
-    times = found.rows[:, 0]
-    events = table_of(found, stepper, p)
+    reason = stepper.status_text(result.status) if result.status not in (0, STOPPED.number) else ""
+    times = result.rows[:, 0]
+    events = table_of(result, stepper, p)
     present = parameters_over(events, model, p, times)
-    stopped = reason or str(found.failure or "")
-    return Comparison(found.rows, present, stopped, found.interrupted, events, stepper.statistics)
+    stopped = reason or str(result.failure or "")
+    return Comparison(result.rows, present, stopped, result.interrupted, events, stepper.statistics)
 
 
 def counted(progress: Progress | None, before: int, total: int) -> Progress | None:

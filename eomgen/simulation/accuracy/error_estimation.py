@@ -120,9 +120,9 @@ class ErrorEstimation:
             rows, counts = trajectory.rows, statistics or {}
             runs = Comparisons(run, library, rows, parameters, self.progress, events, counts, at_rows)
             estimated = _by_tolerance if run.method.chooses_steps else _by_steps
-            found = estimated(runs)
-            if found.relative > NOTICED and _moves_between_rows(runs, library, rows, parameters):
-                found = estimated(runs)
+            result = estimated(runs)
+            if result.relative > NOTICED and _moves_between_rows(runs, library, rows, parameters):
+                result = estimated(runs)
         except NoEstimateError as reason:
             return replace(no_estimate(run, str(reason)), remedy=reason.remedy)
         except UsageError as error:  # a function of the caller that fails where it is asked again
@@ -130,7 +130,7 @@ class ErrorEstimation:
         except KeyboardInterrupt:  # what the run came to is kept
             return no_estimate(run, INTERRUPTED)
         spent = time.perf_counter() - began
-        return replace(found, seconds=spent, cost=spent / max(seconds, 1e-9))
+        return replace(result, seconds=spent, cost=spent / max(seconds, 1e-9))
 
 
 def _moves_between_rows(runs: Comparisons, library: Library, rows: Array, parameters: Array) -> bool:
@@ -175,24 +175,24 @@ def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
     if shortened := _that_bounds(runs, bound=bound):
         tries.append((-order, shortened))
     tries.append((order, multiple))
-    found = None
+    result = None
     for power, multiple in tries:
         tolerance = own * math.pow(2.0, power)
-        found = runs.at(tolerance=tolerance, multiple=multiple)
-        if len(found.rows) > 1 and not found.stopped:
-            apart = runs.apart(runs.own, found)
-            if multiple >= 0.5 and runs.same(apart) and (bound or runs.same_count(found)):
+        result = runs.at(tolerance=tolerance, multiple=multiple)
+        if len(result.rows) > 1 and not result.stopped:
+            apart = runs.apart(runs.own, result)
+            if multiple >= 0.5 and runs.same(apart) and (bound or runs.same_count(result)):
                 continue
             shorter = f" and {_part(multiple)} the step" if multiple < 1.0 else ""
             gain = gain_of_shorter(-power) if power < 0.0 else gain_of_longer(power)
             pair = Pair(apart, partial(_known, gain), f"a run at a tolerance of {tolerance:.2g}{shorter}")
-            return replace(estimate(runs, pair, math.nan), passed_over=_passed_over(runs, found))
-    if found is not None and not found.stopped:
+            return replace(estimate(runs, pair, math.nan), passed_over=_passed_over(runs, result))
+    if result is not None and not result.stopped:
         where = "its steps end where forces jump, states are sampled or rows of inputs end, and " if bound else ""
         those = "those" if bound else "the steps"
         remedy = f"largest_step = {0.25 * _largest_step(runs):.2g} in the settings"
         raise NoEstimateError(f"{where}{those} of runs at other tolerances are the same ones", "" if bound else remedy)
-    reason = f": {found.stopped}" if found is not None and found.stopped else ""
+    reason = f": {result.stopped}" if result is not None and result.stopped else ""
     raise NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
 
 
@@ -232,15 +232,15 @@ def _by_steps(runs: Comparisons) -> ErrorEstimate:
     twice = runs.at(multiple=2.0)
     four = None if twice.stopped else runs.at(multiple=4.0)
     near = runs.apart(runs.own, twice)
-    found = None
+    result = None
     if len(twice.rows) > 1:
         far = None if four is None else runs.apart(twice, four)
         words = "a run at twice the step" if four is None else "runs at 2 and 4 times the step"
         ratio = runs.ratio(2.0, near.t)
-        found = estimate(runs, Pair(near, gain_by(ratio), words, near, far, _refinement(runs, (1, 2, 4))), order)
+        result = estimate(runs, Pair(near, gain_by(ratio), words, near, far, _refinement(runs, (1, 2, 4))), order)
         same = not _passed_over(runs, twice)
-        if four is not None and not four.stopped and same and not _doubtful(runs, found, near):
-            return found
+        if four is not None and not four.stopped and same and not _doubtful(runs, result, near):
+            return result
     half = runs.at(multiple=0.5)
     if len(half.rows) > 1 and not half.stopped:
         words = "runs at half and 2 times the step"
@@ -249,10 +249,10 @@ def _by_steps(runs: Comparisons) -> ErrorEstimate:
             return _by_much_shorter_steps(runs, order)
         pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
         return replace(estimate(runs, pair, order), passed_over=_passed_over(runs, half))
-    if found is None or not found.relative < _EXPLODED:
+    if result is None or not result.relative < _EXPLODED:
         reason = f"runs neither at twice nor at half the step hold: {twice.stopped or half.stopped}"
         raise NoEstimateError(reason, _smaller(runs))
-    return found
+    return result
 
 
 def _smaller(runs: Comparisons) -> str:
@@ -274,8 +274,8 @@ def _by_much_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
         apart = runs.apart(runs.own, shorter)
         halved = runs.own.statistics.get("halvings", 0) or shorter.statistics.get("halvings", 0)
         if not (halved and runs.same(apart)):
-            found = estimate(runs, Pair(apart, gain_by(np.full(len(apart.t), 2.0 * multiple)), words), order)
-            return replace(found, passed_over=_passed_over(runs, shorter))
+            result = estimate(runs, Pair(apart, gain_by(np.full(len(apart.t), 2.0 * multiple)), words), order)
+            return replace(result, passed_over=_passed_over(runs, shorter))
     least = f"1/{math.pow(2.0, _QUARTERS[-1]):.0f} of the step"
     raise NoEstimateError(f"its steps were halved, and runs at up to {least} are the same run", _smaller(runs))
 
@@ -297,17 +297,17 @@ def _by_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
     apart = runs.apart(runs.own, shorter)
     words = f"a run at 1/{1.0 / multiple:.0f} of the step"
     passed_over = _passed_over(runs, shorter)
-    found = estimate(runs, Pair(apart, gain_by(runs.ratio(multiple, apart.t)), words), order)
-    of_outputs = 0.0 if found.largest_output is None else found.largest_output.share
-    if max(found.relative, of_outputs) > NOTICED and runs.tell(0.5 * multiple, multiple):
+    result = estimate(runs, Pair(apart, gain_by(runs.ratio(multiple, apart.t)), words), order)
+    of_outputs = 0.0 if result.largest_output is None else result.largest_output.share
+    if max(result.relative, of_outputs) > NOTICED and runs.tell(0.5 * multiple, multiple):
         finest = runs.at(multiple=0.5 * multiple)
         if len(finest.rows) > 1 and not finest.stopped:
             near, best = runs.apart(shorter, finest), runs.apart(runs.own, finest)
             words = f"runs at 1/{1.0 / multiple:.0f} and 1/{2.0 / multiple:.0f} of the step"
             refinement = _refinement(runs, (0.5 * multiple, multiple, 1.0))
             pair = Pair(best, gain_by(runs.ratio(0.5 * multiple, best.t)), words, near, apart, refinement)
-            found = estimate(runs, pair, order)
-    return replace(found, passed_over=passed_over)
+            result = estimate(runs, pair, order)
+    return replace(result, passed_over=passed_over)
 
 
 def _refinement(runs: Comparisons, multiples: tuple[float, float, float]) -> float:

@@ -125,13 +125,13 @@ class Comparisons:
         before = self._steps
         self._steps += math.ceil(self.span.steps / multiple)
         report = counted(self._progress, before, max(self._all, self._steps))
-        found = comparison_run(
+        result = comparison_run(
             self.run, self._library, self.span, multiple=multiple, tolerance=tolerance, progress=report
         )
-        if found.interrupted:
+        if result.interrupted:
             raise NoEstimateError(INTERRUPTED)
-        motion = self._motion(found.rows, self._outputs(found.rows, found.parameters), found.events)
-        return motion._replace(stopped=found.stopped, statistics=found.statistics)
+        motion = self._motion(result.rows, self._outputs(result.rows, result.parameters), result.events)
+        return motion._replace(stopped=result.stopped, statistics=result.statistics)
 
     def same(self, apart: Apart) -> bool:
         """Return whether differences are rounding of a motion that is more than that."""
@@ -163,17 +163,17 @@ class Comparisons:
         """
         times = first.rows[:, 0], second.rows[:, 0]
         after = np.searchsorted(times[1], times[0] - self._same)
-        found = np.flatnonzero(after < len(times[1]))
-        found = found[times[1][after[found]] <= times[0][found] + self._same]
+        result = np.flatnonzero(after < len(times[1]))
+        result = result[times[1][after[result]] <= times[0][result] + self._same]
         for changes in (first.changes, second.changes):
-            found = found[~_near(times[0][found], changes, _AT_EVENT * self.step)]
-        one, other = first.at(found), second.at(after[found])
+            result = result[~_near(times[0][result], changes, _AT_EVENT * self.step)]
+        one, other = first.at(result), second.at(after[result])
         with np.errstate(all="ignore"):
             kinds = differences(self.run.model, one.rows, other.rows, (one.outputs, other.outputs))
         for name, values in one.outputs.items():  # where a formula has no value in both, there is no difference
             undefined = ~(np.isfinite(values) | np.isfinite(other.outputs[name]))
             kinds[f"output.{name}"][undefined.reshape(kinds[f"output.{name}"].shape)] = 0.0
-        return Apart(times[0][found], kinds)
+        return Apart(times[0][result], kinds)
 
     def _energies(self) -> float:
         """Return the energies at work, J: the largest kinetic energy and the range of the potential energy; 0 if no
@@ -221,5 +221,5 @@ def _near(times: Array, others: Array, slack: float) -> NDArray[np.bool_]:
         return np.zeros(len(times), dtype=bool)
     after = np.clip(np.searchsorted(others, times), 1, len(others)) - 1
     behind = np.minimum(after + 1, len(others) - 1)
-    found: NDArray[np.bool_] = np.minimum(np.abs(times - others[after]), np.abs(times - others[behind])) <= slack
-    return found
+    result: NDArray[np.bool_] = np.minimum(np.abs(times - others[after]), np.abs(times - others[behind])) <= slack
+    return result

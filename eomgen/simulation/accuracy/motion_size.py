@@ -143,18 +143,18 @@ def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, A
     """
     of_units = [*zip(model.q_units, column["q"].T, strict=True), *zip(model.v_units, column["v"].T, strict=True)]
     of_units += [(_FORCES[0], column["multipliers"]), *outputs]
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     for unit, values in of_units:
-        found[unit] = max(found.get(unit, 0.0), float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
-    return found | dict.fromkeys(_FORCES, max(found.get(unit, 0.0) for unit in _FORCES))
+        result[unit] = max(result.get(unit, 0.0), float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
+    return result | dict.fromkeys(_FORCES, max(result.get(unit, 0.0) for unit in _FORCES))
 
 
 def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", "z")) -> Array:
     """Return differences as parts of the motion, (n, components of all these kinds); infinite where they are no
     numbers."""
     with np.errstate(all="ignore"):
-        found = np.hstack([apart[kind] / size.sizes[kind] for kind in kinds])
-    return np.nan_to_num(found, nan=np.inf)
+        result = np.hstack([apart[kind] / size.sizes[kind] for kind in kinds])
+    return np.nan_to_num(result, nan=np.inf)
 
 
 def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0) -> Array:
@@ -163,8 +163,8 @@ def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0)
     known = list(units) or [""] * len(size)
     largest = {unit: max(s for s, u in zip(size, known, strict=True) if u == unit) for unit in set(known)}
     least = np.array([_SMALL * largest[unit] for unit in known])
-    found: Array = np.maximum(np.maximum(size, least), floor)
-    return np.where(found > 0.0, found, np.inf)
+    result: Array = np.maximum(np.maximum(size, least), floor)
+    return np.where(result > 0.0, result, np.inf)
 
 
 def reach_of(model: CompiledModel, q: Array) -> Array:

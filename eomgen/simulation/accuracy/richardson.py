@@ -160,7 +160,7 @@ def _largest_output(runs: Comparisons, errors: Kinds, times: Array) -> Largest |
     if runs.size.still:
         return None
     units = {item["name"]: item["unit"] for item in runs.run.model.library.layout["outputs"]}
-    found = []
+    result = []
     for kind, array in errors.items():
         name = kind.partition(".")[2]
         if not name or not array.size:
@@ -168,10 +168,10 @@ def _largest_output(runs: Comparisons, errors: Kinds, times: Array) -> Largest |
         share = shares(errors, runs.size, (kind,))
         row, place = np.unravel_index(int(np.argmax(share)), share.shape)
         label = f"output {name}{f'[{place}]' if array.shape[1] > 1 else ''}"
-        found.append(
+        result.append(
             Largest(label, float(array[row, place]), units[name], float(times[row]), float(share[row, place]), RANGE)
         )
-    return max(found, key=lambda item: item.share, default=None)
+    return max(result, key=lambda item: item.share, default=None)
 
 
 def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: float, ratio: float = 2.0) -> float:
@@ -202,5 +202,5 @@ def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: f
 def _so_far(array: Array) -> Array:
     """Return the largest number of each row and those before it, (n,)."""
     with np.errstate(all="ignore"):
-        found: Array = np.maximum.accumulate(np.nan_to_num(array, nan=np.inf).max(axis=1))
-    return found
+        result: Array = np.maximum.accumulate(np.nan_to_num(array, nan=np.inf).max(axis=1))
+    return result

@@ -40,10 +40,10 @@ class StepStates:
         rows, t = path.inputs, path.states.t
         after = np.minimum(self.steps + 1, len(t) - 1)
         share = (self.t - t[self.steps]) / np.where(after > self.steps, t[after] - t[self.steps], 1.0)
-        found: Array = rows[self.steps] + share[:, np.newaxis] * (rows[after] - rows[self.steps])
+        result: Array = rows[self.steps] + share[:, np.newaxis] * (rows[after] - rows[self.steps])
         for column, formula in path.fast_inputs.items():
-            found[:, column] = path.values(formula, self)
-        return found
+            result[:, column] = path.values(formula, self)
+        return result
 
 
 class StepPath:
@@ -66,11 +66,11 @@ class StepPath:
     @cached_property
     def _places(self) -> dict[tuple[str, str], int]:
         model = self.run.model
-        found = {("state", name): k for k, name in enumerate(model.states)}
-        found |= {("input", name): k for k, name in enumerate(model.inputs)}
+        result = {("state", name): k for k, name in enumerate(model.states)}
+        result |= {("input", name): k for k, name in enumerate(model.inputs)}
         for factor in () if model.description.joints else model.factors:
-            found |= {("q", factor.name): factor.q_start, ("v", factor.name): factor.v_start}
-        return found
+            result |= {("q", factor.name): factor.q_start, ("v", factor.name): factor.v_start}
+        return result
 
     @cached_property
     def inputs(self) -> Array:
@@ -78,8 +78,8 @@ class StepPath:
         run, t = self.run, self.states.t
         if self._inputs is not None:
             return self._inputs
-        found = run.signals.rows(t) if run.takes_rows else run.model.input_values(t, parameters=self.parameters)
-        return np.array(np.broadcast_to(found, (len(t), run.model.nu)))
+        result = run.signals.rows(t) if run.takes_rows else run.model.input_values(t, parameters=self.parameters)
+        return np.array(np.broadcast_to(result, (len(t), run.model.nu)))
 
     @cached_property
     def fast_inputs(self) -> dict[int, Formula]:
@@ -97,8 +97,8 @@ class StepPath:
         """Rates of internal states at the rows, by differences: jumps of forces are none of theirs."""
         t, z = self.states.t, self.states.z
         rise = np.diff(z, axis=0) / np.maximum(np.diff(t), np.finfo(float).tiny)[:, np.newaxis]
-        found: Array = 0.5 * (np.concatenate([rise[:1], rise]) + np.concatenate([rise, rise[-1:]]))
-        return found
+        result: Array = 0.5 * (np.concatenate([rise[:1], rise]) + np.concatenate([rise, rise[-1:]]))
+        return result
 
     def at(self, times: Array, steps: NDArray[np.intp]) -> StepStates:
         return StepStates(self, times, steps)

@@ -58,7 +58,7 @@ def step_rows(
     count = 1 if steps <= _MOST else _PIECES
     width = max(1, int((len(rows) - 1) * min(1.0, _MOST / steps) / count))
     begins = np.unique(np.linspace(0, len(rows) - 1 - width, count).astype(int)) if count > 1 else [0]
-    found, present, breaks = [], [], []
+    result, present, breaks = [], [], []
     for begin in begins:
         last = min(begin + width, len(rows) - 1) if count > 1 else len(rows) - 1
         held = parameters if parameters.ndim == 1 else parameters[[begin, last]]
@@ -66,8 +66,8 @@ def step_rows(
         piece = comparison_run(run, library, span, multiple=1.0 / parts, every=1)
         if piece.interrupted or len(piece.rows) < 2:
             return None
-        found.append(piece.rows)
+        result.append(piece.rows)
         present.append(np.broadcast_to(piece.parameters, (len(piece.rows), piece.parameters.shape[-1])))
         breaks.append(len(piece.rows))
     joined = present[0][0] if parameters.ndim == 1 else np.concatenate(present)
-    return StepRows(np.concatenate(found), joined, np.cumsum(breaks)[:-1] - 1)
+    return StepRows(np.concatenate(result), joined, np.cumsum(breaks)[:-1] - 1)

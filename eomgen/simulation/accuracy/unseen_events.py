@@ -115,16 +115,16 @@ class _Roots:
         if not len(self._steps):
             return np.zeros(len(seen))
         count, steps, share = _FIRST, self._steps, self._share
-        found = share * self._roots(steps, count)
-        while np.any(self._beyond(found, seen) > 0.0) and count < _MOST:
+        result = share * self._roots(steps, count)
+        while np.any(self._beyond(result, seen) > 0.0) and count < _MOST:
             count *= 4
             part = steps[np.unique(np.linspace(0, len(steps) - 1, max(1, _SAMPLES // count)).astype(int))]
             share *= len(steps) / len(part)
-            steps, before = part, found
-            found = share * self._roots(steps, count)
-            if np.all(found <= before * (1.0 + _PART) + 1.0):
+            steps, before = part, result
+            result = share * self._roots(steps, count)
+            if np.all(result <= before * (1.0 + _PART) + 1.0):
                 break
-        return self._beyond(found, seen)
+        return self._beyond(result, seen)
 
     def _beyond(self, found: Array, seen: Array) -> Array:
         least = _LEAST + (_PART * seen if self._sampled else 0.0)
@@ -140,7 +140,7 @@ class _Roots:
         values = self._values(times, np.repeat(steps, len(grid)))
         values = values.reshape(len(steps), len(grid), len(self._known))
         touched = _TOUCHED * np.abs(np.nan_to_num(values)).max(axis=(0, 1))
-        found = np.zeros(len(self._known))
+        result = np.zeros(len(self._known))
         for event in range(len(self._known)):
             one = values[:, :, event]
             signs = np.where(np.abs(one) > touched[event], np.sign(np.nan_to_num(one)), 0.0)
@@ -151,8 +151,8 @@ class _Roots:
             passed = np.abs(rises) > 1.0
             if self._signs[event]:
                 passed &= np.sign(rises) == self._signs[event]
-            found[event] = np.count_nonzero(passed)
-        return found
+            result[event] = np.count_nonzero(passed)
+        return result
 
     def _values(self, times: Array, steps: NDArray[np.intp]) -> Array:
         """Return the functions of events at times (m,) within steps (m,), (m, events)."""

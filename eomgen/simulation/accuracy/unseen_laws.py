@@ -173,7 +173,7 @@ def unseen_law(
         laws = known[given] = run.model.description.fast_laws(given)
     if not laws or len(rows) < 2:
         return None
-    found = None
+    result = None
     try:
         recorded = _Examination(StepPath(run, rows, parameters, inputs), laws, ends, changes, stated=stated)
         if not recorded.looked_at:
@@ -183,16 +183,16 @@ def unseen_law(
             if taken is None:
                 return None
             if taken.rows is rows:
-                found = recorded.finding()
+                result = recorded.finding()
             else:
                 path = StepPath(run, taken.rows, taken.parameters)
                 again = _Examination(path, laws, ends, changes, taken.breaks, stated).finding()
-                if again is None and found is not None and _another_way(run, rows, taken.rows):
-                    return found  # closer rows met the law
-                found = again
-            if found is None:
+                if again is None and result is not None and _another_way(run, rows, taken.rows):
+                    return result  # closer rows met the law
+                result = again
+            if result is None:
                 return None
-        return found
+        return result
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
 
@@ -240,15 +240,15 @@ def _known_times(path: StepPath, laws: Sequence[Formula]) -> Array:
     p = path.parameters if path.parameters.ndim == 1 else path.parameters[0]
     values = path.run.model.description.values(dict(zip(path.run.model.parameters, p.tolist(), strict=True)))
     start, end = float(path.states.t[0]), float(path.states.t[-1])
-    found: list[Array] = [np.zeros(0)]
+    arrays: list[Array] = [np.zeros(0)]
     for law in laws:
         for point in breakpoints(law, lambda symbol: values.get(symbol.name)):
             if not point.period:
-                found.append(np.array([point.time]))
+                arrays.append(np.array([point.time]))
             elif (end - start) / point.period < _STEPS:
                 first = np.ceil((start - point.time) / point.period)
-                found.append(point.time + point.period * (first + np.arange((end - start) / point.period + 1.0)))
-    times = np.unique(np.concatenate(found))
+                arrays.append(point.time + point.period * (first + np.arange((end - start) / point.period + 1.0)))
+    times = np.unique(np.concatenate(arrays))
     inside: Array = times[(times > start) & (times < end)]
     return inside
 
@@ -290,11 +290,11 @@ class _Examination:
     def _met(self) -> NDArray[np.bool_]:
         """Steps between whose ends an argument passes a feature, or in which a known time lies, (steps,)."""
         before, after = np.searchsorted(self._ends, self._t[:-1]), np.searchsorted(self._ends, self._t[1:])
-        found: NDArray[np.bool_] = after > before
+        result: NDArray[np.bool_] = after > before
         for feature in self._features:
             sides = feature.sides(self._path.values(feature.argument, self._path.at_rows))
-            found |= np.abs(sides[1:] - sides[:-1]) >= feature.least
-        return found
+            result |= np.abs(sides[1:] - sides[:-1]) >= feature.least
+        return result
 
     @cached_property
     def _steps(self) -> NDArray[np.intp]:
@@ -384,14 +384,14 @@ class _Examination:
     def _meshes(self, steps: NDArray[np.intp], grid: Array, arguments: Sequence[Array]) -> list[Array]:
         """Return a mesh in [0, 1] for each step, refined towards features."""
         even = np.linspace(0.0, 1.0, _INTERVALS + 1)
-        found = [[even, self._inside(int(step))] for step in steps]
+        result = [[even, self._inside(int(step))] for step in steps]
         closer = np.ldexp(1.0 / len(grid), -np.arange(_CLOSER))
         for feature, table in zip(self._features, arguments, strict=True):
             places, numbers = self._passed(feature, table, grid, steps)
             for place, number in zip(places, numbers, strict=True):
                 at = np.array([place])
-                found[number] += [at] if feature.curve else [at, place - closer, place + closer]
-        return [_in_order(np.concatenate(parts)) for parts in found]
+                result[number] += [at] if feature.curve else [at, place - closer, place + closer]
+        return [_in_order(np.concatenate(parts)) for parts in result]
 
     def _inside(self, step: int) -> Array:
         """Return the positions of known times within a step, in [0, 1]."""
@@ -649,10 +649,10 @@ class _Examination:
                 columns.append((ahead - behind) / (2.0 * size))
         rates = np.nan_to_num(np.stack(columns, axis=-1))
         middle = np.median(rates.reshape(len(steps), -1, nv + nz, 2 * nv + nz), axis=1)
-        found = np.zeros((len(steps), 2 * nv + nz, 2 * nv + nz))
-        found[:, :nv, nv : 2 * nv] = np.eye(nv)
-        found[:, nv:] = middle
-        return found
+        result = np.zeros((len(steps), 2 * nv + nz, 2 * nv + nz))
+        result[:, :nv, nv : 2 * nv] = np.eye(nv)
+        result[:, nv:] = middle
+        return result
 
     @cached_property
     def _scales(self) -> tuple[Array, Array, Array]:
@@ -757,8 +757,8 @@ def _without_gaps(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
     gaps = np.diff(chosen) - 1
     shortest = np.argsort(gaps, kind="stable")
     filled = shortest[np.cumsum(gaps[shortest]) + len(chosen) <= _HOT]
-    found = [chosen, *(np.arange(chosen[k] + 1, chosen[k + 1]) for k in filled)]
-    return np.sort(np.concatenate(found))
+    result = [chosen, *(np.arange(chosen[k] + 1, chosen[k + 1]) for k in filled)]
+    return np.sort(np.concatenate(result))
 
 
 def _shortened(text: str) -> str:

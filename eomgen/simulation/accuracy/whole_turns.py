@@ -36,7 +36,7 @@ def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
     parameters : (np,), or (n, np), at the rows
     """
     model = run.model
-    found = np.zeros(model.nv, dtype=bool)
+    result = np.zeros(model.nv, dtype=bool)
     travel = np.ptp(rows[:, 1 : 1 + model.nq], axis=0)
     angles = [
         factor
@@ -44,17 +44,17 @@ def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
         if factor.group == "R" and model.q_units[factor.q_start] == "rad" and travel[factor.q_start] > TURN
     ]
     if not angles:
-        return found
+        return result
     places = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), _ROWS)).astype(int))
     held = parameters if parameters.ndim == 1 else parameters[places]
     try:
         known = _equations(run, rows[places], held, 0, 0.0)
         for factor in angles:
             turned, moved = (_equations(run, rows[places], held, factor.q_start, shift) for shift in (TURN, _OTHER))
-            found[factor.v_start] = _same(known, turned) and not _same(known, moved)
+            result[factor.v_start] = _same(known, turned) and not _same(known, moved)
     except EomgenError:  # a function of the caller, or a state at which the equations have no value
         return np.zeros(model.nv, dtype=bool)
-    return found
+    return result
 
 
 def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: float) -> list[Array]:
@@ -67,20 +67,20 @@ def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: floa
     u = None
     if model.nu:
         u = run.signals.rows(t) if run.takes_rows else model.input_values(t, parameters=parameters)
-    found = []
+    result = []
     with np.errstate(all="ignore"):
         if "inverse_dynamics" in model.functions:
             # at the accelerations of the motion forces are zero: no measure for rounding
-            found.append(model.inverse_dynamics(q, v, -a, t, u, z=z, parameters=parameters))
+            result.append(model.inverse_dynamics(q, v, -a, t, u, z=z, parameters=parameters))
         elif "forward_dynamics" in model.functions and not model.multipliers:
-            found.append(accelerations(model, q, v, t, u, z=z, parameters=parameters))
+            result.append(accelerations(model, q, v, t, u, z=z, parameters=parameters))
         if "internal_rate" in model.functions:
-            found.append(model.internal_rates(q, v, z, t, u, parameters=parameters))
+            result.append(model.internal_rates(q, v, z, t, u, parameters=parameters))
         for name in ("constraint", "constraint_jacobian"):
             if model.multipliers and name in model.functions:
                 block = next(iter(model.evaluate(name, q, t=t, parameters=parameters).values()))
-                found.append(np.asarray(block).reshape(len(t), -1))
-    return found
+                result.append(np.asarray(block).reshape(len(t), -1))
+    return result
 
 
 def _same(first: list[Array], second: list[Array]) -> bool:

@@ -195,7 +195,7 @@ def curves_outside_range(description: Description, values: Mapping[tuple[str, st
         except KeyError:
             raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
 
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     formulas = [item.formula for item in description.inputs if item.formula is not None]
     for formula in (*formulas, *description.formulas):
         for used in applications(formula):
@@ -209,5 +209,5 @@ def curves_outside_range(description: Description, values: Mapping[tuple[str, st
             margin = EDGE * (curve.end - curve.start)
             if not curve.start - margin <= at <= curve.end + margin:
                 points = f"has points from {curve.start:.9g} to {curve.end:.9g}"
-                found.setdefault(curve.name, f"{curve.name} {points} and is asked at {at:.9g}")
-    return " and ".join(found.values())
+                result.setdefault(curve.name, f"{curve.name} {points} and is asked at {at:.9g}")
+    return " and ".join(result.values())

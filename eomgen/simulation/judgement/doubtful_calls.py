@@ -66,9 +66,9 @@ def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
     description, names = model.description, tuple(model.parameters)
     normal = {name for item in description.inputs if item.random is not None for name in item.random.variables}
     normal |= {name for waves in description.waves for name in waves.variables}
-    found = [(names[k], abs(float(p[k]))) for k in large if names[k] in normal]
-    if not found:
+    result = [(names[k], abs(float(p[k]))) for k in large if names[k] in normal]
+    if not result:
         return []
-    name, value = max(found, key=itemgetter(1))
+    name, value = max(result, key=itemgetter(1))
     what = f"{name} is {value:.6g} standard deviations out: it is a standard normal variable of a random process or sea"
-    return [what + (f" ({counted(len(found), 'variable')} beyond {_IMPROBABLE:g})" if len(found) > 1 else "")]
+    return [what + (f" ({counted(len(result), 'variable')} beyond {_IMPROBABLE:g})" if len(result) > 1 else "")]

@@ -139,8 +139,8 @@ def unresolved_coordinates(run: FinishedRun) -> list[Unresolved]:
     """
     if not run.error.available:
         return []
-    found = _hidden(run, run.states.q, run.states.z)
-    return _hidden(run, *run.between_rows) if found and run.rows_are_sparse else found
+    result = _hidden(run, run.states.q, run.states.z)
+    return _hidden(run, *run.between_rows) if result and run.rows_are_sparse else result
 
 
 def _hidden(run: FinishedRun, q: Array, z: Array) -> list[Unresolved]:
@@ -154,11 +154,11 @@ def _hidden(run: FinishedRun, q: Array, z: Array) -> list[Unresolved]:
         reach[unit] = max(reach.get(unit, 0.0), size)
     errors, of_states = error.increment.tolist(), error.z.tolist()
     angles = [(factor.q_start, errors[factor.v_start]) for factor in model.factors if factor.group == "R"]
-    found = [(model.q_names[k], q_travel[k], by, model.q_units[k], reach[model.q_units[k]]) for k, by in angles]
-    found += zip(model.z_names, z_travel, of_states, model.z_units, z_sizes, strict=True)
+    result = [(model.q_names[k], q_travel[k], by, model.q_units[k], reach[model.q_units[k]]) for k, by in angles]
+    result += zip(model.z_names, z_travel, of_states, model.z_units, z_sizes, strict=True)
     return [
         Unresolved(name, travel, by, "" if unit in ("", "1") else f" {unit}")
-        for name, travel, by, unit, largest in found
+        for name, travel, by, unit, largest in result
         if (reported is None or name != reported.name) and travel > least * largest and HIDDEN * by > travel
     ]
 

@@ -111,8 +111,8 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
 
 def _grown(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
     """Return a finding on a motion that grows without end, unless it grows by the method."""
-    found = unbounded_growth(run, states_of(trajectory.rows, run.model))
-    return None if found is None or unstable_growth(run, stepper.library, trajectory) else found
+    result = unbounded_growth(run, states_of(trajectory.rows, run.model))
+    return None if result is None or unstable_growth(run, stepper.library, trajectory) else result
 
 
 def _starts_far(run: Run, trajectory: Trajectory) -> bool:

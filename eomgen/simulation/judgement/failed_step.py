@@ -23,8 +23,8 @@ def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Ar
     t, q, v, a, z = state
     if status == CONTROLLER_FAILED:
         failure = failed_controller(stepper)
-        what = f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {failure.what}"
-        return Problem("", what, failure.hint)
+        fault = f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {failure.what}"
+        return Problem("", fault, failure.hint)
     model, p, step = run.model, run.parameters, stepper.step_size
     block, already, cause = first_non_finite(model, t, (q, v, a, z), step, p, run.signals)
     inertia = None if block else inertia_warning(model, q, p, q, step)
@@ -35,5 +35,5 @@ def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Ar
         details, hint = details + cause[0], cause[1]
     elif already:
         hint = "other inputs, parameters or coordinates there: no smaller step helps"
-    what = f"the step from t = {t:.9g} s, of {step:.9g} s, failed: {stepper.status_text(status)}{details}"
-    return Problem("", what, hint)
+    fault = f"the step from t = {t:.9g} s, of {step:.9g} s, failed: {stepper.status_text(status)}{details}"
+    return Problem("", fault, hint)

@@ -80,11 +80,11 @@ def unresolved_motion(run: Run, rows: Array, step: float, events: Events | None,
     accelerations = rows[:, first : first + run.model.nv]
     for place in _places(run, rows, events, acting, jumps):
         try:
-            found = _Modes(run, place, step, accelerations).largest()
+            result = _Modes(run, place, step, accelerations).largest()
         except (EomgenError, np.linalg.LinAlgError, ValueError):  # states at which the equations give no numbers
             continue
-        if found is not None:
-            return _sentence(place.words, found, run, step)
+        if result is not None:
+            return _sentence(place.words, result, run, step)
     return ""
 
 
@@ -105,22 +105,22 @@ def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: 
     model = run.model
     ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
     t, q, v, _, _, z = np.split(rows, ends, axis=1)
-    times, found = t[:, 0], []
+    times, result = t[:, 0], []
     if times[0] == run.grid.start:
-        found.append(_Place("the start", float(times[0]), q[0], v[0], z[0], run.parameters))
+        result.append(_Place("the start", float(times[0]), q[0], v[0], z[0], run.parameters))
     if events is not None:
         held = run.parameters
         for record in [item for item in events if item.t in acting and item.t < run.grid.end][:_PLACES]:
             words = f"the event {record.name} at t = {record.t:.6g} s"
             before = record.q_before, record.v_before, record.z_before, held
             held = parameters_with(events, model, run.parameters, record.modes)
-            found.append(_Place(words, record.t, record.q, record.v, record.z, held, before))
+            result.append(_Place(words, record.t, record.q, record.v, record.z, held, before))
     for jump in np.setdiff1d(jumps, acting)[:_PLACES]:
         row = int(np.argmin(np.abs(times - jump)))
         if 0 < row < len(times) - 1 and abs(times[row] - jump) < 1e-6 * run.settings["step"]:
             state = q[row], v[row], z[row], parameters_over(events, model, run.parameters, times[row])
-            found.append(_Place(f"the jump at t = {jump:.6g} s", float(jump), *state, before=state, jump=True))
-    return found
+            result.append(_Place(f"the jump at t = {jump:.6g} s", float(jump), *state, before=state, jump=True))
+    return result
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class _Modes:
 
     def largest(self) -> _Swing | None:
         """Return the mode that swings most; None where none swings noticeably."""
-        place, found = self.place, []
+        place, result = self.place, []
         frequencies, forms, mass = self._unresolved()
         energies = np.einsum("ni,ij,nj->n", self.accelerations, mass, self.accelerations)
         usual = float(np.quantile(np.sqrt(np.maximum(energies, 0.0)), _USUAL))
@@ -156,8 +156,8 @@ class _Modes:
                     continue
             energy = form * (mass @ form)
             name = self.run.model.v_names[int(np.argmax(energy))]
-            found.append(_Swing(swing / size, frequency, name))
-        return max(found, default=None)
+            result.append(_Swing(swing / size, frequency, name))
+        return max(result, default=None)
 
     def _unresolved(self) -> tuple[Array, Array, Array]:
         """Return angular frequencies (m,), forms (nv, m) of unit kinetic energy, and M, of modes that oscillate too

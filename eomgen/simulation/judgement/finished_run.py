@@ -277,8 +277,8 @@ class FinishedRun:
         """Largest violation of a constraint, or of the unit length of a quaternion."""
         model, t, q = self.run.model, self.states.t, self.states.q
         largest = self.statistics.get("max_constraint", 0.0)
-        found = largest_violation(model, t, q, self.run.parameters, largest), largest_stretch(model, t, q)
-        return max(filter(None, found), key=lambda one: one.share, default=None)
+        result = largest_violation(model, t, q, self.run.parameters, largest), largest_stretch(model, t, q)
+        return max(filter(None, result), key=lambda one: one.share, default=None)
 
     @cached_property
     def bending(self) -> Bending | None:

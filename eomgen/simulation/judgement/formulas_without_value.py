@@ -30,11 +30,11 @@ def operations_without_value(description: Description, values: Values) -> str:
         except KeyError:
             raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
 
-    found: dict[str, None] = {}
+    result: dict[str, None] = {}
     formulas = (item.formula for item in description.inputs if item.formula is not None)
     for formula in (*formulas, *description.formulas):
-        found |= dict.fromkeys(_without_value(formula, value_of))
-    return " and ".join(list(found)[:3])
+        result |= dict.fromkeys(_without_value(formula, value_of))
+    return " and ".join(list(result)[:3])
 
 
 def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:

@@ -49,10 +49,10 @@ class Verdict:
 
     def of(self, name: str) -> tuple[Finding, ...]:
         """Return the findings of one check."""
-        found = self._known.get(name)
-        if found is None:
-            found = self._known[name] = self._evaluated(BY_NAME[name])
-        return found
+        result = self._known.get(name)
+        if result is None:
+            result = self._known[name] = self._evaluated(BY_NAME[name])
+        return result
 
     def _evaluated(self, check: Check) -> tuple[Finding, ...]:
         run, name = self._run, check.name
@@ -63,11 +63,11 @@ class Verdict:
                 return ()
         if check.after and not any(map(self.of, check.after)):
             return ()
-        found = []
+        result = []
         for finding in check.evaluate(run):
             fails = check.severity != FAILURE or check.fails(run)
-            found.append(finding.rated(name, check.severity if fails else WARNING))
-        return tuple(found)
+            result.append(finding.rated(name, check.severity if fails else WARNING))
+        return tuple(result)
 
     def _fails(self, names: Iterable[str]) -> bool:
         """Return whether a finding of these checks is a failure."""

@@ -58,7 +58,7 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Findin
         point.name: (point.body, np.array([number(part) for part in point.position]))
         for point in model.description.drawing.points
     }
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     for line in lines:
         ends = [(pose_of[body], place) for body, place in (points[line.first], points[line.second])]
         first, second = (rotated(pose[:, :4], place) + pose[:, 4:] for pose, place in ends)
@@ -66,13 +66,13 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Findin
         seen = [rotated(pose[:, :4] * _BACK, apart) for pose, _ in ends]
         met = np.flatnonzero(np.logical_and(*(_meetings(vectors, lengths[line.name]) for vectors in seen)))
         if len(met):
-            found[line.name] = float(t[met[0] + 1])
-    if not found:
+            result[line.name] = float(t[met[0] + 1])
+    if not result:
         return None
-    named = ", ".join(f"{name} at t = {time:.6g} s" for name, time in found.items())
-    what = f"the ends of the spring{'s' * (len(found) > 1)} {named} pass one another"
+    named = ", ".join(f"{name} at t = {time:.6g} s" for name, time in result.items())
+    what = f"the ends of the spring{'s' * (len(result) > 1)} {named} pass one another"
     text = f"{what}, where a force along the line between them turns round"
-    return Finding(time=min(found.values()), text=text, hint="limits that stop the motion before")
+    return Finding(time=min(result.values()), text=text, hint="limits that stop the motion before")
 
 
 def _meetings(vectors: Array, length: float) -> Array:

@@ -35,8 +35,8 @@ def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Findi
         return None
     for start in range(0, len(t) - 1, _ROWS):
         rows = slice(start, start + _ROWS + 1)  # the last one is the first of the next
-        if found := _passed(model, t[rows], q[rows], p):
-            return found
+        if result := _passed(model, t[rows], q[rows], p):
+            return result
     return None
 
 

@@ -165,12 +165,12 @@ class Beginning:
         none = Directions(*(np.zeros((size, 0)) for size in (nv, nv, nz, equations.parameters)))
         back = StartDerivatives.of(state, record, nv, nz)
         stages = self.stages(none)
-        found = np.zeros((2, equations.model.nu))
+        result = np.zeros((2, equations.model.nu))
         for number in reversed(range(len(stages))):
             multipliers, _, _ = self.taken_back(stages[number], number, back)
             by_u = -(multipliers @ equations.input_partials(stages[number].values)[0][0])
-            found += np.outer([1.0 - STAGES[number], STAGES[number]], by_u)
-        return found
+            result += np.outer([1.0 - STAGES[number], STAGES[number]], by_u)
+        return result
 
     def stages(self, along: Directions) -> list[Stage]:
         """Return the states whose accelerations the start takes, with their changes."""
@@ -291,5 +291,5 @@ def inertia_partials(start: Beginning) -> tuple[Array, Array]:
 def _nearest(M: Array, B: Array, off: Array) -> Array:
     """Return the least x in the metric of M with B x = off."""
     by_row = np.linalg.solve(M, B.T)
-    found: Array = by_row @ np.linalg.solve(B @ by_row, off)
-    return found
+    result: Array = by_row @ np.linalg.solve(B @ by_row, off)
+    return result

@@ -79,12 +79,12 @@ def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
         if shifts.max(initial=0.0) > _MOVED:
             t, moved = float(one.after["t"][0]), names[int(np.argmax(shifts))]
             by = branches.branches[one.branch].what
-            what = f"forces jump near t = {t:.6g} s by {by}, at a moment that {moved} moves"
+            fault = f"forces jump near t = {t:.6g} s by {by}, at a moment that {moved} moves"
             if one.change == 0.0:
-                what = f"the run stays where forces jump by {by}, near t = {t:.6g} s, and {moved} moves it off"
-            what += ", which is in no derivative of the steps"
+                fault = f"the run stays where forces jump by {by}, near t = {t:.6g} s, and {moved} moves it off"
+            fault += ", which is in no derivative of the steps"
             hint = "a smooth law in its place, tanh(x/0.01) for sign(x), or a run that does not come there"
-            raise CrossedJump(Problem("sensitivities", what, hint))
+            raise CrossedJump(Problem("sensitivities", fault, hint))
 
 
 def _decided_by_motion(formula: Formula) -> bool:
@@ -96,7 +96,7 @@ def _decided_by_motion(formula: Formula) -> bool:
 
 def _crossings(run: LinearRun[Any], branches: Branches) -> list[Crossing]:
     """Return the rows at which sides of branches change to the next, or rest on one; the earliest ones."""
-    found: list[Crossing] = []
+    result: list[Crossing] = []
     moving = [{one.block for one in branch.symbols} - {"t", "p"} for branch in branches.branches]
     for part in run.motion.forwards():
         _, blocks = run.values(part)
@@ -110,10 +110,10 @@ def _crossings(run: LinearRun[Any], branches: Branches) -> list[Crossing]:
         for k, branch in np.argwhere(changed).tolist():
             if moving[branch]:
                 change = float(arguments[k + 1, branch] - arguments[k, branch])
-                found.append(Crossing(part.first + k, branch, _row(values, k), _row(values, k + 1), change))
-        if len(found) > _MOST:
+                result.append(Crossing(part.first + k, branch, _row(values, k), _row(values, k + 1), change))
+        if len(result) > _MOST:
             break
-    return found[:_MOST]
+    return result[:_MOST]
 
 
 def _jumps(branches: Branches, one: Crossing) -> bool:
@@ -158,13 +158,13 @@ def _shifts(run: LinearRun[Any], branches: Branches, jumps: Sequence[Crossing]) 
 
 def _tangents_at(run: LinearRun[Any], rows: set[int]) -> dict[int, Array]:
     """Return tangents (record, directions) at rows of a run."""
-    state, found = run.state.copy(), {0: run.record}
+    state, result = run.state.copy(), {0: run.record}
     for part in map(run.of_part, run.motion.forwards()):
         record = run.tangents(part, run.along.dp, state)
-        found |= {row: record[row - part.first - 1] for row in rows if 0 < row - part.first <= len(record)}
-        if all(row in found for row in rows):
+        result |= {row: record[row - part.first - 1] for row in rows if 0 < row - part.first <= len(record)}
+        if all(row in result for row in rows):
             break
-    return found
+    return result
 
 
 def _along(

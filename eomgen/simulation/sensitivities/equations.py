@@ -252,12 +252,12 @@ class Equations:
         if self.driven:
             changes[:, :, of_inputs] = np.swapaxes(values["du"] @ driven, 1, 2)
         at_rows = {name: array if name == "p" else array[:, np.newaxis] for name, array in values.items()}
-        (found,) = functions("second_partials", {**at_rows, "weights": weighted, "direction": changes})
-        found = np.swapaxes(np.broadcast_to(found, changes.shape), 1, 2)
-        kept = np.ascontiguousarray(found[:, [*range(state), *chosen]])
+        (result,) = functions("second_partials", {**at_rows, "weights": weighted, "direction": changes})
+        result = np.swapaxes(np.broadcast_to(result, changes.shape), 1, 2)
+        kept = np.ascontiguousarray(result[:, [*range(state), *chosen]])
         if not self.driven:
             return kept
-        return np.concatenate([kept, np.swapaxes(values["du"], 1, 2) @ found[:, of_inputs]], axis=1)
+        return np.concatenate([kept, np.swapaxes(values["du"], 1, 2) @ result[:, of_inputs]], axis=1)
 
     @property
     def second_functions(self) -> Functions:
@@ -268,12 +268,12 @@ class Equations:
         """Return changes after z along directions (parameters, n), as ``second_partials`` takes them, (1, size, n),
         or (rows, size, n) if inputs move."""
         first = self._along["lam"].start
-        found = np.zeros((len(values["t"]) if self.driven else 1, self._along["u"].stop - first, dp.shape[1]))
+        result = np.zeros((len(values["t"]) if self.driven else 1, self._along["u"].stop - first, dp.shape[1]))
         of_parameters, driven = np.split(dp, [len(self.chosen)])
-        found[:, self._along["p"].start - first + np.array(self.chosen, dtype=int)] = of_parameters
+        result[:, self._along["p"].start - first + np.array(self.chosen, dtype=int)] = of_parameters
         if self.driven:
-            self.of_inputs(found)[:] = values["du"] @ driven
-        return found
+            self.of_inputs(result)[:] = values["du"] @ driven
+        return result
 
     def of_directions(self, rest: Array, values: Mapping[str, Array]) -> Array:
         """Return derivatives in the parameters from the part of ``second_partials`` after z, (n, size, ...)."""
@@ -320,8 +320,8 @@ class Equations:
     def acceleration_parameters(self, values: Mapping[str, Array]) -> Array:
         """Return the partials of the constraints' accelerations in the parameters, (n, rows, parameters)."""
         count = len(values["t"])
-        found = self._parameters(self.of("parameter_partials", values), "Ap", self.nl, count)
-        return np.concatenate([found, np.zeros((count, self.nl, self.driven))], axis=2)
+        result = self._parameters(self.of("parameter_partials", values), "Ap", self.nl, count)
+        return np.concatenate([result, np.zeros((count, self.nl, self.driven))], axis=2)
 
     def reaction_partials(self, values: Mapping[str, Array], eta: Array) -> tuple[Array, Array]:
         """Return partials of B^T eta, holonomic rows alone, in q, (n, nv, nv), and in the parameters, (n, nv,

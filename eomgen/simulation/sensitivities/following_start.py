@@ -68,25 +68,25 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
     values = _values(equations, still, t, given, du)
     moves = nl and np.any(equations.of("constraint_velocity", values)["w"])
     if moves or equations.model.evaluator.moving_base:
-        what = "the scene starts at static equilibrium beside what moves, and how parameters move that is not known"
-        raise UsageError(Problem("start", what, "initial = model.equilibrium().initial, for a start that is held"))
+        fault = "the scene starts at static equilibrium beside what moves, and how parameters move that is not known"
+        raise UsageError(Problem("start", fault, "initial = model.equilibrium().initial, for a start that is held"))
     if nl:
         (r,) = equations.of("residual", values).values()
         B = equations.of("constraint_jacobian", values)["B"][0]
         values["lam"] = -np.linalg.lstsq(B.T, r[0], rcond=None)[0][np.newaxis]
-    found = equations.partials(values)
-    matrix = _rest_matrix(equations, found)
-    M = found.Ja[0, :nv]
+    result = equations.partials(values)
+    matrix = _rest_matrix(equations, result)
+    M = result.Ja[0, :nv]
     scale = np.concatenate([1.0 / np.sqrt(np.diagonal(M)), np.ones(nz + nh)])
     scaled = scale[:, np.newaxis] * matrix * scale
     scaled /= np.max(np.abs(scaled), axis=1, keepdims=True).clip(np.finfo(float).tiny)
     sizes, directions = np.linalg.svd(scaled)[1:]
     if nl > nh or sizes[-1] <= _UNDETERMINED * sizes[0]:
         name = equations.model.v_names[int(np.argmax(np.abs(directions[-1, :nv])))].removeprefix("v.")
-        what = f"the scene starts at static equilibrium, and nothing determines where that is along {name}"
+        fault = f"the scene starts at static equilibrium, and nothing determines where that is along {name}"
         hint = f"a spring at {name}; or initial = model.equilibrium().initial, for a start that is held"
-        raise UsageError(Problem("start", what, hint))
-    return Rest(values, matrix, rest_slopes(equations, found))
+        raise UsageError(Problem("start", fault, hint))
+    return Rest(values, matrix, rest_slopes(equations, result))
 
 
 def rest_slopes(equations: Equations, found: Partials) -> Array:
@@ -185,8 +185,8 @@ def _correction(
 
 def _difference(one: Partials, other: Partials, along: tuple[Array, Array]) -> Array:
     """Return changes of e at one state minus changes at another, along dq and dp."""
-    found: Array = (one.Jq[0] - other.Jq[0]) @ along[0] + (one.P[0] - other.P[0]) @ along[1]
-    return found
+    result: Array = (one.Jq[0] - other.Jq[0]) @ along[0] + (one.P[0] - other.P[0]) @ along[1]
+    return result
 
 
 def _values(

@@ -65,16 +65,16 @@ def read_functional(given: object, components: Mapping[str, Sequence[int]], size
     if isinstance(given, str):
         return _from_text(given, components, size)
     if not isinstance(given, Mapping) or not given:
-        what = f"a functional is a text or weights by output, not {type(given).__name__}"
-        raise UsageError(Problem("of", what, f'"final({next(iter(components), "output")})"'))
+        fault = f"a functional is a text or weights by output, not {type(given).__name__}"
+        raise UsageError(Problem("of", fault, f'"final({next(iter(components), "output")})"'))
     table = np.zeros((rows, size))
     for name, weights in given.items():
         places = _places(str(name), components)
         array = numbers(f"weights of {name}", weights)
         shape = (rows,) if len(places) == 1 else (rows, len(places))
         if array.shape != shape or not np.all(np.isfinite(array)):
-            what = f"weights of {name} have the shape {array.shape}" if array.shape != shape else f"{name} has nan"
-            raise UsageError(Problem("of", what, f"finite numbers, {shape}: one for each row of the run"))
+            fault = f"weights of {name} have the shape {array.shape}" if array.shape != shape else f"{name} has nan"
+            raise UsageError(Problem("of", fault, f"finite numbers, {shape}: one for each row of the run"))
         table[:, places] += array.reshape(rows, len(places))
     return Weights(np.ones(size), "given", table)
 
@@ -86,8 +86,8 @@ def _from_text(text: str, components: Mapping[str, Sequence[int]], size: int) ->
         raise UsageError(Problem("of", f"the functional {text!r} is none of a run", hint))
     places = _places(match[2], components)
     if len(places) > 1:
-        what = f"the output {match[2]} has {len(places)} components, and a functional is one number"
-        raise UsageError(Problem("of", what, f'"{match[1]}({match[2]}[0])"'))
+        fault = f"the output {match[2]} has {len(places)} components, and a functional is one number"
+        raise UsageError(Problem("of", fault, f'"{match[1]}({match[2]}[0])"'))
     weights = np.zeros(size)
     weights[places] = 1.0
     return Weights(weights, match[1])

@@ -98,11 +98,11 @@ class GalerkinRun(LinearRun[GalerkinPart]):
     def rows_of(self, part: GalerkinPart, dp: Array, ends: Array) -> Array:
         """Return tangents of rows, given tangents of (q, v, a, z) at the ends of steps, (steps, size, directions), a of
         the next step; accelerations of rows belong to their states."""
-        found, nv = ends.copy(), self.equations.nv
+        result, nv = ends.copy(), self.equations.nv
         if part.accelerations is not None:
-            moved = np.concatenate([found, np.broadcast_to(dp, (len(found), *dp.shape))], axis=1)
-            found[:, 2 * nv : 3 * nv] = part.accelerations[1:] @ moved
-        return found
+            moved = np.concatenate([result, np.broadcast_to(dp, (len(result), *dp.shape))], axis=1)
+            result[:, 2 * nv : 3 * nv] = part.accelerations[1:] @ moved
+        return result
 
     def take_back(self, part: GalerkinPart, direct: Array, state: Array, gradient: Array) -> None:
         adjoints = part.steps.adjoints(self.of_ends(part, direct, gradient), state)

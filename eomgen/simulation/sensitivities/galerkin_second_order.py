@@ -111,9 +111,9 @@ class _MovedRun(GalerkinRun):
 
     def gradients(self, adjoint: _Adjoint) -> Array:
         """Return gradients of functionals, (functionals, directions)."""
-        found: Array = adjoint.state.T @ self.state + adjoint.record.T @ self.record
-        found += adjoint.parameters.T @ self.along.dp
-        return found
+        result: Array = adjoint.state.T @ self.state + adjoint.record.T @ self.record
+        result += adjoint.parameters.T @ self.along.dp
+        return result
 
     def states(self, part: Part) -> tuple[States, Prescribed]:
         real, _ = super().states(part)
@@ -138,8 +138,8 @@ class _MovedRun(GalerkinRun):
     def base(self, t: Array) -> Array | None:
         if not self.run.model.evaluator.moving_base:
             return None
-        (found,) = self.equations.functions("base", {"t": t, "p": self.equations.p})
-        return np.broadcast_to(found, (len(t), found.shape[-1]))
+        (result,) = self.equations.functions("base", {"t": t, "p": self.equations.p})
+        return np.broadcast_to(result, (len(t), result.shape[-1]))
 
 
 def _moved(factors: Sequence[Factor], states: States, change: Array) -> States:
@@ -163,9 +163,9 @@ def hessian_products(run: GalerkinRun, weights: Sequence[Weights], directions: A
     for tangents in _parts(run, directions):
         for column, (one, adjoint) in enumerate(zip(moved, adjoints, strict=True)):
             one.back(tangents, column, weights, adjoint)
-    found = np.stack([one.gradients(adjoint) for one, adjoint in zip(moved, adjoints, strict=True)], axis=2)
+    result = np.stack([one.gradients(adjoint) for one, adjoint in zip(moved, adjoints, strict=True)], axis=2)
     real = adjoints[0].state.real, adjoints[0].record.real
-    return found[..., 0].real, found.imag / _TINY - 0.5 * _brackets(run, real, directions)
+    return result[..., 0].real, result.imag / _TINY - 0.5 * _brackets(run, real, directions)
 
 
 def _brackets(run: GalerkinRun, adjoint: tuple[Array, Array], directions: Array) -> Array:
@@ -181,8 +181,8 @@ def _brackets(run: GalerkinRun, adjoint: tuple[Array, Array], directions: Array)
     by_q = run.begun(run.start_states, Directions(np.eye(nv), np.zeros((nv, nv)), *none))
     of_q = (adjoint[0] + adjoint[1]).T @ by_q
     brackets = product.bracket_matrix(factors, (along.dq @ directions).T) @ along.dq  # (vectors, nv, directions)
-    found: Array = np.einsum("fk,vkd->fdv", of_q, brackets)
-    return found
+    result: Array = np.einsum("fk,vkd->fdv", of_q, brackets)
+    return result
 
 
 def hessians(run: GalerkinRun, weights: Sequence[Weights]) -> tuple[Array, Array]:

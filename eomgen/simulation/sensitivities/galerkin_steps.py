@@ -140,11 +140,11 @@ class GalerkinSteps:
 
     def _rates(self, theta: Array, v: Array) -> Array:
         """Return T^-1 of theta times v."""
-        found = np.array(v, self.equations.dtype)
+        result = np.array(v, self.equations.dtype)
         for factor in self.turning:
             matrix = numeric.tangent_inverse(_group(factor), theta[..., factor.v])
-            found[..., factor.v] = np.einsum("...ij,...j->...i", matrix, v[..., factor.v])
-        return found
+            result[..., factor.v] = np.einsum("...ij,...j->...i", matrix, v[..., factor.v])
+        return result
 
     # -- linear part -------------------------------------------------------------------------------------------------
 
@@ -168,9 +168,9 @@ class GalerkinSteps:
     @cached_property
     def P(self) -> Array:
         """Partials in the parameters at the points, (points, n, rows, parameters); all partials are handed over."""
-        found = self.equations.partials(self.points)
-        self.sweeps.linear(Jq=found.Jq, Jv=found.Jv, Ja=found.Ja, Jz=found.Jz, P=found.P)
-        return found.P.reshape(self.sweeps.points, self.steps, self.nv + self.nz, -1)
+        result = self.equations.partials(self.points)
+        self.sweeps.linear(Jq=result.Jq, Jv=result.Jv, Ja=result.Ja, Jz=result.Jz, P=result.P)
+        return result.P.reshape(self.sweeps.points, self.steps, self.nv + self.nz, -1)
 
     def tangents(self, dp: Array, state: Array) -> Array:
         """Take tangents through the steps: ``state`` (size, directions) of (q, v, a, z) becomes the tangent of their
@@ -208,10 +208,10 @@ class GalerkinSteps:
         """Return the derivatives in the parameters from the result of ``adjoints``, (parameters, functionals)."""
         count = multipliers.shape[-1]
         P = self.P.reshape(-1, self.P.shape[-1])
-        found: Array = self.equations.of_directions(rest, self.values).sum(axis=0) + P.T @ multipliers.reshape(
+        result: Array = self.equations.of_directions(rest, self.values).sum(axis=0) + P.T @ multipliers.reshape(
             -1, count
         )
-        return found
+        return result
 
     @property
     def _curvature(self) -> Curvature:
@@ -235,23 +235,23 @@ class GalerkinSteps:
 
     def _blocks(self, of_group: object, x: Array) -> Array:
         """Return matrices of the rotating factors at x (..., nv), one behind the other, (..., numbers)."""
-        found = [np.zeros((*x.shape[:-1], 0), self.equations.dtype)]
+        result = [np.zeros((*x.shape[:-1], 0), self.equations.dtype)]
         for factor in self.turning:
             matrix = of_group(_group(factor), x[..., factor.v])  # type: ignore[operator]
-            found.append(matrix.reshape(*x.shape[:-1], -1))
-        return np.concatenate(found, axis=-1)
+            result.append(matrix.reshape(*x.shape[:-1], -1))
+        return np.concatenate(result, axis=-1)
 
     def _along(self, theta: Array, x: Array, *, inverse: bool) -> Array:
         """Return partials in theta of T, or of its inverse, times x of the rotating factors, as ``_blocks``."""
-        found = [np.zeros((*x.shape[:-1], 0), self.equations.dtype)]
+        result = [np.zeros((*x.shape[:-1], 0), self.equations.dtype)]
         for factor in self.turning:
             size = factor.v_size
             matrix = np.empty((*x.shape[:-1], size, size), self.equations.dtype)
             for k, unit in enumerate(np.eye(size)):
                 change = tangent_along(_group(factor), theta[..., factor.v], unit, inverse=inverse)
                 matrix[..., k] = np.einsum("...ij,...j->...i", change, x[..., factor.v])
-            found.append(matrix.reshape(*x.shape[:-1], -1))
-        return np.concatenate(found, axis=-1)
+            result.append(matrix.reshape(*x.shape[:-1], -1))
+        return np.concatenate(result, axis=-1)
 
 
 def _group(factor: Factor) -> Group:

@@ -155,8 +155,8 @@ class GalerkinSweeps:
             self._point(name, array)
         done = self._lib.eomgen_passes_begin(self._given, self._room((self.rows + 1) * self._nv))
         if done < self._steps:
-            what = f"the equations of the step from t = {times[done]:.9g} s, made linear, have no solution"
-            raise NumericalError(Problem("sensitivities", what, "a smaller step"))
+            fault = f"the equations of the step from t = {times[done]:.9g} s, made linear, have no solution"
+            raise NumericalError(Problem("sensitivities", fault, "a smaller step"))
 
     def refine(self, number: int, missing: Array, accelerations: Array, before: Array) -> None:
         """Correct accelerations of nodes (nodes, steps, nv) by the factors of the steps; ``missing``, residuals there,

@@ -26,7 +26,7 @@ def input_derivatives(run: AlphaRun | GalerkinRun, weights: Weights) -> Array:
 def _of_alpha(run: AlphaRun, weights: Weights) -> Array:
     """Return them of generalized-alpha: a step takes inputs at its end, an output at its row, and the start within the
     first step, between two rows."""
-    found = np.zeros((run.motion.steps + 1, run.run.model.nu))
+    result = np.zeros((run.motion.steps + 1, run.run.model.nu))
     state = np.zeros((run.linear.state_size, 1))
     of_parameters = np.zeros((len(run.along.dp), 1))
     record = np.zeros((1, run.linear.record_size, 1))
@@ -37,23 +37,23 @@ def _of_alpha(run: AlphaRun, weights: Weights) -> Array:
         by_u, outputs_by_u = run.equations.input_partials(part.blocks)
         first = 0 if part.first == 0 else 1
         rows = slice(part.first + first, part.first + len(by_u))
-        found[rows] += np.einsum("no,nou->nu", of_outputs[first:, :, 0], outputs_by_u[first:])
-        found[part.first + 1 : part.first + len(by_u)] -= np.einsum("ne,neu->nu", multipliers[..., 0], by_u[1:])
-    found[:2] += run.beginning.of_inputs(state[:, 0], record[0, :, 0])
+        result[rows] += np.einsum("no,nou->nu", of_outputs[first:, :, 0], outputs_by_u[first:])
+        result[part.first + 1 : part.first + len(by_u)] -= np.einsum("ne,neu->nu", multipliers[..., 0], by_u[1:])
+    result[:2] += run.beginning.of_inputs(state[:, 0], record[0, :, 0])
     if run.start.at_rest:
         moved = _resting(run)
         along = on_constraints(run.beginning, moved, run.inverse_inertia) if run.run.model.multipliers else moved
         of_equations = run.of_equations(along)
         begun, row = run.beginning.tangents(of_equations, run.beginning.stages(of_equations))
-        found[0] += begun.T @ state[:, 0] + row.T @ record[0, :, 0] + along.dp.T @ of_parameters[:, 0]
-    return found
+        result[0] += begun.T @ state[:, 0] + row.T @ record[0, :, 0] + along.dp.T @ of_parameters[:, 0]
+    return result
 
 
 def _of_passes(run: GalerkinRun, weights: Weights) -> Array:
     """Return them of methods in passes: a step takes inputs at its start and at its nodes, which are linear between
     rows."""
     equations, nv, nu = run.equations, run.equations.nv, run.run.model.nu
-    found = np.zeros((run.motion.steps + 1, nu))
+    result = np.zeros((run.motion.steps + 1, nu))
     state, of_parameters = np.zeros((len(run.state), 1)), np.zeros((len(run.along.dp), 1))
     record = np.zeros((1, len(run.record), 1))
     for stepped in run.motion.backwards():
@@ -67,22 +67,22 @@ def _of_passes(run: GalerkinRun, weights: Weights) -> Array:
         rows = slice(part.first, part.first + len(by_u))
         taken = np.einsum("no,nou->nu", of_outputs[:, :, 0], outputs_by_u)
         taken[1:] += _of_accelerations(part, record[1:, 2 * nv : 3 * nv, 0], by_u[1:])
-        found[rows][first:] += taken[first:]
-        found[part.first : rows.stop - 1] += equations.of_inputs(rest)[..., 0]
+        result[rows][first:] += taken[first:]
+        result[part.first : rows.stop - 1] += equations.of_inputs(rest)[..., 0]
         of_points, _ = equations.input_partials(part.steps.points)
         for share, of_node in zip(part.steps.shares, multipliers[..., 0], strict=True):
             by_node, of_points = np.split(of_points, [len(of_node)])
             of_u = np.einsum("ne,neu->nu", of_node, by_node)
-            found[part.first : rows.stop - 1] += (1.0 - share) * of_u
-            found[part.first + 1 : rows.stop] += share * of_u
+            result[part.first : rows.stop - 1] += (1.0 - share) * of_u
+            result[part.first + 1 : rows.stop] += share * of_u
     blocks = run.blocks(run.start_states, run.prescribed(run.start_states.t))
     by_u, _ = equations.input_partials(blocks)
     of_start = state + record[0]
     solved = np.linalg.solve(equations.partials(blocks, parameters=False).Ja[0, :nv].T, of_start[2 * nv : 3 * nv, 0])
-    found[0] -= solved @ by_u[0, :nv]
+    result[0] -= solved @ by_u[0, :nv]
     if run.start.at_rest:
-        found[0] += run.begun(run.start_states, _resting(run)).T @ of_start[:, 0]
-    return found
+        result[0] += run.begun(run.start_states, _resting(run)).T @ of_start[:, 0]
+    return result
 
 
 def _of_accelerations(part: GalerkinPart, direct: Array, by_u: Array) -> Array:
@@ -92,8 +92,8 @@ def _of_accelerations(part: GalerkinPart, direct: Array, by_u: Array) -> Array:
     nv = direct.shape[1]
     Ja = part.steps.equations.partials(part.blocks, parameters=False).Ja[1:, :nv]
     solved = np.linalg.solve(np.swapaxes(Ja, 1, 2), direct[..., np.newaxis])[..., 0]
-    found: Array = -np.einsum("ne,neu->nu", solved, by_u[:, :nv])
-    return found
+    result: Array = -np.einsum("ne,neu->nu", solved, by_u[:, :nv])
+    return result
 
 
 def _resting(run: AlphaRun | GalerkinRun) -> Directions:

@@ -141,8 +141,8 @@ class LinearRun(ABC, Generic[Made]):
 
     def products(self, matrices: Array, columns: Array) -> Array:
         """Return products of (n, rows, size) and (n, size, directions)."""
-        found: Array = matrices @ columns
-        return found
+        result: Array = matrices @ columns
+        return result
 
     def values(self, part: Part) -> tuple[Array, dict[str, Array]]:
         """Return times and input blocks of the rows of a part."""
@@ -161,10 +161,10 @@ class LinearRun(ABC, Generic[Made]):
         position = (times - self.run.grid.start) / self.run.grid.step
         near = np.rint(position)
         position = np.where(np.abs(position - near) < _ROUNDED, near, position)
-        found = np.zeros((len(times), self.run.model.nu, len(self.samples)))
+        result = np.zeros((len(times), self.run.model.nu, len(self.samples)))
         for number, (column, row) in enumerate(self.samples):
-            found[:, column, number] = 1.0 if row < 0 else np.maximum(0.0, 1.0 - np.abs(position - row))
-        return found
+            result[:, column, number] = 1.0 if row < 0 else np.maximum(0.0, 1.0 - np.abs(position - row))
+        return result
 
     def row_weights(self, part: LinearPart, weights: Sequence[Weights]) -> Array:
         """Return the weights of outputs at the rows of a part, (rows, outputs, functionals)."""
@@ -177,8 +177,8 @@ class LinearRun(ABC, Generic[Made]):
         Y, Yp = self.equations.output_partials(part.blocks)
         own = of_outputs[0 if part.first == 0 else 1 :]
         by[: Yp.shape[2]] += np.einsum("nop,nof->pf", Yp[-len(own) :], own)
-        found: Array = np.swapaxes(Y, 1, 2) @ of_outputs
-        return found
+        result: Array = np.swapaxes(Y, 1, 2) @ of_outputs
+        return result
 
     def _directions(self) -> Directions:
         """Return the directions at the start."""

@@ -159,10 +159,10 @@ class LinearSteps:
     def products(self, matrices: Array, columns: Array) -> Array:
         """Return products of (n, rows, size) and (n, size, directions)."""
         count, rows, size = matrices.shape
-        found = np.empty((count, rows, columns.shape[2]))
-        kept = np.ascontiguousarray(matrices), np.ascontiguousarray(columns), found
+        result = np.empty((count, rows, columns.shape[2]))
+        kept = np.ascontiguousarray(matrices), np.ascontiguousarray(columns), result
         self._lib.eomgen_step_products(count, rows, size, columns.shape[2], *map(self._doubles, kept))
-        return found
+        return result
 
     def _given(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
         """Return the structure of C, and the arrays it points to."""
@@ -184,5 +184,5 @@ class LinearSteps:
 
     def _check(self, done: int, steps: int, times: Array) -> None:
         if done != steps:
-            what = f"the equations of the step to t = {times[done]:.9g} s, made linear, have no solution"
-            raise NumericalError(Problem("sensitivities", what, "a smaller step, or constraints that do not repeat"))
+            fault = f"the equations of the step to t = {times[done]:.9g} s, made linear, have no solution"
+            raise NumericalError(Problem("sensitivities", fault, "a smaller step, or constraints that do not repeat"))

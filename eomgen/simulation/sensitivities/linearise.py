@@ -116,8 +116,8 @@ def sensitivities(
     _check(model, chosen, grid, initial)
     if grid.whole % every:
         divides = max(part for part in range(1, every + 1) if grid.whole % part == 0)
-        what = f"{grid.whole} steps are no rows of {every} steps each, and the end of the run would be none of them"
-        raise UsageError(Problem("record_every", what, f"record_every = {divides}"))
+        fault = f"{grid.whole} steps are no rows of {every} steps each, and the end of the run would be none of them"
+        raise UsageError(Problem("record_every", fault, f"record_every = {divides}"))
     refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
     from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
     names, directions = _directions(model, by, from_caller, grid.whole)
@@ -156,8 +156,8 @@ def _start(
     parameters = dict(zip(model.parameters, p.tolist(), strict=True))
     slopes = getattr(model.initial_at, "slopes", lambda *_: None)(parameters, by)
     if slopes is None:
-        what = "the scene's initial state follows from parameters, and that is not in the derivatives"
-        raise UsageError(Problem("initial", what, 'initial={"q": ..., "v": ...}, for a start that is held'))
+        fault = "the scene's initial state follows from parameters, and that is not in the derivatives"
+        raise UsageError(Problem("initial", fault, 'initial={"q": ..., "v": ...}, for a start that is held'))
     if at_rest:
         return Start(asked, at_rest, slopes)
     for name, value in (initial or {}).items():
@@ -202,21 +202,21 @@ def _directions(
     if isinstance(by, str):
         raise UsageError(Problem("by", f"directions are a list of names, not the text {by!r}", f'by=["{by}"]'))
     if not (by is None or isinstance(by, Iterable)):
-        what = f"directions are a list of names, not {shown(by)}"
-        raise UsageError(Problem("by", what, f'by=["{(parameters or places)[0]}"]'))
+        fault = f"directions are a list of names, not {shown(by)}"
+        raise UsageError(Problem("by", fault, f'by=["{(parameters or places)[0]}"]'))
     every = parameters if by is None else list(by)
     samples = _samples(model, [name for name in every if str(name).startswith(_INPUTS)], given, steps)
     chosen = [name for name in every if not str(name).startswith(_INPUTS)]
     known = {"p": parameters, "q": places, "v": rates, "z": states}
     if not every:
-        what = "there is nothing to take derivatives by" if by is not None else "the scene has no tunable parameters"
+        fault = "there is nothing to take derivatives by" if by is not None else "the scene has no tunable parameters"
         hint = f'by=["{places[0]}", "{rates[0]}"], of the initial state' if by is None else 'by=["mass"]'
-        raise UsageError(Problem("by", what, hint))
+        raise UsageError(Problem("by", fault, hint))
     for name in chosen:
         if not any(name in names for names in known.values()):
             of_state = str(name).startswith(("q.", "v.", "z."))
-            what = "component of the initial state" if of_state else "parameter"
-            check_name(what, name, [*places, *rates, *states] if of_state else parameters, _fixed(model))
+            fault = "component of the initial state" if of_state else "parameter"
+            check_name(fault, name, [*places, *rates, *states] if of_state else parameters, _fixed(model))
     columns = {block: [names.index(name) for name in chosen if name in names] for block, names in known.items()}
     ordered = [known[block][column] for block in "pqvz" for column in columns[block]]
     if len(set(ordered)) < len(chosen) or len(set(samples)) < len(samples):
@@ -229,24 +229,24 @@ def _samples(
 ) -> list[tuple[str, tuple[int, int]]]:
     """Return names of samples of inputs with their columns and rows. Raises UsageError."""
     known = [item.name for item in model.description.inputs]
-    found = []
+    result = []
     for name in names:
         match = _SAMPLE.fullmatch(name)
         if match is None or not known:
-            what = f"{name!r} is no sample of an input" if known else "the scene has no inputs"
+            fault = f"{name!r} is no sample of an input" if known else "the scene has no inputs"
             hint = ", ".join(f"inputs.{known[0]}{part}" for part in ("", "[3]", "[:]")) if known else "parameters"
-            raise UsageError(Problem("by", what, hint))
+            raise UsageError(Problem("by", fault, hint))
         check_name("input", match["name"], known)
         column, row = known.index(match["name"]), match["row"]
         if model.description.inputs[column].given and match["name"] not in given:
-            what = f"the input {match['name']} follows a formula of the scene"
-            raise UsageError(Problem("by", what, f'inputs={{"{match["name"]}": ...}}, to give values'))
+            fault = f"the input {match['name']} follows a formula of the scene"
+            raise UsageError(Problem("by", fault, f'inputs={{"{match["name"]}": ...}}, to give values'))
         if row is not None and row != ":" and int(row) > steps:
-            what = f"the run has rows 0 to {steps}, and {name} is none of them"
-            raise UsageError(Problem("by", what, f"inputs.{match['name']}[{steps}]"))
+            fault = f"the run has rows 0 to {steps}, and {name} is none of them"
+            raise UsageError(Problem("by", fault, f"inputs.{match['name']}[{steps}]"))
         rows = [-1] if row is None else range(steps + 1) if row == ":" else [int(row)]
-        found += [(name if one < 0 else f"inputs.{match['name']}[{one}]", (column, one)) for one in rows]
-    return found
+        result += [(name if one < 0 else f"inputs.{match['name']}[{one}]", (column, one)) for one in rows]
+    return result
 
 
 def _fixed(model: CompiledModel) -> Sequence[str]:
@@ -267,8 +267,8 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
     for name in of or ():
         check_name("output", name, list(places))
     if not places:
-        what = "the scene has no outputs, and derivatives are of outputs"
-        raise UsageError(Problem("of", what, '[outputs.angle] formula = "q.hinge" in the scene'))
+        fault = "the scene has no outputs, and derivatives are of outputs"
+        raise UsageError(Problem("of", fault, '[outputs.angle] formula = "q.hinge" in the scene'))
     return places if of is None else {name: places[name] for name in of}
 
 
@@ -281,26 +281,26 @@ def _check(
     """Raise UsageError for runs without derivatives here, and say why."""
     layout = chosen.library.layout
     if "events" in layout["method"]:
-        what = "the scene has events, and across them derivatives are not defined here: their times move, too"
-        raise UsageError(Problem("sensitivities", what, "a scene without events"))
+        fault = "the scene has events, and across them derivatives are not defined here: their times move, too"
+        raise UsageError(Problem("sensitivities", fault, "a scene without events"))
     if layout["sampled"]:
-        what = "the scene has sampled states, and derivatives are those of steps that end on none of their samples"
-        raise UsageError(Problem("sensitivities", what, "a continuous controller: internal states"))
+        fault = "the scene has sampled states, and derivatives are those of steps that end on none of their samples"
+        raise UsageError(Problem("sensitivities", fault, "a continuous controller: internal states"))
     if layout["method"].get("jumps") and len(model.discontinuity_times(grid.start, grid.reached)):
         first = float(model.discontinuity_times(grid.start, grid.reached)[0])
-        what = f"forces jump at t = {first:.6g} s, where steps are cut in two; these have no derivatives here"
-        raise UsageError(Problem("sensitivities", what, "a smooth law in its place"))
+        fault = f"forces jump at t = {first:.6g} s, where steps are cut in two; these have no derivatives here"
+        raise UsageError(Problem("sensitivities", fault, "a smooth law in its place"))
     if not grid.whole:
-        what = f"the run from {grid.start:.6g} s to {grid.end:.6g} s has no whole step of {grid.step:.6g} s"
+        fault = f"the run from {grid.start:.6g} s to {grid.end:.6g} s has no whole step of {grid.step:.6g} s"
         swapped = grid.start < grid.step and grid.end > grid.start
         hint = f"t_end = {grid.step:.6g}, step = {grid.end:.6g}: the end comes first" if swapped else "a later t_end"
-        raise UsageError(Problem("t_end", what, hint))
+        raise UsageError(Problem("t_end", fault, hint))
     if grid.rest:
-        what = f"the last step is shorter than {grid.step:.6g} s, and has no derivatives here"
-        raise UsageError(Problem("t_end", what, f"t_end = {grid.start + grid.whole * grid.step:.9g}"))
+        fault = f"the last step is shorter than {grid.step:.6g} s, and has no derivatives here"
+        raise UsageError(Problem("t_end", fault, f"t_end = {grid.start + grid.whole * grid.step:.9g}"))
     if chosen.library.real != "double":
-        what = f"the model computes with {chosen.library.real}, whose rounding derivatives would be lost in"
-        raise UsageError(Problem("sensitivities", what, 'real = "double"'))
+        fault = f"the model computes with {chosen.library.real}, whose rounding derivatives would be lost in"
+        raise UsageError(Problem("sensitivities", fault, 'real = "double"'))
     check_initial(initial)
 
 
@@ -312,8 +312,8 @@ def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[s
             continue
         inside = [symbol.name for symbol in symbols(item.formula) if symbol.kind == "parameter" and symbol.name in by]
         if inside:
-            what = f"the input {item.name} is given, but derivatives by {inside[0]} are those of its formula"
-            raise UsageError(Problem("inputs", what, f"by=... without {inside[0]}, or {item.name} by its formula"))
+            fault = f"the input {item.name} is given, but derivatives by {inside[0]} are those of its formula"
+            raise UsageError(Problem("inputs", fault, f"by=... without {inside[0]}, or {item.name} by its formula"))
 
 
 def _check_switches(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:
@@ -326,31 +326,31 @@ def _check_switches(model: CompiledModel, given: Collection[str], by: Sequence[s
             inside = symbols(condition)
             name = next((one.name for one in inside if one.kind == "parameter" and one.name in by), "")
             if name and any(one.kind == "time" for one in inside):
-                what = (
+                fault = (
                     f"{name} moves the instant at which a formula takes another branch, and that is not in derivatives"
                 )
-                raise UsageError(Problem("by", what, "a smooth law in its place, max(t - start, 0) for a ramp"))
+                raise UsageError(Problem("by", fault, "a smooth law in its place, max(t - start, 0) for a ramp"))
 
 
 def _named(method: str) -> str:
     """Return the name of a method. Raises UsageError for the choice of one."""
     if method == "auto":
-        what = "auto chooses a method for each run, and not all of them have derivatives"
-        raise UsageError(Problem("method", what, _with_derivatives()))
+        fault = "auto chooses a method for each run, and not all of them have derivatives"
+        raise UsageError(Problem("method", fault, _with_derivatives()))
     return method
 
 
 def _linear_step(name: str, method: Method, internal: bool) -> LinearStep | LinearPasses:
     """Return the coefficients of a method's steps made linear. Raises UsageError where it has none."""
     if method.chooses_steps:
-        what = f"{name} chooses its steps, and where they end moves with what derivatives are taken by"
-        raise UsageError(Problem("method", what, _with_derivatives()))
+        fault = f"{name} chooses its steps, and where they end moves with what derivatives are taken by"
+        raise UsageError(Problem("method", fault, _with_derivatives()))
     step = method.linear_step
     if step is None:
         raise UsageError(Problem("method", f"{name} has no derivatives of runs here", _with_derivatives()))
     if internal and isinstance(step, LinearStep) and (step.alpha_m, step.rate_alpha_m) != (step.alpha_f, step.alpha_f):
-        what = f"{name} starts internal states with rates of their rates, which have no derivatives here"
-        raise UsageError(Problem("method", what, "trapezoidal, newmark or tdg2"))
+        fault = f"{name} starts internal states with rates of their rates, which have no derivatives here"
+        raise UsageError(Problem("method", fault, "trapezoidal, newmark or tdg2"))
     return step
 
 

@@ -65,9 +65,11 @@ class Motion:
         self.check(stepper.initialize(run.grid.start, state.q, state.v, table, state.z))
         self.start = {name: stepper.state[place].copy() for name, place in stepper.places.items()}
         if "history" in self.start and self.start["history"][0] < 0:
-            what = "the start excites motions that are too fast for the step, and the first step, which damps them, has"
+            fault = (
+                "the start excites motions that are too fast for the step, and the first step, which damps them, has"
+            )
             hint = f"a step of {0.1 * run.grid.step:.3g} s, or an initial state nearer to balance"
-            raise NumericalError(Problem("sensitivities", f"{what} no derivatives", hint))
+            raise NumericalError(Problem("sensitivities", f"{fault} no derivatives", hint))
         self._first = stepper.memory
         self._row = stepper.row if table is None else stepper.row_with(np.ascontiguousarray(table))
 
@@ -120,8 +122,8 @@ class Motion:
         record = np.empty((size, stepper.sizes["row"]))
         memory = self._taken(size, table, record)
         if stepper.statistics.get("halvings"):
-            what = f"a step near t = {stepper.t:.6g} s converged in halves only, and these have no derivatives"
-            raise NumericalError(Problem("sensitivities", what, f"a step of {0.5 * run.grid.step:.3g} s"))
+            fault = f"a step near t = {stepper.t:.6g} s converged in halves only, and these have no derivatives"
+            raise NumericalError(Problem("sensitivities", fault, f"a step of {0.5 * run.grid.step:.3g} s"))
         return Part(done, np.concatenate([row[np.newaxis], record]), memory)
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
@@ -134,5 +136,5 @@ class Motion:
     def check(self, status: int) -> None:
         """Raise NumericalError if a call of the stepper failed."""
         if status:
-            what = f"the run fails at t = {self.stepper.t:.9g} s: {self.stepper.status_text(status)}"
-            raise NumericalError(Problem("sensitivities", what, "a smaller step; simulate says more of it"))
+            fault = f"the run fails at t = {self.stepper.t:.9g} s: {self.stepper.status_text(status)}"
+            raise NumericalError(Problem("sensitivities", fault, "a smaller step; simulate says more of it"))

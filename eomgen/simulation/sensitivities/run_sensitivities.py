@@ -149,8 +149,8 @@ class Sensitivities:
         UsageError
             As of ``gradient``; scenes whose runs have no second derivatives here.
         """
-        found: Array = self.hessians([of])[0]
-        return found
+        result: Array = self.hessians([of])[0]
+        return result
 
     def hessians(self, of: Sequence[Functional]) -> Array:
         """Return the second derivatives of several functionals, (functionals, directions, directions), by tangents
@@ -212,15 +212,15 @@ class Sensitivities:
         vectors = numbers("directions", directions)
         if vectors.ndim not in (1, 2) or len(vectors) != len(self.by) or not np.all(np.isfinite(vectors)):
             fits = vectors.ndim in (1, 2) and len(vectors) == len(self.by)
-            what = "vectors have nan" if fits else f"vectors have the shape {vectors.shape}"
-            raise UsageError(Problem("directions", what, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
+            fault = "vectors have nan" if fits else f"vectors have the shape {vectors.shape}"
+            raise UsageError(Problem("directions", fault, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
         columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
         run = self._twice("hessian_products")
         if isinstance(run, GalerkinRun):
-            found = galerkin_second_order.hessian_products(run, [weights], columns)[1][0]
+            result = galerkin_second_order.hessian_products(run, [weights], columns)[1][0]
         else:
-            found = second_order.hessian_products(run, weights, columns)
-        return self._finite(found.reshape(vectors.shape))
+            result = second_order.hessian_products(run, weights, columns)
+        return self._finite(result.reshape(vectors.shape))
 
     # -- inputs -------------------------------------------------------------------------------------------------------
 
@@ -248,9 +248,9 @@ class Sensitivities:
             if not item.given or item.random is not None or item.name in run.run.signals.given
         }
         if not columns:
-            what = "the scene has no inputs" if not inputs else "all inputs follow formulas of the scene"
+            fault = "the scene has no inputs" if not inputs else "all inputs follow formulas of the scene"
             hint = 'inputs={"command": ...}' if not inputs else f'inputs={{"{inputs[0].name}": ...}}, to give values'
-            raise UsageError(Problem("input_gradient", what, hint))
+            raise UsageError(Problem("input_gradient", fault, hint))
         assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
         table = self._finite(input_derivatives(run, weights))
         return {name: table[:, column] for name, column in columns.items()}
@@ -260,15 +260,15 @@ class Sensitivities:
         run = self._run
         assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
         if run.follows and run.start.slopes is not None:
-            what = (
+            fault = (
                 "the state that the run starts from follows from parameters, and its second derivatives are not known"
             )
-            raise UsageError(Problem(wanted, what, 'initial={"q": ..., "v": ...}, for a start that is held'))
+            raise UsageError(Problem(wanted, fault, 'initial={"q": ..., "v": ...}, for a start that is held'))
         moved = isinstance(run, AlphaRun) and (np.any(run.along.dq) or np.any(run.along.dv))
         if isinstance(run, AlphaRun) and run.equations.nl and moved and run.beginning.moved_far:
-            what = "the initial state is moved onto the constraints, and second derivatives of how are not known"
+            fault = "the initial state is moved onto the constraints, and second derivatives of how are not known"
             raise UsageError(
-                Problem(wanted, what, 'state = model.consistent(q, v), and initial={"q": state.q, "v": state.v}')
+                Problem(wanted, fault, 'state = model.consistent(q, v), and initial={"q": state.q, "v": state.v}')
             )
         return run
 
@@ -289,9 +289,9 @@ class Sensitivities:
 
 def _counted(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:
     """Return the places of outputs' components among the chosen ones."""
-    found: dict[str, list[int]] = {}
+    result: dict[str, list[int]] = {}
     count = 0
     for name, places in outputs.items():
-        found[name] = list(range(count, count + len(places)))
+        result[name] = list(range(count, count + len(places)))
         count += len(places)
-    return found
+    return result

@@ -183,5 +183,5 @@ class SecondBeginning:
         if all(factor.group == "R" for factor in factors):
             return np.zeros((other.shape[1], one.shape[1]))
         contracted = np.einsum("r,krc->kc", weights, product.bracket_matrix(factors, np.eye(len(weights))))
-        found: Array = other.T @ contracted.T @ one
-        return found
+        result: Array = other.T @ contracted.T @ one
+        return result

@@ -145,9 +145,9 @@ def gradients(run: AlphaRun, weights: Sequence[Weights]) -> Gradients:
         swept = _back(run, part, weights, adjoint)
         if run.motion.kept:
             parts.append(swept)
-    found: Array = adjoint.state.T @ run.state + adjoint.record.T @ run.record
-    found += adjoint.parameters.T @ run.along.dp
-    return Gradients(found, parts, adjoint)
+    result: Array = adjoint.state.T @ run.state + adjoint.record.T @ run.record
+    result += adjoint.parameters.T @ run.along.dp
+    return Gradients(result, parts, adjoint)
 
 
 def hessians(run: AlphaRun, weights: Sequence[Weights], known: Gradients | None = None) -> tuple[Array, Array]:
@@ -158,7 +158,7 @@ def hessians(run: AlphaRun, weights: Sequence[Weights], known: Gradients | None 
     """
     swept = list(known.parts) if known is not None else []
     adjoint = known.adjoint if known is not None and swept else _Adjoint.of(run, len(weights))
-    found = np.zeros((len(weights), run.size, run.size))
+    result = np.zeros((len(weights), run.size, run.size))
     for number_of_part, tangents in enumerate(_parts(run, run.along, run.state, run.record)):
         of_part = swept[number_of_part] if swept else _back(run, tangents.part, weights, adjoint)
         multipliers, ends, of_outputs = of_part
@@ -166,13 +166,13 @@ def hessians(run: AlphaRun, weights: Sequence[Weights], known: Gradients | None 
             of_rows, of_steps, of_parameters = tangents.changes(
                 run, multipliers[..., number], ends[..., number], of_outputs[..., number]
             )
-            found[number] += _paired(tangents.rows[tangents.own], of_rows)
-            found[number] += _paired(tangents.steps, of_steps) + tangents.parameters.T @ of_parameters
+            result[number] += _paired(tangents.rows[tangents.own], of_rows)
+            result[number] += _paired(tangents.steps, of_steps) + tangents.parameters.T @ of_parameters
     for number in range(len(weights)):
         of_start = adjoint.state[:, number], adjoint.record[:, number], adjoint.parameters[len(run.asked.dp) :, number]
-        found[number] += SecondBeginning(run).of(*of_start)
+        result[number] += SecondBeginning(run).of(*of_start)
     first: Array = adjoint.state.T @ run.state + adjoint.record.T @ run.record + adjoint.parameters.T @ run.along.dp
-    return first, 0.5 * (found + np.swapaxes(found, 1, 2))
+    return first, 0.5 * (result + np.swapaxes(result, 1, 2))
 
 
 def hessian_products(run: AlphaRun, weights: Weights, directions: Array) -> Array:
@@ -189,16 +189,16 @@ def hessian_products(run: AlphaRun, weights: Weights, directions: Array) -> Arra
         direct = of_rows[len(of_rows) - len(ends) :, :width]
         run.linear.adjoints(part.matrices, direct, second.state, second.parameters, part.times, of_steps)
         second.record = of_rows[0, :width]
-    found: Array = run.state.T @ second.state + run.record.T @ second.record + run.along.dp.T @ second.parameters
+    result: Array = run.state.T @ second.state + run.record.T @ second.record + run.along.dp.T @ second.parameters
     of_start = first.state[:, 0], first.record[:, 0], first.parameters[len(run.asked.dp) :, 0]
-    return found + SecondBeginning(run, asked).of(*of_start)
+    return result + SecondBeginning(run, asked).of(*of_start)
 
 
 def _paired(one: Array, other: Array) -> Array:
     """Return the sum of one^T other over all axes before directions."""
     rows = one.shape[0] * one.shape[1]
-    found: Array = one.reshape(rows, -1).T @ other.reshape(rows, -1)
-    return found
+    result: Array = one.reshape(rows, -1).T @ other.reshape(rows, -1)
+    return result
 
 
 def _parts(run: AlphaRun, along: Directions, state: Array, record: Array) -> Iterator[_Tangents]:

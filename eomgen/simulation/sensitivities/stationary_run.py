@@ -95,7 +95,7 @@ class StationaryRun:
         of_rows[1:] = multipliers[:row][::-1]
         weights = np.zeros((row + 1, len(self.weights)))
         weights[row] = self.weights[:, number]
-        found = np.zeros((size, size))
+        result = np.zeros((size, size))
         state_count, bending = len(self._bent_by), [*self._bent_by, *self._bent_parameters]
         parameters = np.array(self._bent_parameters, dtype=int) - width
         direct = np.eye(width + size)[:, bending]
@@ -106,15 +106,15 @@ class StationaryRun:
             own = self._blocks_at(part)
             bent = self.run.equations.second_partials(own, of_rows[part], along, weights[part])[:, bending]
             changes = self._changes[part]  # (rows, components, parameters)
-            found += np.einsum("nci,ncd,ndj->ij", changes, bent[:, :state_count, :state_count], changes, optimize=True)
+            result += np.einsum("nci,ncd,ndj->ij", changes, bent[:, :state_count, :state_count], changes, optimize=True)
             mixed = np.einsum("nci,ncp->ip", changes, bent[:, :state_count, state_count:], optimize=True)
-            found[:, parameters] += mixed
-            found[parameters] += mixed.T
-            found[np.ix_(parameters, parameters)] += bent[:, state_count:, state_count:].sum(axis=0)
+            result[:, parameters] += mixed
+            result[parameters] += mixed.T
+            result[np.ix_(parameters, parameters)] += bent[:, state_count:, state_count:].sum(axis=0)
         record = np.zeros(width) if row else self._asked[:, number]
         state = states[row - 1] if row else np.zeros(self.run.linear.state_size)
-        found += SecondBeginning(self.run).of(state, record, np.zeros(0))
-        return 0.5 * (found + found.T).reshape(size, size)
+        result += SecondBeginning(self.run).of(state, record, np.zeros(0))
+        return 0.5 * (result + result.T).reshape(size, size)
 
     @cached_property
     def _responses(self) -> tuple[Array, Array]:
@@ -140,17 +140,17 @@ class StationaryRun:
         """Return changes of components (record, columns) of the rows along the parameters, (n, columns, parameters)."""
         run, by_parameters = self.run, self.part.matrices.P
         multipliers, states = responses
-        found = np.empty((len(self.t), of_record.shape[1], run.size))
-        found[0] = of_record.T @ run.record
-        found[1:] = np.swapaxes(states, 1, 2) @ run.state
+        result = np.empty((len(self.t), of_record.shape[1], run.size))
+        result[0] = of_record.T @ run.record
+        result[1:] = np.swapaxes(states, 1, 2) @ run.state
         count = len(by_parameters)
         size = fft.next_fast_len(len(multipliers) + count - 1, real=True)
         for row in np.flatnonzero(np.any(by_parameters, axis=(0, 2))):
             pushes = fft.rfft(by_parameters[:, row], size, axis=0)
             for column in range(of_record.shape[1]):
                 of_push = fft.rfft(multipliers[:, row, column, np.newaxis], size, axis=0)
-                found[1:, column] -= fft.irfft(of_push * pushes, size, axis=0)[:count]
-        return found
+                result[1:, column] -= fft.irfft(of_push * pushes, size, axis=0)[:count]
+        return result
 
     @cached_property
     def _changes(self) -> Array:
@@ -159,11 +159,11 @@ class StationaryRun:
         shares = np.linalg.lstsq(self._asked, basis, rcond=None)[0]
         left = np.linalg.norm(basis - self._asked @ shares, axis=0) > _SPANNED
         known = self._tangents(self._asked, self._responses)
-        found: Array = np.einsum("nfp,fc->ncp", known, shares)
+        result: Array = np.einsum("nfp,fc->ncp", known, shares)
         if left.any():
             others = basis[:, left]
-            found[:, left] = self._tangents(others, self._solved(others))
-        return found
+            result[:, left] = self._tangents(others, self._solved(others))
+        return result
 
     @property
     def _bent_by(self) -> list[int]:

@@ -57,12 +57,12 @@ def step_matrices(
 def _predicted(states: States, a: Array, coefficients: Sequence[float]) -> Array:
     """Return v + h ((1/2 - beta) a + beta a') of each step, (n, nv)."""
     h, alpha_m, alpha_f, beta = coefficients[:4]
-    found = np.empty_like(states.v[1:])
+    result = np.empty_like(states.v[1:])
     for k, (v, vdot, vdot_next) in enumerate(zip(states.v[:-1], states.a[:-1], states.a[1:], strict=True)):
         a_next = ((1.0 - alpha_f) * vdot_next + alpha_f * vdot - alpha_m * a) / (1.0 - alpha_m)
-        found[k] = v + h * ((0.5 - beta) * a + beta * a_next)
+        result[k] = v + h * ((0.5 - beta) * a + beta * a_next)
         a = a_next
-    return found
+    return result
 
 
 def _turning(factors: Sequence[Factor], q: Array) -> tuple[Array, Array]:

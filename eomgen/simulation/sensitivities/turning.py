@@ -51,8 +51,8 @@ class Turning:
 
     def increments(self, before: Array, behind: Array) -> Array:
         """Return dtheta (n, size, directions) from dq before and behind steps, (n, nv, directions) each."""
-        found: Array = self.T_inverse @ (behind[:, self.v] - self.A @ before[:, self.v])
-        return found
+        result: Array = self.T_inverse @ (behind[:, self.v] - self.A @ before[:, self.v])
+        return result
 
     def changed(self, of_end: Array, increments: Array) -> tuple[Array, Array]:
         """Return second derivatives along ``increments`` by dq and by dtheta, (n, size, directions) each;
@@ -70,5 +70,5 @@ def turnings(factors: Sequence[Factor], theta: Array) -> list[Turning]:
 def _along(group: Group, theta: Array, component: int) -> Array:
     moved = theta.astype(complex)
     moved[:, component] += 1j * _TINY
-    found: Array = numeric.tangent(group, moved).imag / _TINY
-    return found
+    result: Array = numeric.tangent(group, moved).imag / _TINY
+    return result

@@ -10,10 +10,10 @@ from eomgen.formula.rough_operations import rough_operations
 def undefined_derivatives(model: CompiledModel, where: str) -> NumericalError:
     """Return the error for derivatives that are no finite numbers; ``where``: in words."""
     found = rough_operations(model.description.formulas)
-    what = f"derivatives are no finite numbers {where}: "
+    fault = f"derivatives are no finite numbers {where}: "
     if found:
-        what += f"a formula has none there, of the forces perhaps {found}"
+        fault += f"a formula has none there, of the forces perhaps {found}"
     else:
-        what += "a formula has none there (a root, a logarithm or a power at zero)"
+        fault += "a formula has none there (a root, a logarithm or a power at zero)"
     hint = "a formula that is smooth there, sqrt(x**2 + 1e-6) for abs(x); eomgen check names those that are not"
-    return NumericalError(Problem("sensitivities", what, hint))
+    return NumericalError(Problem("sensitivities", fault, hint))

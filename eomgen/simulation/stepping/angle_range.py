@@ -36,17 +36,17 @@ def large_angles(description: Description, values: Values, given: Collection[str
             raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
 
     t = values["time", "", 0]
-    found: dict[str, None] = {}
+    result: dict[str, None] = {}
     for item in description.inputs:
         if item.name in given:
             continue
         beyond = [w * t for _, w, _ in item.harmonics if abs(w * t) > LARGEST_ANGLE]
-        found |= dict.fromkeys(f"cos({angle:.6g}) in the input {item.name}" for angle in beyond[:1])
+        result |= dict.fromkeys(f"cos({angle:.6g}) in the input {item.name}" for angle in beyond[:1])
         if item.formula is not None:
-            found |= dict.fromkeys(f"{taken} in the input {item.name}" for taken in _too_large(item.formula, value_of))
+            result |= dict.fromkeys(f"{taken} in the input {item.name}" for taken in _too_large(item.formula, value_of))
     for formula in (*description.formulas, *(part for item in description.outputs for part in item.values)):
-        found |= dict.fromkeys(_too_large(formula, value_of))
-    return " and ".join(list(found)[:3])
+        result |= dict.fromkeys(_too_large(formula, value_of))
+    return " and ".join(list(result)[:3])
 
 
 def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
@@ -71,12 +71,12 @@ def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterato
 
 def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
     """Return which joints' angles are too large for their sines; empty where none is."""
-    found = [
+    result = [
         f"{name} is {value:.6g} rad"
         for name, unit, value in zip(names, units, q, strict=True)
         if unit == "rad" and abs(value) > LARGEST_ANGLE
     ]
-    return " and ".join(found[:3])
+    return " and ".join(result[:3])
 
 
 def check_angles(

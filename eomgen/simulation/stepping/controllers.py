@@ -90,22 +90,22 @@ def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str
         raise UsageError(Problem("controllers", f"a mapping from names to functions is needed, not {kind}", hint))
     for name, function in (given or {}).items():
         if not names:
-            what = "no controller of the scene leaves its function to the caller"
+            fault = "no controller of the scene leaves its function to the caller"
             hint = 'type = "sampled" without a source in the scene'
-            raise UsageError(Problem(f"controller {shown(str(name))}", what, hint))
+            raise UsageError(Problem(f"controller {shown(str(name))}", fault, hint))
         check_name("controller", name, names)
         if not callable(function):
-            what = f"a function of t and its signals is needed, not {type(function).__name__}"
-            raise UsageError(Problem(f"controller {name}", what, "def law(t, signals): return ..."))
+            fault = f"a function of t and its signals is needed, not {type(function).__name__}"
+            raise UsageError(Problem(f"controller {name}", fault, "def law(t, signals): return ..."))
     problems = []
     for row in rows:
         if row["name"] not in (given or {}):
             hint = f"controllers={{{row['name']!r}: law}} in Python, where law({_arguments(row)}) gives {_numbers(row)}"
             problems.append(Problem(f"controller {row['name']}", "the scene leaves its function to the caller", hint))
         elif not _takes_arguments(given[row["name"]], row):  # type: ignore[index]  # a mapping, where a name is in it
-            what = f"the function does not take the {2 + bool(row['memory_states'])} arguments that it is called with"
+            fault = f"the function does not take the {2 + bool(row['memory_states'])} arguments that it is called with"
             hint = f"def law({_arguments(row)}), where {_meaning(row)}"
-            problems.append(Problem(f"controller {row['name']}", what, hint))
+            problems.append(Problem(f"controller {row['name']}", fault, hint))
     if problems:
         raise UsageError(problems)
     return Controllers(tuple(rows), tuple((given or {})[name] for name in names)) if rows else None
@@ -161,9 +161,9 @@ class BoundControllers:
         except UsageError as error:
             self._failure = error
         except Exception as error:
-            what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+            fault = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
             hint = f"the traceback above this message; the arguments are {_arguments(row)}, where {_meaning(row)}"
-            self._failure = UsageError(Problem(f"controller {row['name']}", what, hint))
+            self._failure = UsageError(Problem(f"controller {row['name']}", fault, hint))
             self._failure.__cause__ = error
         except BaseException as error:  # Ctrl-C, exit: on their way through compiled code
             self._failure = error
@@ -189,12 +189,12 @@ def _made(name: str, given: Controller) -> Controller:
     try:
         made = given()
     except Exception as error:
-        what = f"the class {label} makes no object: {type(error).__name__}: {error}"
+        fault = f"the class {label} makes no object: {type(error).__name__}: {error}"
         hint = "a class without arguments, or functools.partial(...) with them"
-        raise UsageError(Problem(f"controller {name}", what, hint)) from error
+        raise UsageError(Problem(f"controller {name}", fault, hint)) from error
     if not callable(made):
-        what = f"objects of the class {label} cannot be called"
-        raise UsageError(Problem(f"controller {name}", what, "def __call__(self, t, signals): return ..."))
+        fault = f"objects of the class {label} cannot be called"
+        raise UsageError(Problem(f"controller {name}", fault, "def __call__(self, t, signals): return ..."))
     function: Controller = made
     return function
 
@@ -240,10 +240,10 @@ def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
         given = "nothing" if result is None else f"an array of shape {array.shape}"
         if result is not None and array.shape == (0, 0):
             given = f"{type(result).__name__}, which is no array of numbers"
-        what = f"the function gives {given} at t = {t:.9g} s, and has to give {_numbers(row)}"
+        fault = f"the function gives {given} at t = {t:.9g} s, and has to give {_numbers(row)}"
         one = f"return value, the number that {row['outputs'][0]} holds"
         several = f"return {', '.join(row['outputs'])}"
-        raise UsageError(Problem(where, what, one if size == 1 else several))
+        raise UsageError(Problem(where, fault, one if size == 1 else several))
     found = array.reshape(size)
     _check_finite(row, "gives", found, t)
     return found
@@ -251,6 +251,6 @@ def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
 
 def _check_finite(row: Mapping[str, Any], verb: str, array: Array, t: float) -> None:
     if not np.all(np.isfinite(array)):
-        what = f"the function {verb} {array[int(np.argmin(np.isfinite(array)))]} at t = {t:.9g} s"
+        fault = f"the function {verb} {array[int(np.argmin(np.isfinite(array)))]} at t = {t:.9g} s"
         hint = f"finite numbers over the whole run; the arguments are {_arguments(row)}, where {_meaning(row)}"
-        raise UsageError(Problem(f"controller {row['name']}", what, hint))
+        raise UsageError(Problem(f"controller {row['name']}", fault, hint))

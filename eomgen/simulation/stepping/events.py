@@ -71,9 +71,9 @@ def parameters_over(events: Events | None, model: CompiledModel, p: Array, t: Ar
 def parameters_with(events: Events, model: CompiledModel, p: Array, modes: Array) -> Array:
     """Return parameters (..., np) with values (..., number of modes) of the modes."""
     columns = [list(model.parameters).index(mode_parameter(name)) for name in events.mode_names]
-    found = np.broadcast_to(p, (*modes.shape[:-1], len(p))).copy()
-    found[..., columns] = modes
-    return found
+    result = np.broadcast_to(p, (*modes.shape[:-1], len(p))).copy()
+    result[..., columns] = modes
+    return result
 
 
 def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:

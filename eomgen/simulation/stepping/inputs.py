@@ -145,17 +145,17 @@ def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], s
         early = start < first - rounding
         process, mode, _ = str(item["name"]).partition(" mode ")
         if mode and not early:
-            what = f"the random process {process} is known up to t = {last:.9g} s, the run ends at t = {end:.9g} s"
+            fault = f"the random process {process} is known up to t = {last:.9g} s, the run ends at t = {end:.9g} s"
             raise UsageError(
-                Problem("t_end", what, f"t_end = {last:.9g}, or duration = {end:.9g} in [random.{process}]")
+                Problem("t_end", fault, f"t_end = {last:.9g}, or duration = {end:.9g} in [random.{process}]")
             )
-        what = f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g} s"
-        what += f", the run {'begins' if early else 'ends'} at t = {start if early else end:.9g} s"
+        fault = f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g} s"
+        fault += f", the run {'begins' if early else 'ends'} at t = {start if early else end:.9g} s"
         beyond = 'outside = "hold" or "periodic"'
         if early:  # on the command line every run begins at t = 0
             hint = f"{beyond}, points from t = {start:.9g} s on, or in Python t_start = {first:.9g}"
-            raise UsageError(Problem("t_start", what, hint))
-        raise UsageError(Problem("t_end", what, f"t_end = {last:.9g}, or {beyond}"))
+            raise UsageError(Problem("t_start", fault, hint))
+        raise UsageError(Problem("t_end", fault, f"t_end = {last:.9g}, or {beyond}"))
 
 
 def check_held(method: str, given: Mapping[str, CheckedSignal]) -> None:
@@ -164,9 +164,9 @@ def check_held(method: str, given: Mapping[str, CheckedSignal]) -> None:
     for name, signal in given.items():
         if not isinstance(signal, float):
             kind = "a function" if callable(signal) else "a table"
-            what = f"{method} needs the time derivatives of inputs, which {kind} from outside does not have"
+            fault = f"{method} needs the time derivatives of inputs, which {kind} from outside does not have"
             hint = f"a number here; a formula or a curve of the scene for the input {name}; or another method"
-            raise UsageError(Problem(f"input {name}", what, hint))
+            raise UsageError(Problem(f"input {name}", fault, hint))
 
 
 def read_signals(
@@ -203,11 +203,11 @@ def read_signals(
         elif array.shape == (steps + 1,):
             read[name] = array.copy()  # the caller may write to his own before all of the run is evaluated
         else:
-            what = f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid"
+            fault = f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid"
             hint = "a number, a function of t, or a table of that length"
             if array.ndim == 2 and 2 in array.shape:
                 hint = "lambda t: np.interp(t, times, values), of the times and the values that it holds"
-            raise UsageError(Problem(f"input {name}", what, hint))
+            raise UsageError(Problem(f"input {name}", fault, hint))
     return read
 
 
@@ -217,23 +217,23 @@ def _called(name: str, signal: Function, times: Array) -> Array:
         try:
             given = signal(float(t))
         except Exception as error:
-            what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+            fault = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
             hint = "a function that gives a number at every time of the run"
             if isinstance(error, TypeError):
                 hint = "lambda t: ..., as inputs see the time only"
                 hint += "; feedback is a sampled controller, a formula of the scene, or model.start"
-            raise UsageError(Problem(f"input {name}", what, hint)) from error
+            raise UsageError(Problem(f"input {name}", fault, hint)) from error
         if given is None:
-            what = f"the function gives nothing (None) at t = {t:.9g} s"
-            raise UsageError(Problem(f"input {name}", what, "return in front of what it computes"))
+            fault = f"the function gives nothing (None) at t = {t:.9g} s"
+            raise UsageError(Problem(f"input {name}", fault, "return in front of what it computes"))
         try:
             values[index] = given
         except (TypeError, ValueError):
             shape = np.shape(given) if isinstance(given, np.ndarray | list | tuple) else ()
             kind = f"{math.prod(shape)} numbers" if shape else type(given).__name__
-            what = f"the function gives {kind} at t = {t:.9g} s, and one real number is needed"
+            fault = f"the function gives {kind} at t = {t:.9g} s, and one real number is needed"
             hint = "one function for each input" if shape else "float(...) of what is meant"
-            raise UsageError(Problem(f"input {name}", what, hint)) from None
+            raise UsageError(Problem(f"input {name}", fault, hint)) from None
     return _finite(name, values, times)
 
 
@@ -241,6 +241,6 @@ def _finite(name: str, values: Array, times: Array) -> Array:
     """Return what a function gives, (n,), at times (n,). Raises UsageError where it is not finite."""
     if not np.all(np.isfinite(values)):
         index = int(np.argmin(np.isfinite(values)))
-        what = f"the function gives {values[index]} at t = {times[index]:.9g} s"
-        raise UsageError(Problem(f"input {name}", what, "finite numbers over the whole run"))
+        fault = f"the function gives {values[index]} at t = {times[index]:.9g} s"
+        raise UsageError(Problem(f"input {name}", fault, "finite numbers over the whole run"))
     return values

@@ -81,17 +81,17 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
         missing.remove("partials")
     withheld = [term for term in missing if not TERMS[term].on_request]
     if withheld and not facts["constraints"]:
-        what = f"{name} needs the terms {', '.join(withheld)}, which this model was built without"
+        fault = f"{name} needs the terms {', '.join(withheld)}, which this model was built without"
         raise UsageError(
-            Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, withheld))}])")
+            Problem("simulate", fault, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, withheld))}])")
         )
     library = model.library if own and not missing else model.stepper(name)
     if not library.layout["method"]:
         refusal = library.layout["stepper_refused"].removeprefix(f"{method.family} ")
         unmet = [need for need in method.needs if bool(facts.get(need.fact, need.value)) is not need.value]
-        what = refusal if refusal == library.layout["stepper_refused"] else f"it {refusal}"
+        fault = refusal if refusal == library.layout["stepper_refused"] else f"it {refusal}"
         hint = unmet[0].alternative if unmet else method.instead
-        raise ModelError(f"{name} cannot run on this scene: {what}", hint)
+        raise ModelError(f"{name} cannot run on this scene: {fault}", hint)
     return library
 
 
@@ -176,14 +176,14 @@ def chosen_stepper(
     stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
     library = stepper_library(model, name, stepped_by)
     if settings is not None and not isinstance(settings, Mapping):
-        what = f"a mapping is needed, not {type(settings).__name__}"
-        raise UsageError(Problem("settings", what, 'settings={"rtol": 1e-9}'))
+        fault = f"a mapping is needed, not {type(settings).__name__}"
+        raise UsageError(Problem("settings", fault, 'settings={"rtol": 1e-9}'))
     chosen = stepper_settings(library.layout["method"], defaults["step"], stepped_by, settings or {})
     bounded = "largest_step" in (settings or {}) or chosen.get("largest_step") != 0.0
     finds_bound = stepped_by.chooses_steps and not bounded and bool(model.description.fast_laws())
-    found = ChosenStepper(name, stepped_by, library, chosen, jumps_known(library), finds_bound)
-    _keep(kept, key, found)
-    return found
+    result = ChosenStepper(name, stepped_by, library, chosen, jumps_known(library), finds_bound)
+    _keep(kept, key, result)
+    return result
 
 
 def check_span(
@@ -243,10 +243,10 @@ def check_memory(rows: int, width: int) -> None:
     """Raise UsageError where the record of a run would not fit into this machine's memory."""
     needed, available = 8.0 * rows * width * 3.0, _memory()
     if needed > 0.8 * available:
-        what = (
+        fault = (
             f"{rows} rows of {width} numbers would take about {needed / 1e9:.3g} GB, this machine has"
             f" {available / 1e9:.3g}"
         )
         raise UsageError(
-            Problem("record_every", what, f"record_every = {math.ceil(needed / (0.2 * available))} or more")
+            Problem("record_every", fault, f"record_every = {math.ceil(needed / (0.2 * available))} or more")
         )

@@ -75,7 +75,7 @@ def evaluated(name: str, model: CompiledModel, states: States, given: Prescribed
     """
     if name not in model.functions:
         return {}
-    found: list[Mapping[str, Array]] = []
+    result: list[Mapping[str, Array]] = []
     t, q, v, a, multipliers, z = states
     blocks = {"t": t, "q": q, "v": v, "a": a, "lam": multipliers, "z": z, "u": given.u, "base": given.base, "p": p}
     for start in range(0, len(t), _BATCH):
@@ -85,7 +85,7 @@ def evaluated(name: str, model: CompiledModel, states: States, given: Prescribed
             for name, block in blocks.items()
             if block is not None
         }
-        found.append(of_motion(model, name, there))
-    if len(found) == 1:
-        return dict(found[0])
-    return {key: np.concatenate([one[key] for one in found]) for key in found[0]} if found else {}
+        result.append(of_motion(model, name, there))
+    if len(result) == 1:
+        return dict(result[0])
+    return {key: np.concatenate([one[key] for one in result]) for key in result[0]} if result else {}

@@ -47,8 +47,8 @@ class StepParts:
         last = min(self.end, self.start + _MOST * min(step, other))
         places = np.clip(times, min(self.start + step, last), last)
         own, others = (np.interp(places, *self._errors(one, last)) for one in (step, other))
-        found: Array = (others / own) ** (1.0 / self.order)
-        return found
+        result: Array = (others / own) ** (1.0 / self.order)
+        return result
 
     def tell(self, step: float, other: float) -> bool:
         """Return whether runs in steps of ``step`` and of ``other``, the longer one, tell an error all over the run."""

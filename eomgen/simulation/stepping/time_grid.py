@@ -76,14 +76,14 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
     apart = float(np.spacing(np.float32(abs(latest)))) if real == "float" else math.ulp(latest)
     shortest = min(step, end - start)
     if 0.0 < shortest < FINEST * apart:
-        what = (
+        fault = (
             f"at t = {latest:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of"
             f" {shortest:.3g} s"
         )
         hint = (
             f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0, with formulas of time shifted by as much"
         )
-        raise UsageError(Problem("step", what, hint))
+        raise UsageError(Problem("step", fault, hint))
     whole = round(count)
     rest = end - (start + step * whole)
     if whole and abs(rest) <= max(WHOLE * max(1.0, count) * step, 2.0 * apart):
@@ -107,11 +107,11 @@ def check_jumps(method: Mapping[str, Any], step: float) -> None:
     waves += [(float(offset), float(period)) for period, offset in method.get("samples", {}).get("clocks", ())]
     count = step * jumps_per_second(waves)
     if count > MOST_JUMPS:
-        what = (
+        fault = (
             f"forces jump {count:.3g} times within a step of {step:.3g} s, in waves of {min(p for _, p in waves):.3g} s"
         )
         hint = (
             f"a step of {step * MOST_JUMPS / count:.2g} s or less with a larger record_every, or a longer period of the"
             " wave"
         )
-        raise UsageError(Problem("step", what, hint))
+        raise UsageError(Problem("step", fault, hint))

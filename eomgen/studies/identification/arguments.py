@@ -20,8 +20,8 @@ def bounds_of(unknowns: Unknowns, bounds: Mapping[str, tuple[float, float]] | No
     names, x = unknowns.names, unknowns.start
     low, high = np.full(len(names), -np.inf), np.full(len(names), np.inf)
     if bounds is not None and not isinstance(bounds, Mapping):
-        what = f"bounds by name are needed, not {shown(bounds)}"
-        raise UsageError(Problem("bounds", what, f'bounds={{"{names[0]}": (0.1, 10.0)}}'))
+        fault = f"bounds by name are needed, not {shown(bounds)}"
+        raise UsageError(Problem("bounds", fault, f'bounds={{"{names[0]}": (0.1, 10.0)}}'))
     for name, given in (bounds or {}).items():
         places = [k for k, known in enumerate(names) if name == known or known.startswith(f"{name} of ")]
         if not places:
@@ -31,20 +31,20 @@ def bounds_of(unknowns: Unknowns, bounds: Mapping[str, tuple[float, float]] | No
         except (TypeError, ValueError):
             raise UsageError(Problem(f"bounds of {name}", f"{given!r} are no two numbers", "(0.1, 10.0)")) from None
         if np.isnan([first, last]).any():
-            what = f"({first:.6g}, {last:.6g}) has a bound that is no number"
-            raise UsageError(Problem(f"bounds of {name}", what, "-inf or inf for none"))
+            fault = f"({first:.6g}, {last:.6g}) has a bound that is no number"
+            raise UsageError(Problem(f"bounds of {name}", fault, "-inf or inf for none"))
         if not first < last:
-            what = f"{first:.6g} is not below {last:.6g}"
+            fault = f"{first:.6g} is not below {last:.6g}"
             hint = (
                 f"({last:.6g}, {first:.6g})"
                 if last < first
                 else "without it among the unknowns, for a value that is held"
             )
-            raise UsageError(Problem(f"bounds of {name}", what, hint))
+            raise UsageError(Problem(f"bounds of {name}", fault, hint))
         for k in places:
             if not first <= x[k] <= last:
-                what = f"the search starts at {x[k]:.6g}, outside {first:.6g} to {last:.6g}"
-                raise UsageError(Problem(f"bounds of {name}", what, _within(unknowns, name, k, first, last)))
+                fault = f"the search starts at {x[k]:.6g}, outside {first:.6g} to {last:.6g}"
+                raise UsageError(Problem(f"bounds of {name}", fault, _within(unknowns, name, k, first, last)))
             low[k], high[k] = first, last
     return low, high
 
@@ -73,14 +73,14 @@ def deviations_of(labels: Sequence[str], given: Mapping[str, float] | float | No
             check_name("measured column", name, labels)
     absent = [label for label, value in every.items() if value is None]
     if absent:
-        what = f"that of {', '.join(absent)} is missing"
-        raise UsageError(Problem("deviations", what, "those of all columns, or of none: then they are estimated"))
+        fault = f"that of {', '.join(absent)} is missing"
+        raise UsageError(Problem("deviations", fault, "those of all columns, or of none: then they are estimated"))
     kind = "number"
-    found = np.array([number_of(f"deviations of {label}", value, kind) for label, value in every.items()])
-    if not (np.isfinite(found).all() and (found > 0.0).all()):
-        what = "standard deviations are positive numbers"
-        raise UsageError(Problem("deviations", what, f'deviations={{"{labels[0]}": 0.01}}'))
-    return found
+    result = np.array([number_of(f"deviations of {label}", value, kind) for label, value in every.items()])
+    if not (np.isfinite(result).all() and (result > 0.0).all()):
+        fault = "standard deviations are positive numbers"
+        raise UsageError(Problem("deviations", fault, f'deviations={{"{labels[0]}": 0.01}}'))
+    return result
 
 
 def check_effect(
@@ -96,5 +96,5 @@ def check_effect(
     effect = np.linalg.norm(first[1] / weights[:, np.newaxis], axis=0) * np.where(x != 0.0, np.abs(x), 1.0)
     lost = [name for name, size in zip(unknowns.names, effect, strict=True) if size < _EFFECT * np.sqrt(len(columns))]
     if lost:
-        what = f"nothing that was measured depends on {', '.join(lost)} where the search starts"
-        raise UsageError(Problem("parameters", what, "other outputs, other start values, or without them"))
+        fault = f"nothing that was measured depends on {', '.join(lost)} where the search starts"
+        raise UsageError(Problem("parameters", fault, "other outputs, other start values, or without them"))

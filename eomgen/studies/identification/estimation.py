@@ -102,19 +102,19 @@ def fit(
     """
     first = predict(x)
     if first is None:
-        what = f"the run fails where the search starts: {predict.failures[0]}"
-        raise NumericalError(Problem("identify", what, "other start values (values=, --set), or a smaller step"))
+        fault = f"the run fails where the search starts: {predict.failures[0]}"
+        raise NumericalError(Problem("identify", fault, "other start values (values=, --set), or a smaller step"))
     count = int(columns.max()) + 1
     ranges = np.array([float(np.ptp(data[columns == k])) or 1.0 for k in range(count)])
     sigma = ranges if deviations is None else deviations
     kept = list(structure(first[1] / sigma[columns][:, np.newaxis]).kept)
     for _ in range(_STRUCTURES):
-        found = _weighed(predict, data, columns, x, bounds, sigma, ranges, deviations is not None, kept, limit)
-        x, sigma, before = found.x, found.deviations, kept
-        kept = list(structure(found.J / sigma[columns][:, np.newaxis]).kept)
+        result = _weighed(predict, data, columns, x, bounds, sigma, ranges, deviations is not None, kept, limit)
+        x, sigma, before = result.x, result.deviations, kept
+        kept = list(structure(result.J / sigma[columns][:, np.newaxis]).kept)
         if kept == before:
             break
-    return found
+    return result
 
 
 def _weighed(
@@ -149,10 +149,10 @@ def _weighed(
 
 
 def _found(predict: Predictions, x: Array) -> tuple[Array, Array]:
-    found = predict(x)
-    if found is None:
+    result = predict(x)
+    if result is None:
         raise NumericalError(Problem("identify", f"the run fails: {predict.failures[-1]}", "a smaller step"))
-    return found
+    return result
 
 
 def _searched(
@@ -168,19 +168,19 @@ def _searched(
     nothing, chosen = np.full(len(data), np.inf), list(kept)
 
     def whole(part: Array) -> Array:
-        found = x.copy()
-        found[chosen] = part
-        return found
+        result = x.copy()
+        result[chosen] = part
+        return result
 
     def residuals(part: Array) -> Array:
-        found = predict(whole(part))
-        return nothing if found is None else (found[0] - data) / sigma
+        result = predict(whole(part))
+        return nothing if result is None else (result[0] - data) / sigma
 
     def jacobian(part: Array) -> Array:
         return _found(predict, whole(part))[1][:, chosen] / sigma[:, np.newaxis]
 
     low, high = bounds
-    found = least_squares(
+    result = least_squares(
         residuals,
         x[chosen],
         jac=jacobian,
@@ -191,7 +191,7 @@ def _searched(
         gtol=None,
         max_nfev=limit,
     )
-    return whole(np.asarray(found.x)), bool(found.status > 0), str(found.message)
+    return whole(np.asarray(result.x)), bool(result.status > 0), str(result.message)
 
 
 def covariance(J: Array, sigma: Array) -> Array:
@@ -201,17 +201,17 @@ def covariance(J: Array, sigma: Array) -> Array:
     norms = np.linalg.norm(weighted, axis=0)
     R = np.linalg.qr(weighted / norms, mode="r")
     inverse = np.linalg.solve(R, np.eye(len(norms))) / norms[:, np.newaxis]
-    found: Array = inverse @ inverse.T
-    return found
+    result: Array = inverse @ inverse.T
+    return result
 
 
 def correlation(cov: Array, kept: Sequence[int], chosen: Sequence[int], count: int) -> Array:
     """Return the correlation (count, count) of chosen unknowns, nan of others; cov (kept, kept) is of those kept."""
     places = [kept.index(k) for k in chosen]
     inner = cov[np.ix_(places, places)]
-    found = np.full((count, count), np.nan)
-    found[np.ix_(chosen, chosen)] = inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)))
-    return found
+    result = np.full((count, count), np.nan)
+    result[np.ix_(chosen, chosen)] = inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)))
+    return result
 
 
 def autocorrelation(left: Sequence[Array]) -> float:

@@ -63,8 +63,8 @@ class Rows:
         """Return values (n, ...) from a table of all rows (rows, ...)."""
         if self.ends is not None:
             return np.asarray(table[self.ends])
-        found: Array = np.einsum("nk,nk...->n...", self.weights, table[self.places])
-        return found
+        result: Array = np.einsum("nk,nk...->n...", self.weights, table[self.places])
+        return result
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,8 @@ class Experiment:
         self.model, self.data, self.states = model, data, tuple(states)
         self._start = float(data.t[0]) if start is None else start
         if data.t[0] < self._start - _ROUNDED * step:
-            what = f"{data.name} begins at t = {data.t[0]:.9g} s, before the run at {self._start:.9g} s"
-            raise UsageError(Problem("t_start", what, f"t_start = {data.t[0]:.9g}, or none"))
+            fault = f"{data.name} begins at t = {data.t[0]:.9g} s, before the run at {self._start:.9g} s"
+            raise UsageError(Problem("t_start", fault, f"t_start = {data.t[0]:.9g}, or none"))
         self.step, self._initial, self._given = step, initial.state, initial.given
         self._rows = Rows.of(data.t, self._start, step)
         self._parameters = tuple(parameters)
@@ -109,8 +109,8 @@ class Experiment:
         for name in states:
             if name not in known:
                 hint = " or ".join(difflib.get_close_matches(str(name), known, n=3)) or f"one of {', '.join(known[:8])}"
-                what = f"there is no component {shown(name)} of the initial state"
-                raise UsageError(Problem("states", what, hint))
+                fault = f"there is no component {shown(name)} of the initial state"
+                raise UsageError(Problem("states", fault, hint))
         self._places = [known.index(name) for name in states]
         self._by = (*parameters, *self._directions(known))
         self._known = known
@@ -129,8 +129,8 @@ class Experiment:
         for factor in model.factors:
             if factor.group == "R":
                 q[factor.v] = state.q[factor.q]
-        found: Array = np.concatenate([q, state.v, state.z])[self._places]
-        return found
+        result: Array = np.concatenate([q, state.v, state.z])[self._places]
+        return result
 
     @property
     def units(self) -> list[str]:

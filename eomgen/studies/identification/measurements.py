@@ -56,11 +56,11 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
         names, table = read_table(path)
         return path.stem, dict(zip(names, table.T, strict=True))
     if not isinstance(data, Mapping):
-        what = f"a file or columns by name are needed, not {type(data).__name__}"
+        fault = f"a file or columns by name are needed, not {type(data).__name__}"
         hint = '"run.csv", or {"t": times, "angle": values}'
         if hasattr(data, "t") and hasattr(data, "outputs"):
             hint = '{"t": run.t, "angle": run.outputs["angle"]}, the columns of what simulate returns'
-        raise UsageError(Problem("data", what, hint))
+        raise UsageError(Problem("data", fault, hint))
     columns = {}
     for name, values in data.items():
         try:
@@ -69,15 +69,17 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
             columns[str(name)] = np.array(values, dtype=float)
         except (TypeError, ValueError):
             kind = "complex" if np.iscomplexobj(values) else type(values).__name__
-            what = f"the column {name} is {kind}, no array of numbers"
-            raise UsageError(Problem("data", what, "one number for each time")) from None
+            fault = f"the column {name} is {kind}, no array of numbers"
+            raise UsageError(Problem("data", fault, "one number for each time")) from None
         if columns[str(name)].ndim != 1:
-            what = f"the column {name} has the shape {columns[str(name)].shape}, and one number for each time is needed"
-            raise UsageError(Problem("data", what, f"{name}[0], {name}[1] as columns of their own"))
+            fault = (
+                f"the column {name} has the shape {columns[str(name)].shape}, and one number for each time is needed"
+            )
+            raise UsageError(Problem("data", fault, f"{name}[0], {name}[1] as columns of their own"))
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) > 1:
-        what = f"columns differ in length: {', '.join(f'{name} {length}' for name, length in lengths.items())}"
-        raise UsageError(Problem("data", what, "one number for each time, nan where one is missing"))
+        fault = f"columns differ in length: {', '.join(f'{name} {length}' for name, length in lengths.items())}"
+        raise UsageError(Problem("data", fault, "one number for each time, nan where one is missing"))
     return f"run{number + 1}", columns
 
 
@@ -115,9 +117,9 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
             where = f"{name}, column {shown(column)}"
             raise UsageError(Problem(where, "it is neither an output nor an input of the scene", hint))
     if not outputs:
-        what = f"no column is an output of the scene: {listed(columns)}"
+        fault = f"no column is an output of the scene: {listed(columns)}"
         hint = f"columns named {listed_plain(known)}" if known else '[outputs.angle] formula = "q.hinge" in the scene'
-        raise UsageError(Problem(name, what, hint))
+        raise UsageError(Problem(name, fault, hint))
     absent = [item for item in wanted or () if item not in outputs]
     if absent:
         raise UsageError(Problem(name, f"there is no column {absent[0]}", f"outputs among {listed(columns)}"))
@@ -132,15 +134,15 @@ def times_of(name: str, columns: Mapping[str, Array]) -> Array:
     t = columns["t"]
     bad = np.flatnonzero(~np.isfinite(t))
     if len(bad):
-        what = f"{len(bad)} of {len(t)} times are no numbers, the first in row {bad[0] + 1}"
-        raise UsageError(Problem(name, what, "rows with their times"))
+        fault = f"{len(bad)} of {len(t)} times are no numbers, the first in row {bad[0] + 1}"
+        raise UsageError(Problem(name, fault, "rows with their times"))
     if len(t) < 2:
         raise UsageError(Problem(name, f"there are {len(t)} rows, and a run has two at least", "more data"))
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if len(back):
         row = int(back[0])
-        what = f"time does not increase: {t[row + 1]:.9g} s in row {row + 2} follows {t[row]:.9g} s"
-        raise UsageError(Problem(name, what, "rows in the order of their times; several runs as several files"))
+        fault = f"time does not increase: {t[row + 1]:.9g} s in row {row + 2} follows {t[row]:.9g} s"
+        raise UsageError(Problem(name, fault, "rows in the order of their times; several runs as several files"))
     return t
 
 
@@ -169,15 +171,15 @@ def _wanted(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
     if isinstance(chosen, str):
         raise UsageError(Problem("outputs", f"a list of names is needed, not the text {chosen!r}", f'["{chosen}"]'))
     if not isinstance(chosen, Iterable):
-        what = f"a list of names is needed, not {shown(chosen)}"
-        raise UsageError(Problem("outputs", what, f'outputs=["{known[0]}"]' if known else "without it"))
-    found = []
+        fault = f"a list of names is needed, not {shown(chosen)}"
+        raise UsageError(Problem("outputs", fault, f'outputs=["{known[0]}"]' if known else "without it"))
+    result = []
     for name in chosen:
         labels = [label for label in known if label == name or label.partition("[")[0] == name]
         if not labels:
             raise UsageError(Problem("outputs", f"there is no output {shown(name)}", _near(str(name), known)))
-        found += labels
-    return found
+        result += labels
+    return result
 
 
 def _of_solution(model: Model, column: str) -> bool:
@@ -199,9 +201,9 @@ def _without_gaps(
     for column, values in (outputs | inputs).items():
         largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
         if largest > _LARGEST:
-            what = f"{largest:.3g} is too large a value: squares of differences to it overflow"
+            fault = f"{largest:.3g} is too large a value: squares of differences to it overflow"
             hint = "values in the unit of the column, and empty cells for missing ones"
-            raise UsageError(Problem(f"{name}, column {column}", what, hint))
+            raise UsageError(Problem(f"{name}, column {column}", fault, hint))
     gaps = {column: int(np.count_nonzero(~np.isfinite(values))) for column, values in (outputs | inputs).items()}
     count = sum(gaps.values())
     if count and missing == "refuse":
@@ -209,8 +211,8 @@ def _without_gaps(
         named = ", ".join(f"{column} {gap}" for column, gap in gaps.items() if gap)
         every = np.concatenate([*outputs.values(), *inputs.values()])
         kinds = [kind for kind, some in (("missing", np.isnan(every)), ("infinite", np.isinf(every))) if some.any()]
-        what = f"{np.count_nonzero(rows)} of {len(t)} rows have {' or '.join(kinds)} values ({named})"
-        raise UsageError(Problem(name, what, 'missing="drop", --missing drop: those values are left out'))
+        fault = f"{np.count_nonzero(rows)} of {len(t)} rows have {' or '.join(kinds)} values ({named})"
+        raise UsageError(Problem(name, fault, 'missing="drop", --missing drop: those values are left out'))
     filled = {}
     for column, values in inputs.items():
         there = np.isfinite(values)

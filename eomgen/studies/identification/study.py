@@ -175,14 +175,14 @@ def _identified(
 ) -> Identification:
     names, x = unknowns.names, unknowns.start
     if len(unknowns.data) < len(names):
-        what = f"there are {len(unknowns.data)} samples for {len(names)} unknowns"
-        raise UsageError(Problem("data", what, "more samples, or fewer unknowns"))
+        fault = f"there are {len(unknowns.data)} samples for {len(names)} unknowns"
+        raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
     limits = bounds_of(unknowns, bounds)
     sigma = deviations_of(unknowns.labels, deviations)
     predict = Predictions(unknowns.predict)
     check_effect(unknowns, predict, x, sigma)
-    found = fit(predict, unknowns.data, unknowns.columns, x, limits, sigma, _LIMIT)
-    return Judgement(unknowns, finer, found, predict, limits, sigma is not None, confidence).result()
+    result = fit(predict, unknowns.data, unknowns.columns, x, limits, sigma, _LIMIT)
+    return Judgement(unknowns, finer, result, predict, limits, sigma is not None, confidence).result()
 
 
 def _check_start(
@@ -192,11 +192,11 @@ def _check_start(
     if not states:
         return
     if not initial and model.library.layout["defaults"]["start"] == "equilibrium":
-        what = f"the scene starts at static equilibrium, and {states[0]} cannot be unknown beside it"
-        raise UsageError(Problem("states", what, "initial=model.equilibrium().initial, or no states"))
+        fault = f"the scene starts at static equilibrium, and {states[0]} cannot be unknown beside it"
+        raise UsageError(Problem("states", fault, "initial=model.equilibrium().initial, or no states"))
     if parameters and model.initial_at is not None and not {"q", "v"} <= set(initial or {}):
-        what = f"the scene's initial state follows from parameters, and {states[0]} cannot be unknown beside these"
-        raise UsageError(Problem("states", what, 'initial={"q": ..., "v": ...}, or no states'))
+        fault = f"the scene's initial state follows from parameters, and {states[0]} cannot be unknown beside these"
+        raise UsageError(Problem("states", fault, 'initial={"q": ..., "v": ...}, or no states'))
 
 
 def _several(data: Data | Sequence[Data]) -> list[Data]:
@@ -229,8 +229,8 @@ def _check_lists(**lists: object) -> None:
 def _held(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
     """Return values of tunable parameters, texts with units brought to theirs. Raises UsageError."""
     if not (values is None or isinstance(values, Mapping)):
-        what = f"values by name are needed, not {shown(values)}"
-        raise UsageError(Problem("values", what, 'values={"mass": 1.5}'))
+        fault = f"values by name are needed, not {shown(values)}"
+        raise UsageError(Problem("values", fault, 'values={"mass": 1.5}'))
     p = model.evaluator.one_set(values, "one set of values")
     names = list(model.parameters)
     return {name: float(p[names.index(name)]) for name in values or ()}
@@ -256,12 +256,12 @@ def _starts(
     if initial is None or isinstance(initial, Mapping):
         return [initial] * count
     if not isinstance(initial, str | Sequence):
-        what = f"a mapping is needed, or a list of them, not {shown(initial)}"
-        raise UsageError(Problem("initial", what, 'initial={"hinge": 0.3}'))
+        fault = f"a mapping is needed, or a list of them, not {shown(initial)}"
+        raise UsageError(Problem("initial", fault, 'initial={"hinge": 0.3}'))
     if isinstance(initial, str) or any(isinstance(one, str) for one in initial):
-        what = f"the state that runs start at is needed, not the name {next(iter(initial))!r}"
-        raise UsageError(Problem("initial", what, 'states=["q.hinge"] for components that are unknown'))
+        fault = f"the state that runs start at is needed, not the name {next(iter(initial))!r}"
+        raise UsageError(Problem("initial", fault, 'states=["q.hinge"] for components that are unknown'))
     if len(initial) != count:
-        what = f"there are {len(initial)} initial states for {count} runs"
-        raise UsageError(Problem("initial", what, "one for all, or one for each"))
+        fault = f"there are {len(initial)} initial states for {count} runs"
+        raise UsageError(Problem("initial", fault, "one for all, or one for each"))
     return list(initial)

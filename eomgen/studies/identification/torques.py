@@ -93,8 +93,8 @@ def identified_by_torque(
     right = tau - known - Y @ held
     sigma = deviations_of(efforts_of(model), deviations)
     if right.size < len(names):
-        what = f"there are {right.size} samples for {len(names)} unknowns"
-        raise UsageError(Problem("data", what, "more samples, or fewer unknowns"))
+        fault = f"there are {right.size} samples for {len(names)} unknowns"
+        raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
     solution = _solved(A, right, start, sigma)
     times = interval(confidence, solution.freedom, given=sigma is not None)
     estimates, combinations, correlations = _estimates(solution, names, start, units, times)
@@ -154,8 +154,8 @@ def _solved(A: Array, right: Array, start: Array, given: Array | None) -> _Solut
     sigma, x = ranges if given is None else given, start.copy()
     for _ in range(_PASSES):
         whole = (A / sigma[:, np.newaxis]).reshape(-1, unknowns)
-        found = structure(whole)
-        kept, others = list(found.kept), list(found.others)
+        result = structure(whole)
+        kept, others = list(result.kept), list(result.others)
         rest = ((right - A[..., others] @ start[others]) / sigma).reshape(-1)
         x[kept] = np.linalg.lstsq(whole[:, kept], rest, rcond=None)[0]
         if given is not None:
@@ -167,7 +167,7 @@ def _solved(A: Array, right: Array, start: Array, given: Array | None) -> _Solut
         if change < _SAME:
             break
     cov = covariance(A.reshape(-1, unknowns)[:, kept], np.tile(sigma, rows)) if kept else np.zeros((0, 0))
-    return _Solution(x, sigma, found, cov, rows * count - len(kept))
+    return _Solution(x, sigma, result, cov, rows * count - len(kept))
 
 
 def _estimates(
@@ -245,15 +245,15 @@ def _motion(model: Model, data: Data, number: int, missing: str) -> Motion:
     needed = [*model.q_names, *model.v_names, *accelerations]
     absent = [label for label in needed if label not in columns]
     if absent:
-        what = f"the columns {listed_plain(absent)} are missing, and inverse dynamics needs all of q, v and a"
-        raise UsageError(Problem(name, what, f"columns named {listed_plain(needed)}"))
+        fault = f"the columns {listed_plain(absent)} are missing, and inverse dynamics needs all of q, v and a"
+        raise UsageError(Problem(name, fault, f"columns named {listed_plain(needed)}"))
     efforts = efforts_of(model)
     of_inputs = {label: columns.get(label, columns.get(f"input.{label}")) for label in model.inputs}
     driven = {label: values for label, values in of_inputs.items() if values is not None}
     torques = [label for label in efforts if label in columns]
     if not torques and not driven:
-        what = "there is neither a column of efforts nor one of an input"
-        raise UsageError(Problem(name, what, f"columns named {listed_plain([*efforts, *model.inputs])}"))
+        fault = "there is neither a column of efforts nor one of an input"
+        raise UsageError(Problem(name, fault, f"columns named {listed_plain([*efforts, *model.inputs])}"))
     if torques and len(torques) < len(efforts):
         lost = [label for label in efforts if label not in columns]
         raise UsageError(Problem(name, f"the efforts {listed_plain(lost)} are missing", "0 where there is none"))
@@ -264,8 +264,8 @@ def _motion(model: Model, data: Data, number: int, missing: str) -> Motion:
     table = np.stack([*(columns[label] for label in (*needed, *torques)), *driven.values()])
     finite = np.all(np.isfinite(table), axis=0)
     if missing == "refuse" and not finite.all():
-        what = f"{np.count_nonzero(~finite)} of {len(t)} rows have missing values"
-        raise UsageError(Problem(name, what, 'missing="drop", --missing drop: those rows are left out'))
+        fault = f"{np.count_nonzero(~finite)} of {len(t)} rows have missing values"
+        raise UsageError(Problem(name, fault, 'missing="drop", --missing drop: those rows are left out'))
     rows = np.flatnonzero(finite)
     q, v, a = (
         np.column_stack([columns[label][rows] for label in labels])

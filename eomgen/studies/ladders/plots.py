@@ -65,17 +65,17 @@ def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
     try:
         figure.savefig(path)
     except OSError as error:
-        what = f"cannot be written: {error.strerror or error}"
-        raise FileError(Problem(str(path), what, "a folder that may be written to")) from None
+        fault = f"cannot be written: {error.strerror or error}"
+        raise FileError(Problem(str(path), fault, "a folder that may be written to")) from None
     return path
 
 
 def _rows(cells: Sequence[Cell]) -> list[tuple[str, str, list[Cell]]]:
-    found: dict[tuple[str, str], list[Cell]] = {}
+    result: dict[tuple[str, str], list[Cell]] = {}
     for cell in cells:
-        found.setdefault((cell.ladder, cell.method), []).append(cell)
+        result.setdefault((cell.ladder, cell.method), []).append(cell)
     order = list(dict.fromkeys(cell.ladder for cell in cells))
-    return [(ladder, method, row) for name in order for (ladder, method), row in found.items() if ladder == name]
+    return [(ladder, method, row) for name in order for (ladder, method), row in result.items() if ladder == name]
 
 
 def _values(cells: Sequence[Cell]) -> list[float]:

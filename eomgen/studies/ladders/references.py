@@ -148,8 +148,8 @@ def difference(
     for kind, columns in kinds.items():
         size = max(fastest[kind], max(rounding * turning, slow) * rates.get(kind, 0.0)) or 1.0
         velocity = max(velocity, float(np.max(np.abs(of["v"][:, columns] - held["v"][:, columns]))) / size)
-    found = Errors(position, velocity)
-    return found if np.all(np.isfinite(found)) else Errors(float("inf"), float("inf"))
+    result = Errors(position, velocity)
+    return result if np.all(np.isfinite(result)) else Errors(float("inf"), float("inf"))
 
 
 def _of_states(model: Model, of: Array, held: Array, rounding: float) -> float:

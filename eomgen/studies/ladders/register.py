@@ -225,6 +225,6 @@ def methods_of(ladder: Ladder, subject: Subject, wanted: Sequence[str]) -> list[
         ALL: lambda: [*own, *subject.methods(ladders="few"), *subject.methods(ladders="all")],
         DAMPED: lambda: subject.methods(ladders="damped"),
     }[ladder.methods]()
-    found = [name for name in dict.fromkeys(every) if subject.runs(name)]
+    result = [name for name in dict.fromkeys(every) if subject.runs(name)]
     chosen = [name for name in (wanted if ladder.methods != ONE else []) if subject.runs(name)]
-    return chosen or found
+    return chosen or result

@@ -85,12 +85,12 @@ def _evaluated(system: System, subject: Subject) -> dict[str, Array]:
     }
     if "base" in system.functions:
         blocks["base"] = evaluate(system.tape, system.functions["base"].refs, blocks)
-    found: dict[str, Array] = {}
+    result: dict[str, Array] = {}
     for name in _TERMS:
         if name in system.functions:
             with np.errstate(all="ignore"):
-                found[name] = np.asarray(evaluate(system.tape, system.functions[name].refs, blocks), dtype=float)
-    return {name: block for name, block in found.items() if np.all(np.isfinite(block))}
+                result[name] = np.asarray(evaluate(system.tape, system.functions[name].refs, blocks), dtype=float)
+    return {name: block for name, block in result.items() if np.all(np.isfinite(block))}
 
 
 def _reach(units: Any) -> Array:

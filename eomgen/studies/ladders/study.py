@@ -92,12 +92,12 @@ def extremes(
     chosen = [_cell_of(text) for text in cells] if cells else None
     journal = _journal(folder, _identity(study.subject), resume=resume)
     try:
-        found, left_out = study.run(wanted, methods, chosen, journal, budget, progress)
+        result, left_out = study.run(wanted, methods, chosen, journal, budget, progress)
     finally:
         study.runner.close()
     source = str(scene) if isinstance(scene, str | Path) else study.subject.name
     return Extremes(
-        study.subject.name, source, tuple(found), left_out, study.subject.period, time.perf_counter() - began
+        study.subject.name, source, tuple(result), left_out, study.subject.period, time.perf_counter() - began
     )
 
 
@@ -109,8 +109,8 @@ def _cell_of(text: str) -> tuple[Ladder, float, str]:
     try:
         return BY_NAME[name], float(value), method
     except ValueError:
-        what = f"{value!r} is no value of the ladder {name}"
-        raise UsageError(Problem(f"--cell {text}", what, f"--cell {name}:{BY_NAME[name].values[0]:g}")) from None
+        fault = f"{value!r} is no value of the ladder {name}"
+        raise UsageError(Problem(f"--cell {text}", fault, f"--cell {name}:{BY_NAME[name].values[0]:g}")) from None
 
 
 class _Study:
@@ -134,7 +134,7 @@ class _Study:
         budget: float,
         progress: Progress | None,
     ) -> tuple[list[Cell], dict[str, str]]:
-        found: list[Cell] = []
+        result: list[Cell] = []
         left_out: dict[str, str] = {}
         plan = []
         if chosen is not None:
@@ -158,14 +158,14 @@ class _Study:
                 progress(number, len(plan), f"{ladder.name} {value:g} {method}")
             key = f"{ladder.name}:{value:.9g}:{method}"
             if key in known_cells:
-                found.append(known_cells[key])
+                result.append(known_cells[key])
             elif time.perf_counter() - began - self.runner.compiling > budget:
                 left_out[key] = "the budget is spent"
             else:
                 cell = self.cell(ladder, value, method)
                 journal.append(dataclasses.asdict(cell))
-                found.append(cell)
-        return found, left_out
+                result.append(cell)
+        return result, left_out
 
     def cell(self, ladder: Ladder, value: float, method: str) -> Cell:
         """Return one cell."""
@@ -176,12 +176,12 @@ class _Study:
         request = Request(conditions, method)
         ended = self.runner.ended(request, self.limit)
         used = self.runner.used
-        found = self._judged(ladder, value, method, conditions, ended)
-        if found.verdict == FAILS and used:  # earlier runs of its process must not be the reason
+        result = self._judged(ladder, value, method, conditions, ended)
+        if result.verdict == FAILS and used:  # earlier runs of its process must not be the reason
             self.runner.close()
             ended = self.runner.ended(request, self.limit)
-            found = self._judged(ladder, value, method, conditions, ended)
-        return found
+            result = self._judged(ladder, value, method, conditions, ended)
+        return result
 
     def _judged(self, ladder: Ladder, value: float, method: str, conditions: Conditions, ended: Ended) -> Cell:
         error, by = None, ""
@@ -191,9 +191,9 @@ class _Study:
             if held.arrays is not None:
                 epsilon = float(np.finfo(np.float32 if conditions.model == SINGLE else np.float64).eps)
                 error = difference(self.subject, ended.arrays, held.arrays, ladder.bound, epsilon)
-        found = verdict(ended, None if error is None else error.worst, ladder.bound)
+        result = verdict(ended, None if error is None else error.worst, ladder.bound)
         q, v = (None, None) if error is None else error
-        return Cell(ladder.name, value, method, found, q, v, ladder.bound, ended.said, by, ended.seconds)
+        return Cell(ladder.name, value, method, result, q, v, ladder.bound, ended.said, by, ended.seconds)
 
     def _equations(self, ladder: Ladder, value: float, method: str) -> Cell:
         if self.structure is None:
@@ -205,10 +205,10 @@ class _Study:
         error = excess * ladder.bound if ended.how == REACHED else None
         # other equations are no matter of degree
         plain = Ended(ended.how, ended.said if ended.how != REACHED else "")
-        found = verdict(plain, None if error is None else error if excess <= 1.0 else 1.0, ladder.bound)
+        result = verdict(plain, None if error is None else error if excess <= 1.0 else 1.0, ladder.bound)
         took = time.perf_counter() - began
         said = said or plain.said
-        return Cell(ladder.name, value, method, found, error, None, ladder.bound, said, ladder.against, took)
+        return Cell(ladder.name, value, method, result, error, None, ladder.bound, said, ladder.against, took)
 
     def _reference(self, ladder: Ladder, conditions: Conditions, method: str) -> Reference:
         if ladder.against == SAME:

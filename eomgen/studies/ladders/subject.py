@@ -199,8 +199,8 @@ class Subject:
             pass
         angular = [unit == "rad/s" for unit in model.v_units]
         rates.append(float(np.max(np.abs(self.start[1][angular]), initial=0.0)))
-        found = max(rate for rate in rates if np.isfinite(rate))
-        return found if found > 0.0 else 0.1 / own
+        result = max(rate for rate in rates if np.isfinite(rate))
+        return result if result > 0.0 else 0.1 / own
 
     @property
     def period(self) -> float:

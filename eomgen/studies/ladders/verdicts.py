@@ -86,5 +86,5 @@ def verdict(ended: Ended, error: float | None, bound: float) -> str:
 
 def counts(cells: Sequence[Cell]) -> dict[str, int]:
     """Return cells by verdict."""
-    found = Counter(cell.verdict for cell in cells)
-    return {name: found[name] for name in VERDICTS if found[name]}
+    result = Counter(cell.verdict for cell in cells)
+    return {name: result[name] for name in VERDICTS if result[name]}

@@ -124,10 +124,10 @@ def _along_beams(scene: Scene) -> set[str]:
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     if not beams:
         return set()
-    found: set[str] = set()
+    result: set[str] = set()
 
     def note(formula: Formula) -> Formula:
-        found.update(symbol.name for symbol in symbols(formula) if symbol.kind == "parameter")
+        result.update(symbol.name for symbol in symbols(formula) if symbol.kind == "parameter")
         return formula
 
     for joint in scene.joints:
@@ -135,7 +135,7 @@ def _along_beams(scene: Scene) -> set[str]:
             _each(joint, note)
     for holder in (*scene.points, *scene.elements, *scene.constraints, *beams.values()):
         _each(holder, note)
-    return found
+    return result
 
 
 def _over(value: Any, change: Callable[[Number], Formula]) -> Any:

@@ -122,10 +122,10 @@ class Contender:
             return self._steps(4.0 * finest) if self.kind != TOLERANCE else 100.0 * finest
         factor = float((max(last.error, 1e-300) / (MARGIN * demand)) ** (1.0 / self.order))
         jump = LARGEST_JUMP if self.kind != TOLERANCE else 1e6
-        found = self._between(min(last.resolution * factor, jump * finest), demand)
+        result = self._between(min(last.resolution * factor, jump * finest), demand)
         if self.kind == TOLERANCE:
-            return min(max(found, 10.0), 1e15)
-        return self._whole(found, found * MARGIN ** (1.0 / self.order), demand)
+            return min(max(result, 10.0), 1e15)
+        return self._whole(result, result * MARGIN ** (1.0 / self.order), demand)
 
     def _whole(self, found: float, least: float, demand: float) -> float:
         """Return whole steps for a resolution: the next larger ones, or, if these cost much more, the least

@@ -102,15 +102,15 @@ class Entries:
         """
         if best is None or "parameters" not in self.axes:
             return []
-        found = []
+        result = []
         for candidate in self.own:
             row = candidate.row
             if candidate.family is not best.candidate.family or not (candidate.facts.compared or row.differs):
                 continue
             for configuration in candidate.configurations(parameters=True, own={}):
                 if configuration.key != best.configuration.key:
-                    found.append(self._near(best, candidate, configuration))
-        return found
+                    result.append(self._near(best, candidate, configuration))
+        return result
 
     def _settings(self, best: Contender | None) -> list[Contender]:
         """Return the winner with other settings of its iteration, and in single precision."""
@@ -135,14 +135,14 @@ class Entries:
         first = one_of_each(there)
         same = [c for c in first if best is not None and c.family is best.candidate.family]
         usual = {"rho_inf": self.defaults.rho_inf}
-        found = []
+        result = []
         for candidate in same or first:
             configuration = candidate.configuration(usual)
             if best is not None and candidate.family is best.candidate.family:
-                found.append(self._near(best, candidate, configuration))
+                result.append(self._near(best, candidate, configuration))
             else:
-                found.append(self._contender(candidate, configuration))
-        return found
+                result.append(self._contender(candidate, configuration))
+        return result
 
     def _dearer(self, there: Contender, best: Contender) -> bool:
         """Return whether a step there takes so much longer than the best one's that others of its kind need not run."""

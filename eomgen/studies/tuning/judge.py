@@ -119,15 +119,15 @@ class Judge:
                 break
         if best is None:
             reasons = "; ".join(f"{name}: {why}" for name, why in list(self.tried.items())[:3])
-            what = f"no method gives a reference for this scene: {reasons or 'there is none that runs on it'}"
-            raise NumericalError(Problem("reference", what, "a shorter run, or a scene whose motion is smooth"))
+            fault = f"no method gives a reference for this scene: {reasons or 'there is none that runs on it'}"
+            raise NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))
         check_moves(self.runner, best.observation)
         if best.error > LARGEST_UNCERTAINTY:
             hold(f"{best.described} and the same at half its accuracy", best.error)
         if best.error > LEAST_KNOWN * self.demand.error:
-            what = f"the best reference, {best.described}, is known to {best.error:.2g} only: {self.demand.error:g}"
+            fault = f"the best reference, {best.described}, is known to {best.error:.2g} only: {self.demand.error:g}"
             hint = "a larger demand, a shorter run, or a larger budget"
-            raise NumericalError(Problem("error", f"{what} cannot be told", hint))
+            raise NumericalError(Problem("error", f"{fault} cannot be told", hint))
         if not condition.what:
             self._served = best.candidate, best.level
         return Reference(best.observation, best.described, "itself at half its accuracy", best.apart)

@@ -99,15 +99,15 @@ def _parameters(model: Model, given: Mapping[str, float], rng: np.random.Generat
 def _inputs(model: Model, runner: Runner, rng: np.random.Generator) -> dict[str, Any]:
     """Return the caller's inputs, and the scene's constant ones, each multiplied."""
     given = runner.inputs or {}
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     sampled = _sampled(model, runner)
     for column, name in enumerate(model.inputs):
         factor = 1.0 + INPUTS * float(rng.choice([-1.0, 1.0]))
         if name in given:
-            found[name] = _multiplied(given[name], factor)
+            result[name] = _multiplied(given[name], factor)
         elif sampled is not None and np.ptp(sampled[:, column]) == 0.0 and sampled[0, column]:
-            found[name] = factor * float(sampled[0, column])
-    return found
+            result[name] = factor * float(sampled[0, column])
+    return result
 
 
 def _multiplied(signal: Any, factor: float) -> Any:

@@ -144,8 +144,8 @@ def real_time(
     every = candidates(name, model, methods, refused)
     fixed = [c for c in one_of_each(every) if not c.method.chooses_steps]
     if not fixed:
-        what = "no method with steps of equal work runs on this scene"
-        raise ModelError(Problem("real_time", what, "methods that do not choose their steps"))
+        fault = "no method with steps of equal work runs on this scene"
+        raise ModelError(Problem("real_time", fault, "methods that do not choose their steps"))
     held = reference(runner, every, REFERENCE_SHARE * budget, say, settled=KNOWN, count=1, first_steps=1)
     work = _Work(runner, held, output, measure, iterations, refused, say, time.perf_counter() + budget)
     usual = {"rho_inf": defaults.rho_inf}
@@ -207,18 +207,18 @@ class _Work:
         """Return errors of configurations with 1, 2, 4, ... steps in a cycle, each until its cycles end late; all are
         measured over the run once."""
         opened = [configuration for configuration in configurations if self._prepared(configuration)]
-        found: list[_Bought] = []
+        result: list[_Bought] = []
         steps, floor = 1, max(KNOWN, self.held.bar(self.quantity, self.measure))
         while opened and steps <= MOST_STEPS and time.perf_counter() < self.until:
             for configuration in list(opened):
                 self.say(f"{configuration.label}, {steps} in a cycle")
                 made = self._measured(configuration, steps)
                 if made is not None:
-                    found.append(made)
+                    result.append(made)
                     if 0.5 * made.late > cycle or made.error <= floor:
                         opened.remove(configuration)
             steps *= 2
-        return found
+        return result
 
     def _prepared(self, configuration: Configuration) -> bool:
         self.say(f"building: {configuration.label}")
@@ -287,10 +287,10 @@ def _cycles(repeated: Repeated, steps: int, count: int) -> tuple[Array, int]:
 def _nothing(bought: Sequence[_Bought], refused: Mapping[str, str], cycle: float) -> Problem:
     if bought:
         first = min(bought, key=lambda one: one.late)
-        what = (
+        fault = (
             f"nothing ends in time: the fastest, {first.configuration.label}, takes {1e6 * first.late:.3g} us of "
             f"{1e6 * cycle:.3g} us"
         )
-        return Problem("real_time", what, "a longer cycle, another formulation, or a faster processor")
+        return Problem("real_time", fault, "a longer cycle, another formulation, or a faster processor")
     reasons = "; ".join(f"{name}: {why}" for name, why in list(refused.items())[:4])
     return Problem("real_time", f"nothing runs in bounded time: {reasons}", "more iterations, or a shorter cycle")

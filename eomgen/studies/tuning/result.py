@@ -141,8 +141,8 @@ class Tuned:
         FileError
         """
         if self.simplified:
-            what = f"what was chosen has less fidelity, {self.simplified}, which is not written into files"
-            raise UsageError(Problem(str(path), what, "fewer modes, order or stiffening in [beams]; or other axes"))
+            fault = f"what was chosen has less fidelity, {self.simplified}, which is not written into files"
+            raise UsageError(Problem(str(path), fault, "fewer modes, order or stiffening in [beams]; or other axes"))
         text = with_settings(self.source, self.simulation, self.coordinates, self.group)
         write_text(Path(path), text)
         return Path(path)

@@ -171,8 +171,8 @@ class _Tuning:
         model = self.runner.model(self.own)
         known = quantities(model)
         if demand.quantity not in known:
-            what = f"the scene has no output {shown(demand.quantity)}"
-            raise UsageError(Problem("output", what, nearest(demand.quantity, known)))
+            fault = f"the scene has no output {shown(demand.quantity)}"
+            raise UsageError(Problem("output", fault, nearest(demand.quantity, known)))
         own = candidates(self.own, model, self.methods, self.left_out)
         if not own:
             why = "; ".join(self.left_out.values())
@@ -208,8 +208,8 @@ class _Tuning:
     def _enough(self, contenders: Sequence[Contender], demand: Demand) -> None:
         if not any(c.best(demand.error) for c in contenders):
             closest = min((run.error for c in contenders for run in c.runs), default=math.inf)
-            what = f"nothing meets {demand.error:g} within the budget: the least error is {closest:.2g}"
-            raise NumericalError(Problem("error", what, "a larger demand, a larger budget, or other methods"))
+            fault = f"nothing meets {demand.error:g} within the budget: the least error is {closest:.2g}"
+            raise NumericalError(Problem("error", fault, "a larger demand, a larger budget, or other methods"))
 
     def _verified(
         self, entries: Entries, contenders: list[Contender], near: Iterator[Condition]

@@ -96,13 +96,13 @@ def check(
     model = pipeline.build(described, terms, profile=profile, real="double")
     engine, tape = compiled(model, system), on_tape(system)
     rng = np.random.default_rng(seed)
-    found, space = draw(model, engine, states, rng)
+    result, space = draw(model, engine, states, rng)
     claims = _chosen(_claims(space, engine, system, model), only)
-    reports = tuple(_explained(judged(claim, engine, tape, system, found, rng), model, found) for claim in claims)
+    reports = tuple(_explained(judged(claim, engine, tape, system, result, rng), model, result) for claim in claims)
     corners = NonSmoothOperations(
         system, tuple(name for name in _OF_FORMULAS if name in system.functions)
     ).kinks_and_jumps()
-    return CheckReport(model.name, found.names, seed, reports, found.notes, tuple(corners))
+    return CheckReport(model.name, result.names, seed, reports, result.notes, tuple(corners))
 
 
 def _explained(report: FormReport, model: Model, found: States) -> FormReport:

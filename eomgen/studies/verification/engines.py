@@ -75,12 +75,12 @@ def on_tape(system: System) -> Engine:
                     for first in range(0, count, part)
                 ]
             )
-        found, start = {}, 0
+        result, start = {}, 0
         for block in outputs:
             size = len(block.refs)
-            found[block.name] = values[:, start : start + size].reshape(*batch, *block.shape)
+            result[block.name] = values[:, start : start + size].reshape(*batch, *block.shape)
             start += size
-        return found
+        return result
 
     return Engine(system.factors, {name: function.inputs for name, function in system.functions.items()}, call)
 

@@ -144,7 +144,7 @@ class NonSmoothOperations:
         tape = self.system.tape
         nodes = [(node, op) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER or op is Op.CURVE]
         values = [self._operands(nodes, state) for state in states]
-        found: list[str] = []
+        result: list[str] = []
         for number, (node, op) in enumerate(nodes):
             taken = [
                 _decision(op, operands[number], self._breaks(node) if op is Op.CURVE else None) for operands in values
@@ -155,26 +155,26 @@ class NonSmoothOperations:
                     if op is Op.CURVE
                     else _BY_SIGN.get(op) or _BY_ORDER[op]
                 )
-                found.append(f"{what} in {tape.label(node) or 'the scene'}")
-        return list(dict.fromkeys(found))
+                result.append(f"{what} in {tape.label(node) or 'the scene'}")
+        return list(dict.fromkeys(result))
 
     def kinks_and_jumps(self) -> list[str]:
         """Return the operations that have a kink or jump somewhere, near a state or not, as text; curves apart."""
-        found = [
+        result = [
             (_BY_SIGN.get(op) or _BY_ORDER[op], node) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER
         ]
-        return list(dict.fromkeys(f"{what} in {self.system.tape.label(node) or 'the scene'}" for what, node in found))
+        return list(dict.fromkeys(f"{what} in {self.system.tape.label(node) or 'the scene'}" for what, node in result))
 
     def singular(self, state: Blocks) -> list[str]:
         """Return the functions whose derivative is unbounded at their argument, as text."""
         tape = self.system.tape
         nodes = [(node, op) for node, op in self._live() if op in _UNBOUNDED]
-        found = []
+        result = []
         for (node, op), operands in zip(nodes, self._operands(nodes, state), strict=True):
             name, distance = _UNBOUNDED[op]
             if not float(distance(operands[0], operands[-1])) > 1e-12:
-                found.append(f"{name} in {tape.label(node) or 'the scene'}")
-        return list(dict.fromkeys(found))
+                result.append(f"{name} in {tape.label(node) or 'the scene'}")
+        return list(dict.fromkeys(result))
 
     def _live(self) -> Iterator[tuple[int, Op]]:
         tape = self.system.tape

@@ -54,15 +54,15 @@ def of_form(form: QuadraticForm, thresholds: Array) -> Distribution:
 
 def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
     forms, thresholds = [one.form for one in reached], [one.threshold for one in reached]
-    found = {
+    result = {
         "form": _of_upper([first_order(one) for one in reached]),
         "breitung": _of_upper([breitung(one) for one in reached]),
         "hohenbichler_rackwitz": _of_upper([hohenbichler_rackwitz(one) for one in reached]),
     }
     for name, inversion in (("lugannani_rice", "lugannani_rice"), ("quadratic", "steepest_descent")):
         tails = INVERSIONS[inversion](forms, thresholds)
-        found[name] = Distribution(tails.below, tails.above, _NONE, _NONE)
-    return found
+        result[name] = Distribution(tails.below, tails.above, _NONE, _NONE)
+    return result
 
 
 def _of_upper(above: Sequence[float]) -> Distribution:
@@ -190,9 +190,9 @@ def relative_errors(one: Distribution, true: Distribution) -> Array:
 def disagreements(thresholds: Sequence[float], form: Distribution, true: Distribution) -> dict[int, str]:
     """Return, by index, the thresholds whose quadratic form is far from its correction by samples."""
     sides = ["above" if above <= 0.5 else "below" for above in true.above]
-    found = _apart(thresholds, sides, form, true)
+    result = _apart(thresholds, sides, form, true)
     ending = "samples: the response is no quadratic form there, which is left out; take `corrected`"
-    return {k: f"{text} by {ending}" for k, text in found.items()}
+    return {k: f"{text} by {ending}" for k, text in result.items()}
 
 
 def doubts_of_forms(thresholds: Array, errors: Mapping[str, Array], true: Distribution) -> list[str]:
@@ -220,24 +220,24 @@ def against_samples(wanted: Array, form: Distribution, counted: Distribution) ->
     """Return by place the thresholds whose quadratic form gives another probability than samples of the whole
     distribution, on the side if there are fewer."""
     sides = ["above" if above <= 0.5 else "below" for above in counted.above]
-    found = _apart(wanted.tolist(), sides, form, counted)
-    return {k: f"{text} by Monte Carlo: the form is left out, trust samples" for k, text in found.items()}
+    result = _apart(wanted.tolist(), sides, form, counted)
+    return {k: f"{text} by Monte Carlo: the form is left out, trust samples" for k, text in result.items()}
 
 
 def _apart(
     thresholds: Sequence[float], sides: Sequence[str], form: Distribution, counted: Distribution
 ) -> dict[int, str]:
     """Return by place the values of a form and of samples, if these differ."""
-    found = {}
+    result = {}
     for k, (threshold, side) in enumerate(zip(thresholds, sides, strict=True)):
         ours, theirs = float(getattr(form, side)[k]), float(getattr(counted, side)[k])
         error = 0.5 * float(counted.high[k] - counted.low[k]) / 1.96
         if abs(ours - theirs) > _SURE * error + _LIKE * max(ours, theirs):
             sign = ">" if side == "above" else "<="
-            found[k] = (
+            result[k] = (
                 f"P(y {sign} {threshold:.6g}) is {ours:.3g} by the quadratic form and {theirs:.2g} +- {error:.1g}"
             )
-    return found
+    return result
 
 
 def without(one: Distribution, places: Collection[int]) -> Distribution:
@@ -251,9 +251,9 @@ def spread(one: Distribution, places: Sequence[int], count: int) -> Distribution
     """Return a distribution of all thresholds, not a number if one has no point."""
 
     def wide(values: Array) -> Array:
-        found = np.full(count, np.nan)
-        found[list(places)] = values
-        return found
+        result = np.full(count, np.nan)
+        result[list(places)] = values
+        return result
 
     return Distribution(*(wide(part) if len(part) else part for part in (one.below, one.above, one.low, one.high)))
 

@@ -49,27 +49,27 @@ SHARES = (1e-4, 1e-3, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999, 0.9999)
 
 def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
     """Return the random processes of a scene, and the parameters that are their variables. Raises UsageError."""
-    found, variables = [], []
+    result, variables = [], []
     for item in model.description.inputs:
         process = item.random
         if process is None:
             continue
         captured = process.captured[-1]
-        found.append(Process(process.name, process.kind, len(process.variables), captured, tuple(process.eigenvalues)))
+        result.append(Process(process.name, process.kind, len(process.variables), captured, tuple(process.eigenvalues)))
         variables += [name for name in process.variables if name not in variables]
     for waves in model.description.waves:
         names = list(waves.variables)
         if names:
             energies = [wave.amplitude**2 for wave in waves.components[: waves.free]]
             twice = tuple(sorted([*energies, *energies], reverse=True))
-            found.append(Process(waves.name, "waves", len(names), 1.0, twice))
+            result.append(Process(waves.name, "waves", len(names), 1.0, twice))
             variables += names
     if not variables:
         hint = '[random.force] type = "squared_exponential", correlation_time = "1 s", and force in a formula'
         if seas := [waves.name for waves in model.description.waves]:
             hint = f"variables = true in [waves.{seas[0]}], where it has a spectrum"
         raise UsageError(Problem(model.name, "the scene has no random process", hint))
-    return tuple(found), variables
+    return tuple(result), variables
 
 
 def cut_processes(model: Model) -> list[RandomProcess]:
@@ -129,8 +129,8 @@ def check_samples(**counts: int) -> None:
     """Raise UsageError for too few samples for any estimate of their errors."""
     for name, count in counts.items():
         if 0 < count < FEWEST:
-            what = f"of {count} samples no error is known: {FEWEST} are the least"
-            raise UsageError(Problem(name, what, f"{name}=1000, or 0 for none"))
+            fault = f"of {count} samples no error is known: {FEWEST} are the least"
+            raise UsageError(Problem(name, fault, f"{name}=1000, or 0 for none"))
 
 
 def checked_options(given: Mapping[str, Any], variables: Collection[str], processes: Collection[str]) -> dict[str, Any]:
@@ -141,37 +141,37 @@ def checked_options(given: Mapping[str, Any], variables: Collection[str], proces
     """
     check_options("random_vibration", given, SensitivityOptions.__annotations__, _OF_OTHER_RUNS, OWN)
     if given.get("record_every") not in (None, 1):
-        what = "crossings, largest values and gradients are looked for at every step"
-        raise UsageError(Problem("record_every", what, "without it"))
+        fault = "crossings, largest values and gradients are looked for at every step"
+        raise UsageError(Problem("record_every", fault, "without it"))
     parameters = given.get("parameters")
     if not (parameters is None or isinstance(parameters, Mapping)):
-        what = f"values by name are needed, not {shown(parameters)}"
-        raise UsageError(Problem("parameters", what, 'parameters={"mass": 1.5}'))
+        fault = f"values by name are needed, not {shown(parameters)}"
+        raise UsageError(Problem("parameters", fault, 'parameters={"mass": 1.5}'))
     held = [name for name in parameters or () if name in variables]
     if held:
-        what = f"{held[0]} is a variable of a random process, and the study goes over all its values"
+        fault = f"{held[0]} is a variable of a random process, and the study goes over all its values"
         hint = f'simulate(parameters={{"{held[0]}": ...}}) (eomgen simulate --set {held[0]}=...), one run'
-        raise UsageError(Problem("parameters", what, hint))
+        raise UsageError(Problem("parameters", fault, hint))
     inputs = given.get("inputs")
     replaced = [name for name in inputs if name in processes] if isinstance(inputs, Mapping) else []
     if replaced:
-        what = f"{replaced[0]} is a random process, and the study goes over all its values"
-        raise UsageError(Problem("inputs", what, f'without it; simulate(inputs={{"{replaced[0]}": ...}}), one run'))
+        fault = f"{replaced[0]} is a random process, and the study goes over all its values"
+        raise UsageError(Problem("inputs", fault, f'without it; simulate(inputs={{"{replaced[0]}": ...}}), one run'))
     return {**given, "record_every": 1}
 
 
 def numbers_of(name: str, given: Any, hint: str, *, least: int = 1) -> Array:
     """Return a list of finite numbers, (n,). Raises UsageError."""
     try:
-        found = np.asarray(given)
+        result = np.asarray(given)
     except ValueError:  # rows of different lengths
-        found = np.asarray(None)
-    if found.ndim != 1 or len(found) < least or (len(found) and found.dtype.kind not in "iuf"):
+        result = np.asarray(None)
+    if result.ndim != 1 or len(result) < least or (len(result) and result.dtype.kind not in "iuf"):
         raise UsageError(Problem(name, f"a list of numbers is needed, not {shown(given)}", hint))
-    if not np.isfinite(found).all():
-        bad = found[~np.isfinite(found)][0]
+    if not np.isfinite(result).all():
+        bad = result[~np.isfinite(result)][0]
         raise UsageError(Problem(name, f"{bad} is not a finite number", hint))
-    return found.astype(float)
+    return result.astype(float)
 
 
 def span_of(model: Model, at: float | None, step: float | None, t_start: float = 0.0) -> tuple[float, float]:
@@ -182,21 +182,21 @@ def span_of(model: Model, at: float | None, step: float | None, t_start: float =
     if not size > 0.0:
         raise UsageError(Problem("step", f"the step must be positive, not {size:.6g}", f"step={simulation.step:.6g}"))
     if not end > t_start:
-        what = f"there is no run from {t_start:.6g} s to t = {end:.6g} s"
+        fault = f"there is no run from {t_start:.6g} s to t = {end:.6g} s"
         raise UsageError(
-            Problem("at", what, f"at={t_start + simulation.duration:.6g} (--t-end), a time behind the start")
+            Problem("at", fault, f"at={t_start + simulation.duration:.6g} (--t-end), a time behind the start")
         )
     count = (end - t_start) / size
     if count < 1.0 - _WHOLE:
-        what = f"the run to t = {end:.6g} s has no whole step of {size:.6g} s"
+        fault = f"the run to t = {end:.6g} s has no whole step of {size:.6g} s"
         swapped = at is not None and step is not None
         shorter = 0.01 * (end - t_start)
         hint = f"at={size:.6g}, step={end:.6g}: the end comes first" if swapped else f"step={shorter:.2g}"
-        raise UsageError(Problem("step", what, hint))
+        raise UsageError(Problem("step", fault, hint))
     if abs(count - round(count)) > _WHOLE * max(1.0, count):
-        what = f"t = {end:.9g} s is no whole number of steps of {size:.6g} s"
+        fault = f"t = {end:.9g} s is no whole number of steps of {size:.6g} s"
         whole = t_start + round(count) * size
-        raise UsageError(Problem("at", what, f"at={whole:.9g} (--t-end {whole:.9g})"))
+        raise UsageError(Problem("at", fault, f"at={whole:.9g} (--t-end {whole:.9g})"))
     return end, size
 
 

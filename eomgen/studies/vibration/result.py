@@ -61,7 +61,7 @@ class RandomVibration(Findings):
             },
             "times": self.times.tolist(),
             "autocovariance": {name: values.tolist() for name, values in self.autocovariance.items()},
-            "first_passage": {f"{level:.9g}": dict(found) for level, found in self.first_passage.items()},
+            "first_passage": {f"{level:.9g}": dict(result) for level, result in self.first_passage.items()},
             "costs": {name: vars(cost) for name, cost in self.costs.items()},
             "notes": list(self.notes),
             "error": self.error.summary(),

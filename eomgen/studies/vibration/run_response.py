@@ -81,17 +81,17 @@ class RunResponse:
 
     def samples(self, points: Array) -> tuple[Array, Array]:
         """Return the output at the end of runs (m,), and its largest value within each, at points (m, n)."""
-        found = self._run_many(points, error_estimate=False)
-        return self._of_column(found)
+        result = self._run_many(points, error_estimate=False)
+        return self._of_column(result)
 
     def examined(self, points: Array) -> tuple[tuple[Array, Array], SampleErrors, tuple[str, ...]]:
         """Return ``samples``, with the estimated errors of a few of them and notes on their steps."""
-        found = self._run_many(points, error_estimate=True)
-        return self._of_column(found), found.error, found.notes
+        result = self._run_many(points, error_estimate=True)
+        return self._of_column(result), result.error, result.notes
 
     def _run_many(self, points: Array, *, error_estimate: bool) -> Ensemble:
         self.spend(len(points))
-        found = self.model.simulate_many(
+        result = self.model.simulate_many(
             *self.span,
             table=dict(zip(self.variables, points.T, strict=True)),
             columns=[self._column],
@@ -99,8 +99,8 @@ class RunResponse:
             error_estimate=error_estimate,
             **self.options,
         )
-        self.failed += len(found.failed)
-        return found
+        self.failed += len(result.failed)
+        return result
 
     def _of_column(self, found: Ensemble) -> tuple[Array, Array]:
         final, highest = (found.results[f"{self._column}.{which}"] for which in ("final", "max"))
@@ -119,8 +119,8 @@ class RunResponse:
         if self.model.branches is None:
             return []
         moving = {"q", "v", "z"}
-        found = self.model.branches().kinks
-        return list(dict.fromkeys(one.what for one in found if moving & {symbol.block for symbol in one.symbols}))
+        result = self.model.branches().kinks
+        return list(dict.fromkeys(one.what for one in result if moving & {symbol.block for symbol in one.symbols}))
 
     def expansion(self, point: Array) -> Expansion:
         """Return the output with its gradient (n,) and Hessian (n, n): one run, its tangents in all directions, and one
@@ -187,10 +187,10 @@ class RunResponse:
 
     def _differenced(self, point: Array, directions: Array) -> Array:
         """Return the Hessian times directions (n, r), (n, r): differences of exact gradients."""
-        found = np.empty_like(directions)
+        result = np.empty_like(directions)
         for k, ahead in enumerate(_APART * directions.T):
-            found[:, k] = (self.gradient(point + ahead)[1] - self.gradient(point - ahead)[1]) / (2.0 * _APART)
-        return found
+            result[:, k] = (self.gradient(point + ahead)[1] - self.gradient(point - ahead)[1]) / (2.0 * _APART)
+        return result
 
     def gradient(self, point: Array) -> tuple[float, Array]:
         """Return the output, and its derivatives (n,) by one adjoint run; the last ones if the point is the same."""
@@ -210,15 +210,15 @@ class RunResponse:
             rows = slice(None, None, still.run.run.every)
             return still.t[rows], still.outputs[rows, 0], still.gradients[rows, 0]
         self.spend(0, 0, self.size)
-        found = self._sensitivities(point)
-        return found.t, component(found.outputs, self.output), component(found.derivatives, self.output)
+        result = self._sensitivities(point)
+        return result.t, component(result.outputs, self.output), component(result.derivatives, self.output)
 
     def by_inputs(self) -> tuple[Array, dict[str, Array]]:
         """Return times (rows,) and the derivatives of the output in the values of random processes at these, (rows,)
         each, about the mean: by one run and one adjoint run."""
         self.spend(1, 1)
-        found = self._begun(np.zeros(self.size), by=self.variables[:1])  # any parameter does
-        return found.t, found.input_gradient(self._functional)
+        result = self._begun(np.zeros(self.size), by=self.variables[:1])  # any parameter does
+        return result.t, result.input_gradient(self._functional)
 
     def ending(self, time: float) -> RunResponse:
         """Return the response at another end, which counts for itself; about a state that stays as it is it takes no
@@ -245,5 +245,5 @@ class RunResponse:
             return self.model.sensitivities(*self.span, settings=settings or None, **given)
         except NumericalError as error:
             far = float(np.linalg.norm(point))
-            what = f"the run {far:.3g} standard deviations from the mean fails: {error.problems[0].what}"
-            raise NumericalError(what, "smaller steps, or thresholds nearer to the mean") from error
+            fault = f"the run {far:.3g} standard deviations from the mean fails: {error.problems[0].what}"
+            raise NumericalError(fault, "smaller steps, or thresholds nearer to the mean") from error

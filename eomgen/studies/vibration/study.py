@@ -251,9 +251,9 @@ class _Study:
     def _run_about_mean(self, points: Array) -> tuple[Array, ...]:
         if self.error.available or self._of_steps:
             return self.response.samples(points)
-        found, self.error, notes = self.response.examined(points)
+        result, self.error, notes = self.response.examined(points)
         self._of_steps = [*notes] or [""]
-        return found
+        return result
 
     @cached_property
     def _run(self) -> tuple[Array, Array, Array]:
@@ -442,14 +442,14 @@ class _Study:
 
     def left_to_samples(self, error: CrossedJump | NumericalError, samples: int, left: str) -> None:
         """Note the remaining results if there are no derivatives. Raises the error if there are no samples."""
-        what = error.problems[0].what
+        fault = error.problems[0].what
         if samples:
-            self.notes.append(f"{left}: {what}")
+            self.notes.append(f"{left}: {fault}")
         elif isinstance(error, NumericalError):
             raise error
         else:
             hint = "samples=4000 (--monte-carlo 4000), which take no derivatives"
-            raise CrossedJump(Problem("random_vibration", what, hint))
+            raise CrossedJump(Problem("random_vibration", fault, hint))
 
     def sampled_spread(self, count: int) -> tuple[float, float]:
         """Return the mean and the standard deviation of samples."""
@@ -465,8 +465,8 @@ class _Study:
             y, highest = self.response.samples(normal)
         failed = int(np.count_nonzero(~np.isfinite(y)))
         if count - failed < FEWEST:
-            what = f"{'all' if failed == count else f'{failed} of'} {count} samples of Monte Carlo fail"
-            raise NumericalError(what, "smaller steps, or a scene that runs")
+            fault = f"{'all' if failed == count else f'{failed} of'} {count} samples of Monte Carlo fail"
+            raise NumericalError(fault, "smaller steps, or a scene that runs")
         self._samples = y, highest
         return self._samples
 
@@ -501,11 +501,11 @@ class _Study:
         if not len(times):
             return {}
         rows = rows_at(t, times)
-        found = {"first_order": slopes[rows] @ forms["first_order"].gradient}
+        result = {"first_order": slopes[rows] @ forms["first_order"].gradient}
         name = "second_order" if self.directions is None else "projected"
         with self._counted("autocovariance"):
-            found[name] = np.array([forms[name].covariance(self._form_at(float(t[row]))) for row in rows])
-        return found
+            result[name] = np.array([forms[name].covariance(self._form_at(float(t[row]))) for row in rows])
+        return result
 
     def _form_at(self, time: float) -> QuadraticForm:
         """Return the form about the mean of the output at another time."""
@@ -525,5 +525,5 @@ def _check_projection(projected: float | None, whole: bool) -> None:
     if projected is not None and not 0.0 < projected < 1.0:
         raise UsageError(Problem("projected", f"the share {projected:.6g} is not between 0 and 1", "projected=0.999"))
     if projected is None and not whole:
-        what = "no Hessian is left without the whole one"
-        raise UsageError(Problem("whole", what, "projected=0.999, the share of the directions that have one"))
+        fault = "no Hessian is left without the whole one"
+        raise UsageError(Problem("whole", fault, "projected=0.999, the share of the directions that have one"))

@@ -98,14 +98,14 @@ def _places(process: RandomProcess, times: Array) -> Array:
 
 def _gradient(process: RandomProcess, times: Array, derivatives: Array, place: Mapping[str, int]) -> Array:
     """Return the derivatives in all variables by way of a process, (variables,)."""
-    found = np.zeros(len(place))
+    result = np.zeros(len(place))
     x = np.clip(_places(process, times), *process.window)
     known: dict[int, float] = {}  # correlated processes repeat the same modes
     for variable, weight, mode in zip(process.variables, process.weights, process.modes, strict=True):
         if id(mode) not in known:
             known[id(mode)] = float(derivatives @ mode(x))
-        found[place[variable]] += weight * known[id(mode)]
-    return found
+        result[place[variable]] += weight * known[id(mode)]
+    return result
 
 
 def _variance(parts: Sequence[_Contribution]) -> tuple[float, float]:

@@ -105,7 +105,7 @@ def candidates(
     else:
         families = (*BUILT_IN, *families_of_others())
         rows = [(family, row) for family in families for row in family.names() if facts_of(row.name).studied]
-    found = []
+    result = []
     for family, row in dict.fromkeys((family, row.name) for family, row in rows):
         name = row_of(row)[1]
         if not methods and not all(has[fact] for fact in name.differs):
@@ -120,8 +120,8 @@ def candidates(
         except UsageError as error:
             refused[f"{row}, {formulation}"] = reason(error)
             continue
-        found.append(Candidate(formulation, family, name, method, _tolerances(name)))
-    return tuple(found)
+        result.append(Candidate(formulation, family, name, method, _tolerances(name)))
+    return tuple(result)
 
 
 def one_of_each(found: Sequence[Candidate]) -> list[Candidate]:

@@ -45,8 +45,8 @@ def same_start(
     size = 1.0 + max(float(np.abs(pose[4:]).max()) for pose in poses.values())
     if np.abs(apart).max() > MET * size:
         off = np.abs(apart).max()
-        what = f"{other.name} cannot begin where the scene's own formulation does: bodies are off by {off:.2g}"
-        raise NumericalError(Problem("formulation", what, "the scene's own formulation"))
+        fault = f"{other.name} cannot begin where the scene's own formulation does: bodies are off by {off:.2g}"
+        raise NumericalError(Problem("formulation", fault, "the scene's own formulation"))
     columns, rest = _per_velocity(other, bodies, here, t, parameters)
     twists = np.concatenate([own.twist(name, q, v, t, parameters=parameters) for name in bodies])
     return {"q": here, "v": np.linalg.lstsq(columns, twists - rest, rcond=None)[0]}

@@ -60,7 +60,7 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
     own = pipeline.load_scene(described, **options) if from_text else pipeline.as_document(described)[0]
     if not isinstance(own, Scene):
         return Formulations({"as given": own}, {})
-    found, refused = {_name_of(own): own}, {}
+    result, refused = {_name_of(own): own}, {}
     for coordinates in ("joint", "absolute") if others else ():
         if coordinates != own.coordinates and not from_text:
             continue
@@ -70,9 +70,9 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
             refused[coordinates] = "; ".join(problem.what for problem in error.problems) or str(error)
             continue
         for changed in [scene] if coordinates == "joint" else [_on_group(scene, group) for group in GROUPS]:
-            found.setdefault(_name_of(changed), changed)
+            result.setdefault(_name_of(changed), changed)
     less = {f"{_name_of(own)}, {what}": scene for what, scene in simplified(own)} if fidelity else {}
-    return Formulations({**found, **less}, refused, tuple(less))
+    return Formulations({**result, **less}, refused, tuple(less))
 
 
 def _read(described: Any, options: Mapping[str, Any], coordinates: Literal["joint", "absolute"]) -> Scene:

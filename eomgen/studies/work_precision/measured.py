@@ -191,14 +191,14 @@ class Measured:
 
         Errors below the uncertainty of the reference count as that.
         """
-        found: list[Point] = []
+        result: list[Point] = []
         least = WRONG
         for point in sorted(self.usable, key=lambda p: (p.seconds, self.error(p))):
             error = max(self.error(point), self.uncertainty)
             if error < least:
-                found.append(point)
+                result.append(point)
                 least = error
-        return tuple(found)
+        return tuple(result)
 
     def best(self, demand: float) -> Point | None:
         """Return the cheapest point that meets a demand, None if none does."""
@@ -222,14 +222,14 @@ class Measured:
             if point.kind == "step" and point.ended == REACHED:
                 groups.setdefault(point.configuration.key, []).append(point)
         floor = max(ABOVE_UNCERTAINTY * self.uncertainty, _LEAST_ERROR)
-        found = []
+        result = []
         for members in groups.values():
             kept = [p for p in sorted(members, key=lambda p: p.value) if floor < self.error(p) < ASYMPTOTIC][:4]
             if len(kept) >= 3:
                 steps, errors = np.log([p.value for p in kept]), np.log([self.error(p) for p in kept])
                 slope = float(np.polyfit(steps, errors, 1)[0])
-                found.append(Slope(members[0].configuration, slope, members[0].order, len(kept)))
-        return tuple(found)
+                result.append(Slope(members[0].configuration, slope, members[0].order, len(kept)))
+        return tuple(result)
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as JSON data."""

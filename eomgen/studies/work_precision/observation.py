@@ -117,23 +117,23 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
     reference, outputs and multipliers to their own largest value; ``state`` is the larger error of q and v.
     Multipliers are compared if both runs have the same rows.
     """
-    found: dict[str, Array] = {}
+    result: dict[str, Array] = {}
     at = _places(of.t, reference.t)
     if of.factors == reference.factors:
-        found[Q] = _largest(_coordinates(of, reference, at))
-        found[V] = _relative(of.v - reference.v[at], reference.v, _kinds(of))
+        result[Q] = _largest(_coordinates(of, reference, at))
+        result[V] = _relative(of.v - reference.v[at], reference.v, _kinds(of))
     elif of.poses and reference.poses:
-        found[Q] = _largest(_of_poses(of.poses, reference.poses, at))
+        result[Q] = _largest(_of_poses(of.poses, reference.poses, at))
         if of.twists and reference.twists:
-            found[V] = _twists(of.twists, reference.twists, at)
-    if found:
-        found[STATE] = np.max(np.stack(list(found.values())), axis=0)
+            result[V] = _twists(of.twists, reference.twists, at)
+    if result:
+        result[STATE] = np.max(np.stack(list(result.values())), axis=0)
     if of.rows and of.rows == reference.rows:
-        found[MULTIPLIERS] = _one_kind(of.multipliers - reference.multipliers[at], reference.multipliers)
+        result[MULTIPLIERS] = _one_kind(of.multipliers - reference.multipliers[at], reference.multipliers)
     for name, values in reference.outputs.items():
         if name in of.outputs and of.outputs[name].shape[1:] == values.shape[1:]:
-            found[name] = _one_kind(of.outputs[name] - values[at], values)
-    return {name: _size(series) for name, series in found.items()}
+            result[name] = _one_kind(of.outputs[name] - values[at], values)
+    return {name: _size(series) for name, series in result.items()}
 
 
 def _places(t: Array, among: Array) -> slice:
@@ -144,12 +144,12 @@ def _places(t: Array, among: Array) -> slice:
 
 def known_errors(of: Observation, reference: Observation, uncertainty: Mapping[str, ErrorSize]) -> dict[str, ErrorSize]:
     """Return the errors of a run, none below the uncertainty of the reference."""
-    found = errors(of, reference)
-    for name, size in found.items():
+    result = errors(of, reference)
+    for name, size in result.items():
         if (bar := uncertainty.get(name)) is not None:
             sizes = (max(getattr(size, measure), getattr(bar, measure)) for measure in MEASURES)
-            found[name] = ErrorSize(*sizes)
-    return found
+            result[name] = ErrorSize(*sizes)
+    return result
 
 
 def _size(series: Array) -> ErrorSize:
@@ -162,8 +162,8 @@ def _one_kind(difference: Array, reference: Array) -> Array:
     """Return the norm of a difference, (nt,), relative to the largest norm of the reference."""
     with np.errstate(over="ignore", invalid="ignore"):
         size = float(np.max(np.linalg.norm(reference, axis=1), initial=0.0))
-        found: Array = np.linalg.norm(difference, axis=1) / (size or 1.0)
-    return found
+        result: Array = np.linalg.norm(difference, axis=1) / (size or 1.0)
+    return result
 
 
 def _kinds(of: Observation) -> list[list[int]]:
@@ -178,12 +178,12 @@ def _kinds(of: Observation) -> list[list[int]]:
 
 
 def _relative(difference: Array, reference: Array, kinds: Sequence[Sequence[int]]) -> Array:
-    found = np.zeros(len(difference))
+    result = np.zeros(len(difference))
     with np.errstate(over="ignore", invalid="ignore"):
         for kind in kinds:
             size = float(np.max(np.abs(reference[:, kind]), initial=0.0))
-            found = np.maximum(found, np.max(np.abs(difference[:, kind]), axis=1) / (size or 1.0))
-    return found
+            result = np.maximum(result, np.max(np.abs(difference[:, kind]), axis=1) / (size or 1.0))
+    return result
 
 
 #: By kind: errors of components, (nt, n), and the motion from the start of the reference.
@@ -226,8 +226,8 @@ def _largest(parts: _Parts) -> Array:
     for members in parts.values():
         size = max((float(np.max(moved)) for _, moved in members), default=0.0)
         series += [error / (size or 1.0) for error, _ in members]
-    found: Array = np.max(np.stack(series), axis=0) if series else np.zeros(0)
-    return found
+    result: Array = np.max(np.stack(series), axis=0) if series else np.zeros(0)
+    return result
 
 
 def _angle(first: Array, second: Array) -> Array:
@@ -235,16 +235,16 @@ def _angle(first: Array, second: Array) -> Array:
     w = np.sum(first * second, axis=1)
     cross = np.cross(first[:, 1:], second[:, 1:])
     vector = first[:, :1] * second[:, 1:] - second[:, :1] * first[:, 1:] - cross
-    found: Array = 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(w))
-    return found
+    result: Array = 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(w))
+    return result
 
 
 def _twists(twists: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> Array:
     """Return the error of twists, (nt,), angular and linear parts each relative to its largest."""
-    found = np.zeros(len(next(iter(twists.values()))))
+    result = np.zeros(len(next(iter(twists.values()))))
     for part in (slice(0, 3), slice(3, 6)):
         size = max(float(np.max(np.linalg.norm(array[:, part], axis=1))) for array in reference.values())
         for name, array in reference.items():
             difference = np.linalg.norm(twists[name][:, part] - array[at, part], axis=1)
-            found = np.maximum(found, difference / (size or 1.0))
-    return found
+            result = np.maximum(result, difference / (size or 1.0))
+    return result

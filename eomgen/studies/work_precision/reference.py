@@ -129,8 +129,8 @@ def reference(
         if len(solved) == count:
             break
     if not solved:
-        what = f"no method gives a reference for this scene: {'; '.join(tried[:3]) or 'there is none that runs on it'}"
-        raise NumericalError(Problem("reference", what, "a shorter run, or a scene whose motion is smooth"))
+        fault = f"no method gives a reference for this scene: {'; '.join(tried[:3]) or 'there is none that runs on it'}"
+        raise NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))
     first = solved[0]
     check_moves(runner, first.observation)
     if len(solved) == 1:
@@ -145,9 +145,9 @@ def reference(
 def hold(both: str, part: float) -> None:
     """Raise NumericalError if two references, in words, differ by too large a part of the motion."""
     if not part <= LARGEST_UNCERTAINTY:
-        what = f"{both} differ by {100.0 * part:.3g} % of the motion: no error can be told from them"
+        fault = f"{both} differ by {100.0 * part:.3g} % of the motion: no error can be told from them"
         hint = "a shorter run, before motions that start side by side part, or a larger budget for the references"
-        raise NumericalError(Problem("reference", what, hint))
+        raise NumericalError(Problem("reference", fault, hint))
 
 
 def check_moves(runner: Runner, observation: Observation) -> None:
@@ -155,8 +155,8 @@ def check_moves(runner: Runner, observation: Observation) -> None:
     model = runner.model(next(iter(runner.formulations.scenes)))
     if model.nz or not all(np.array_equal(one, one[:1].repeat(len(one), 0)) for one in (observation.q, observation.v)):
         return
-    what = "nothing moves in this run, so that all methods give the same at any step"
-    raise NumericalError(Problem("reference", what, "an initial state off balance, an input, or a later end"))
+    fault = "nothing moves in this run, so that all methods give the same at any step"
+    raise NumericalError(Problem("reference", fault, "an initial state off balance, an input, or a later end"))
 
 
 def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, int]:

@@ -205,8 +205,8 @@ class _Study:
         known = quantities(self.runner.model(self.runner.formulations.own))
         for name in outputs:
             if name not in known:
-                what = f"the scene has no output {shown(name)}"
-                raise UsageError(Problem("outputs", what, nearest(name, known)))
+                fault = f"the scene has no output {shown(name)}"
+                raise UsageError(Problem("outputs", fault, nearest(name, known)))
         self.quantity, self.measure = (outputs or (STATE,))[0], measure
         ladders = [self._own(), *self._ladders(every)]
         if self.announce is not None:
@@ -221,8 +221,8 @@ class _Study:
             journal.keep_reference(held)
         self.reference = held
         if self.quantity not in held.uncertainty:
-            what = f"errors in {self.quantity} cannot be told: the two references have no such quantity in common"
-            raise NumericalError(Problem("reference", what, "state, or an output of the scene"))
+            fault = f"errors in {self.quantity} cannot be told: the two references have no such quantity in common"
+            raise NumericalError(Problem("reference", fault, "state, or an output of the scene"))
         self.began = time.perf_counter()
         self._sweep(ladders)
         self._sweep(self._refinements())

@@ -42,8 +42,8 @@ def ladder_grid(start: float, end: float, step: float, interval: float, steps: S
         row = step * 2.0 ** min(doublings, MOST_DOUBLINGS)
     rows = math.floor((end - start) / row * (1.0 + 1e-12) + 1e-9)
     if rows < 1:
-        what = f"the coarsest step, {row:.4g} s, does not fit into a run of {end - start:.4g} s"
-        raise UsageError(Problem("steps", what, "smaller steps, or a later end"))
+        fault = f"the coarsest step, {row:.4g} s, does not fit into a run of {end - start:.4g} s"
+        raise UsageError(Problem("steps", fault, "smaller steps, or a later end"))
     coarse = Grid(row, rows, start)
     parts = 1
     for count in per_coarsest(coarse, steps):
@@ -68,8 +68,8 @@ def tuning_grid(end: float, step: float, interval: float) -> Grid:
         The run is shorter than one step.
     """
     if end < step * (1.0 - _ROUNDING):
-        what = f"a step of {step:.4g} s does not fit into a run of {end:.4g} s"
-        raise UsageError(Problem("t_end", what, f"{10.0 * step:.4g}"))
+        fault = f"a step of {step:.4g} s does not fit into a run of {end:.4g} s"
+        raise UsageError(Problem("t_end", fault, f"{10.0 * step:.4g}"))
     row = min(interval, end)
     while end / row < LEAST_TIMES:
         row /= 2.0
@@ -98,12 +98,12 @@ def per_coarsest(coarse: Grid, steps: Sequence[float]) -> tuple[int, ...]:
     that do not divide it."""
     if not steps:
         return tuple(2**k for k in range(int(math.log2(FINEST)) + 1))
-    found = []
+    result = []
     for step in sorted(set(steps), reverse=True):
         count = round(coarse.row / step)
         if abs(coarse.row / step - count) > _ROUNDING * count:
-            what = f"the step {step:.6g} s is no whole part of the coarsest, {coarse.row:.6g} s"
+            fault = f"the step {step:.6g} s is no whole part of the coarsest, {coarse.row:.6g} s"
             hint = f"{coarse.row / math.ceil(coarse.row / step):.6g}, or steps each half of the one before"
-            raise UsageError(Problem("steps", what, hint))
-        found.append(count)
-    return tuple(found)
+            raise UsageError(Problem("steps", fault, hint))
+        result.append(count)
+    return tuple(result)

@@ -125,11 +125,11 @@ _SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kep
 
 def _starts(items: Sequence[Addition]) -> dict[tuple[int, ...], int]:
     """Return the first addition that has each table of starts."""
-    found: dict[tuple[int, ...], int] = {}
+    result: dict[tuple[int, ...], int] = {}
     for number, item in enumerate(items):
         if item.starts:
-            found.setdefault(item.starts, number)
-    return found
+            result.setdefault(item.starts, number)
+    return result
 
 
 class CNames:
@@ -279,10 +279,10 @@ class CNames:
             "element": f"K(constants[{{}}][element{' + lane' if loop.lanes > 1 else ''}])",
             "shared": [f"g[{index}]" for index in loop.shared],
             "gather": [
-                f"g[{chosen([(end, place(start, step, 'element')) for end, start, step in found], 'element')}]"
-                if found
+                f"g[{chosen([(end, place(start, step, 'element')) for end, start, step in result], 'element')}]"
+                if result
                 else f"g[places[element][{next(column)}]]"
-                for found in loop.index
+                for result in loop.index
             ],
             "carry": "carry[{}]",
         }

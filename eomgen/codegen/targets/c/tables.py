@@ -18,7 +18,7 @@ from eomgen.codegen.program import ProgramCurve
 LARGE = 4096
 #: Bytes in one text of a line.
 _LINE = 28
-#: What stands for a byte in a text: four characters, or one and zeros; nothing for what only fills a line.
+#: C text of each byte: four characters, or one character and zeros; only zeros for the filler at a line's end.
 _NOTHING = 256
 _WRITTEN = np.zeros((257, 4), dtype=np.uint8)
 for _code in range(256):
@@ -85,7 +85,7 @@ def _escaped(data: npt.NDArray[np.uint8]) -> bytes:
 
 def curve_tables(curves: Sequence[ProgramCurve]) -> tuple[CurveTable, ...]:
     """Return the tables of curves, equal ones once."""
-    found: dict[tuple[tuple[float, ...], ...], list[int]] = {}
+    result: dict[tuple[tuple[float, ...], ...], list[int]] = {}
     for number, curve in enumerate(curves, 1):
-        found.setdefault(curve.rows, []).append(number)
-    return tuple(CurveTable(number, rows, tuple(of)) for number, (rows, of) in enumerate(found.items(), 1))
+        result.setdefault(curve.rows, []).append(number)
+    return tuple(CurveTable(number, rows, tuple(of)) for number, (rows, of) in enumerate(result.items(), 1))

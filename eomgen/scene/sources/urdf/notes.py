@@ -114,33 +114,33 @@ def _joints(names: Sequence[str]) -> str:
 
 def inertia_warnings(robot: Robot) -> list[tuple[int, str]]:
     """Return the line and the fault of each link that no body can be."""
-    found = []
+    result = []
     for link in robot.links.values():
         fault = impossible(float(link.inertia.mass), link.inertia.about_center)
         if fault:
-            found.append((link.line, f"link {link.name}: {fault}"))
-    return found
+            result.append((link.line, f"link {link.name}: {fault}"))
+    return result
 
 
 def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
     """Return one note for each kind of thing that is not modelled or not read; ``still`` are joints that are held."""
-    found = []
+    result = []
     for what, places in robot.unread.items():
         owners = [name for name in dict.fromkeys(name for _, name in places) if name]
-        found.append((places[0][0], f"not read: {what} ({len(places)}{': ' if owners else ''}{listed(owners)})"))
+        result.append((places[0][0], f"not read: {what} ({len(places)}{': ' if owners else ''}{listed(owners)})"))
     if robot.minor > NEWEST:
-        found.append((1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: what is new in it is not known"))
+        result.append((1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: what is new in it is not known"))
     if robot.quaternions and robot.minor < WITH_QUATERNIONS:
         what = (
             f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version"
             f" 1.{robot.minor}"
         )
         names = [name for _, name in robot.quaternions]
-        found.append((robot.quaternions[0][0], f"{what} ({len(names)}: {listed(names)})"))
+        result.append((robot.quaternions[0][0], f"{what} ({len(names)}: {listed(names)})"))
     for tag, names in robot.left_out.items():
         concerned = [name for name in names if name not in still or tag not in _OF_MOVING_JOINTS]
         if concerned:
             meaning = _MEANING.get(tag, tag if " " in tag else f"elements <{tag[:64]}>")
             named = [name for name in dict.fromkeys(concerned) if name]
-            found.append((1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)})"))
-    return found
+            result.append((1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)})"))
+    return result

@@ -398,12 +398,12 @@ class _Reader:
         return LoopEnd(self.link_names.get(written, ""), orientation, position)
 
     def mimic(self, element: Element, key: str) -> Mimic | None:
-        found = element.first("mimic")
-        if found is None:
+        result = element.first("mimic")
+        if result is None:
             return None
-        (multiplier,) = self.numbers(found, "multiplier", key, (1.0,))
-        (offset,) = self.numbers(found, "offset", key, (0.0,))
-        return Mimic(found.get("joint"), multiplier, offset, found.line)
+        (multiplier,) = self.numbers(result, "multiplier", key, (1.0,))
+        (offset,) = self.numbers(result, "offset", key, (0.0,))
+        return Mimic(result.get("joint"), multiplier, offset, result.line)
 
     def limit(self, element: Element, key: str) -> Limit | None:
         found = element.first("limit")

@@ -75,13 +75,13 @@ def _straight(factors: list[Factor]) -> Callable[[Blocks], dict[str, Array]]:
     """Return a function that gives states with straight beams whose coordinates are at rest."""
 
     def straight(state: Blocks) -> dict[str, Array]:
-        found = dict(state)
+        result = dict(state)
         for block in ("q", "v", "a"):
-            found[block] = state[block].copy()
+            result[block] = state[block].copy()
             for factor in factors:
                 start = factor.q_start if block == "q" else factor.v_start
-                found[block][..., start : start + factor.v_size] = 0.0
-        return found
+                result[block][..., start : start + factor.v_size] = 0.0
+        return result
 
     return straight
 
@@ -101,9 +101,9 @@ def _claim(
     def second(engine: Engine, state: Blocks) -> Array:
         if kept is None:
             return change.along(at(state), block, along.T)
-        found = np.zeros((*state["q"].shape[:-1], space.nv, space.nv))
-        found[..., kept[:, np.newaxis], kept] = change.along(at(state), block, np.eye(space.nv)[kept])[..., kept, :]
-        return np.asarray(found @ along)
+        result = np.zeros((*state["q"].shape[:-1], space.nv, space.nv))
+        result[..., kept[:, np.newaxis], kept] = change.along(at(state), block, np.eye(space.nv)[kept])[..., kept, :]
+        return np.asarray(result @ along)
 
     return Claim(
         f"elastic.{name}",

@@ -23,8 +23,8 @@ def event_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
         rates = {"q": state["v"], "v": state["a"]}
         if "z" in state:
             rates["z"] = engine("internal_rate", state)["zdot"]
-        found = {block: rate[..., np.newaxis, :] for block, rate in rates.items()}
-        return found | ({"t": np.ones((1, 1))} if "t" in state else {})
+        result = {block: rate[..., np.newaxis, :] for block, rate in rates.items()}
+        return result | ({"t": np.ones((1, 1))} if "t" in state else {})
 
     claims = []
     if known:

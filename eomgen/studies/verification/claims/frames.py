@@ -86,11 +86,11 @@ def _in_time(engine: Engine, entry: str, matrix: str, rate: str, drift: str, row
 
     def sizes(engine: Engine, state: Blocks) -> Array:
         speeds = np.abs(state["v"])
-        found, still = (
+        result, still = (
             (values @ _shaped(speeds, values)).reshape(len(speeds), -1).max(axis=-1)
             for values in (np.abs(engine(rate, state)[out]), np.abs(engine(matrix, state)[entry]))
         )
-        return np.asarray(np.maximum(found, _CANCELLING * still * speeds.max(axis=-1)))
+        return np.asarray(np.maximum(result, _CANCELLING * still * speeds.max(axis=-1)))
 
     claims = [
         Claim(

@@ -211,11 +211,11 @@ def _motion_first(rate: Array, others: Array) -> Array:
 
 def _parts(engine: Engine, state: Blocks) -> list[Array]:
     """Return M a, h, b and -Q."""
-    found = [engine("coupling", state)["h"], -engine("force", state)["Q"]]
-    found += [engine("base_motion", state)["b"]] if "base_motion" in engine else []
+    result = [engine("coupling", state)["h"], -engine("force", state)["Q"]]
+    result += [engine("base_motion", state)["b"]] if "base_motion" in engine else []
     if "mass" in engine:
-        return [times(engine("mass", state)["M"], state["a"]), *found]
-    return [engine("inverse_dynamics", state)["tau"] - np.sum(found, axis=0), *found]
+        return [times(engine("mass", state)["M"], state["a"]), *result]
+    return [engine("inverse_dynamics", state)["tau"] - np.sum(result, axis=0), *result]
 
 
 def _largest(values: list[Array]) -> Array:

@@ -47,13 +47,13 @@ def parameter_claims(space: Space, engine: Engine, system: System, description: 
 
 def _of_regressor(rows: tuple[str, ...]) -> Claim:
     def tau(engine: Engine, state: Blocks) -> Array:
-        found, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
-        return np.asarray(found["Y"] @ pi[..., np.newaxis] + column(found["tau0"]))
+        result, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
+        return np.asarray(result["Y"] @ pi[..., np.newaxis] + column(result["tau0"]))
 
     def size(engine: Engine, state: Blocks) -> Array:
         """Return the scale of cancellation: summands of tau are larger than their sum."""
-        found, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
-        summands = np.abs(found["Y"]) @ np.abs(pi[..., np.newaxis]) + np.abs(column(found["tau0"]))
+        result, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
+        summands = np.abs(result["Y"]) @ np.abs(pi[..., np.newaxis]) + np.abs(column(result["tau0"]))
         return np.asarray(np.max(summands, axis=(-2, -1)))
 
     return Claim(
@@ -70,12 +70,12 @@ def _of_regressor(rows: tuple[str, ...]) -> Claim:
 
 def _power(description: Description) -> Claim:
     """Return the claim of each column alone: its power is the rate of its share of kinetic energy, base at rest."""
-    found = [
+    result = [
         (k, item.name)
         for k, item in enumerate(description.linear_parameters)
         if not item.name.partition("[")[0].endswith(_FRICTION)
     ]
-    columns = [k for k, _ in found]
+    columns = [k for k, _ in result]
 
     def inertial(engine: Engine, state: Blocks, v: Array, a: Array) -> Array:
         """Return Y of a motion minus Y at rest, which is gravity's part."""
@@ -97,7 +97,7 @@ def _power(description: Description) -> Claim:
         power,
         source=energy,
         directions=along_motion(("q", "v"), ("v", "a")),
-        rows=tuple(name for _, name in found),
+        rows=tuple(name for _, name in result),
         functions=("regressor",),
     )
 

@@ -186,10 +186,10 @@ def along_motion(engine: Engine, function: str, *, free: bool = False) -> Callab
             rates["v"] = engine("forward_dynamics", state)["vdot"]
         if "z" in taken and "z" in state:
             rates["z"] = engine("internal_rate", state)["zdot"]
-        found = {block: rate[..., np.newaxis, :] for block, rate in rates.items()}
+        result = {block: rate[..., np.newaxis, :] for block, rate in rates.items()}
         if "base" in taken or "t" in taken:
-            found["t"] = np.ones((1, 1))
-        return found
+            result["t"] = np.ones((1, 1))
+        return result
 
     return directions
 
@@ -202,9 +202,9 @@ def _entries(space: Space, name: str) -> tuple[str, ...]:
 
 def _vector_of(function: str, entry: str) -> Value:
     def value(engine: Engine, state: Blocks) -> Array:
-        found = engine(function, state)[entry]
+        result = engine(function, state)[entry]
         batch = np.broadcast_shapes(*(state[block].shape[:-1] for block in engine.functions[function]))
-        return found.reshape(*batch, -1)
+        return result.reshape(*batch, -1)
 
     return value
 

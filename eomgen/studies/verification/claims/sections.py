@@ -174,12 +174,12 @@ def _jumps(space: Space, beams: _Beams, engine: Engine, system: System, scene: S
         return column(on_first - on_second)
 
     def second(engine: Engine, state: Blocks) -> Array:
-        found = own("force", state)["Q"] - without("force", state)["Q"]
+        result = own("force", state)["Q"] - without("force", state)["Q"]
         if "lam" in state and "residual" in engine and of_beams.any():
             none = {**state, "lam": np.zeros_like(state["lam"])}
             only = {**state, "lam": state["lam"] * of_beams}
-            found = found - engine("residual", only)["r"] + engine("residual", none)["r"]
-        return column(found)
+            result = result - engine("residual", only)["r"] + engine("residual", none)["r"]
+        return column(result)
 
     return Claim(
         "section_loads.load_at_ends, at nodes",
