@@ -1,7 +1,7 @@
 """``method = "auto"``: the method of a run, chosen once before it from the eigenvalues of its equations at the start.
 
 The choice is between the implicit method, which is stable at any step, and the explicit one of order 4, which is more
-accurate where the step resolves the fastest motion and forces are smooth.
+accurate if the step resolves the fastest motion and forces are smooth.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def automatic(
 
     Parameters
     ----------
-    initial, p, t : where the run starts
+    initial, p, t : initial values, parameters and time at the start of the run
     step : s
     """
     facts = model.library.layout["facts"]
@@ -111,7 +111,7 @@ def _explicit(facts: Facts) -> str | None:
 
 def largest_eigenvalue(model: CompiledModel, state: InitialState, t: float, p: Array) -> float | None:
     """Return the largest modulus of the eigenvalues of the equations about a state, 1/s: of M, C and K across the
-    constraints, and of the internal states; None where terms are missing or not finite."""
+    constraints, and of the internal states; None if terms are missing or not finite."""
     q, v, z = state.q, state.v, state.z
     if "partials" not in model.functions:
         return None

@@ -29,7 +29,7 @@ from eomgen.version import __version__
 
 FORMAT = 1
 _KIND = "checkpoint"
-#: Seconds of computing between two checkpoints where the caller does not say how many steps.
+#: Seconds of computing between two checkpoints if the caller gives no number of steps.
 SECONDS_BETWEEN = 60.0
 _NEEDED = {
     "scene": str,
@@ -58,7 +58,7 @@ class Checkpoint:
         fingerprint, its functions (a ``Selection``) and its build
     state, workspace : the stepper's memory, as doubles and as bytes
     inputs : values of the inputs that are numbers or tables
-    t, q, v, z : what the state says, for readers who want to start anew from there
+    t, q, v, z : the state in these variables, for readers who want to start a new run from it
     """
 
     run: Mapping[str, Any]
@@ -101,7 +101,7 @@ class Checkpoint:
         return cls(run, np.asarray(arrays["state"], dtype=float), workspace, groups["input"], groups["start"])
 
     def check(self, path: Path, scene: str, library: Library) -> None:
-        """Raise ModelError where the checkpoint belongs to another model or to another compilation of it."""
+        """Raise ModelError if the checkpoint belongs to another model or to another compilation of it."""
         hint = (
             f"the model that wrote it, or a new run from its state: np.load({path.name!r}) holds start.t, start.q and"
             " start.v"
@@ -118,7 +118,7 @@ class Checkpoint:
 
 
 def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
-    """Return a checkpoint of a run where its stepper is."""
+    """Return a checkpoint of a run at the present state of its stepper."""
     given = run.signals.given
     values = {name: np.asarray(signal, dtype=float) for name, signal in given.items() if not callable(signal)}
     state, workspace = stepper.memory
@@ -161,7 +161,7 @@ class CheckpointWriter:
         self._last, self._when = -1, time.monotonic()
 
     def room(self, done: int) -> int | None:
-        """Return how many steps there are to the next checkpoint, where steps are counted."""
+        """Return the number of steps to the next checkpoint; None if checkpoints are written by time."""
         return None if self.every is None else self.every - done % self.every
 
     def look(self, stepper: Stepper, done: int, *, final: bool = False) -> None:
@@ -182,7 +182,7 @@ class CheckpointWriter:
 def checkpoint_writer(
     run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None
 ) -> CheckpointWriter | None:
-    """Return what writes the checkpoints of a run, if any are wanted. Raises UsageError."""
+    """Return the writer of the checkpoints of a run; None without a path. Raises UsageError."""
     if path is None:
         if every is not None:
             raise UsageError(Problem("checkpoint_every", "there is no file to write to", 'checkpoint="run.ckpt"'))

@@ -1,4 +1,4 @@
-"""Motions that the caller of a simulator gives: pieces from where they are to targets at the ends of its steps."""
+"""Motions prescribed by the caller of a simulator: polynomial pieces to targets at the ends of its steps."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class Motions:
 
     Attributes
     ----------
-    columns : (k,) places of all their parameters among those of the model
-    reached : position, rate and acceleration, (3,), by name, that the last step ended with; without those of motions
+    columns : (k,) indices of all their parameters among the model's parameters
+    reached : position, rate and acceleration, (3,), by name, at the end of the last step; without the motions
         whose last piece did not end there
-    rough : whether what follows a motion may jump or bend where its formula does
+    rough : whether formulas of motions, as laws of drives, may jump or bend
     """
 
     def __init__(self, model: CompiledModel) -> None:
@@ -59,11 +59,11 @@ class Motions:
         return at_time(np.array(coefficients), t - begin)
 
     def between(self, t: Array, p: Array) -> RecordedMotions | None:
-        """Return the motions between recorded rows at times (n,) with parameters (n, np); None where there are none."""
+        """Return the motions between recorded rows at times (n,) with parameters (n, np); None if there are none."""
         return RecordedMotions(t, p, tuple(map(tuple, self._columns.values()))) if self._columns else None
 
     def check(self, given: Mapping[str, Target] | None) -> Mapping[str, Target]:
-        """Return what is given for motions. Raises UsageError for anything but a mapping from their names."""
+        """Return the targets given for motions. Raises UsageError for anything but a mapping from their names."""
         if given is None:
             return {}
         if not isinstance(given, Mapping):
@@ -98,7 +98,7 @@ class Motions:
         return moved
 
     def go_on(self, p: Array, t: float, step: float, functions: Mapping[str, Target]) -> tuple[Array, dict[str, Array]]:
-        """Return parameters (np,) with which motions follow their functions over a step in s, and what it ends with."""
+        """Return parameters (np,) for motions that follow their functions over a step in s, and their ends."""
         moved, ends = p.copy(), {}
         for name, function in functions.items():
             ends[name] = value_at(name, function, t + step)
@@ -106,7 +106,7 @@ class Motions:
         return moved, ends
 
     def started(self, p: Array, t: float, given: Mapping[str, Target]) -> Array:
-        """Return parameters (np,) with which motions start at what is given, at a time in s."""
+        """Return parameters (np,) for motions that start at their targets, at a time in s."""
         moved = p.copy()
         for name, target in given.items():
             x, v, a = self.reached[name] = value_at(name, target, t)
@@ -114,14 +114,14 @@ class Motions:
         return moved
 
     def at_rest(self, p: Array) -> Array:
-        """Return parameters (np,) with which all motions rest where their present pieces begin."""
+        """Return parameters (np,) for which all motions rest at the beginnings of their present pieces."""
         resting = p.copy()
         for columns in self._columns.values():
             resting[columns[2:]] = 0.0
         return resting
 
     def later(self, p: Array, delay: float) -> Array:
-        """Return parameters (np,) with which all motions are what they are a time in s before."""
+        """Return parameters (np,) with all motions delayed by a time in s."""
         moved = p.copy()
         moved[[columns[0] for columns in self._columns.values()]] += delay
         return moved
@@ -183,7 +183,7 @@ def read_target(name: str, target: ArrayLike, when: str = "") -> Array:
 
 
 def refuse_as_inputs(given: object, motions: Collection[str]) -> None:
-    """Raise UsageError where motions are among the inputs that are given."""
+    """Raise UsageError if motions are among the given inputs."""
     for name in motions:
         if isinstance(given, Mapping) and name in given:
             fault = "this is a motion, which its caller gives with rate and acceleration from step to step"

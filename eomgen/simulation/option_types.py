@@ -11,7 +11,7 @@ from eomgen.simulation.stepping.inputs import LawOverTime, Signal
 
 __all__ = ["EnsembleOptions", "LawOverTime", "SensitivityOptions"]
 
-#: What others call options of runs, and their names here.
+#: Names of the options of runs in other tools, and their names here.
 KNOWN_ELSEWHERE: Mapping[str, str] = {
     "u": "inputs",
     "t0": "t_start",

@@ -1,4 +1,4 @@
-"""Rows of a motion that its caller steps, kept where the caller asks for them, as a ``Solution``."""
+"""Rows of a motion stepped by its caller, recorded at the caller's request, as a ``Solution``."""
 
 from __future__ import annotations
 

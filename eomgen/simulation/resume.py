@@ -118,7 +118,7 @@ def resume(
 
 
 def _controllers(library: Library, given: Mapping[str, Controller] | None) -> Controllers | None:
-    """Return the caller's functions, which have to go on from what internal states hold."""
+    """Return the caller's functions. Raises UsageError if one of them may keep data outside of the internal states."""
     functions = read_controllers(given, library.layout)
     if functions is not None and (names := functions.undeclared):
         fault = f"the function of {names} may keep something that no checkpoint holds"
@@ -128,7 +128,7 @@ def _controllers(library: Library, given: Mapping[str, Controller] | None) -> Co
 
 
 def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> None:
-    """Raise UsageError where parameters are given that are not those of the first part."""
+    """Raise UsageError if given parameters differ from the parameters of the first part."""
     if given is None:
         return
     whole = (
@@ -145,7 +145,7 @@ def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> N
 
 
 def _inputs(saved: Checkpoint, given: Mapping[str, Signal] | None) -> dict[str, Signal]:
-    """Return the inputs of the run: those in the file, and the functions given again."""
+    """Return the inputs of the run: the tables and numbers in the file, and the functions given again."""
     asked = dict(given or {})
     kinds = saved.run["inputs"]
     problems = []

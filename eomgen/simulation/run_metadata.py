@@ -1,4 +1,4 @@
-"""What a solution says of the run that it comes from."""
+"""Metadata of a solution: the description of its run."""
 
 from __future__ import annotations
 

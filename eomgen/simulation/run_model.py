@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RunModel:
-    """A model with the inputs (None where its formulas give all of them), the parameters (np,) and the events of a
+    """A model with the inputs (None if its formulas give all of them), the parameters (np,) and the events of a
     run, or with the motions that a caller gave."""
 
     model: CompiledModel
@@ -48,11 +48,11 @@ class RunModel:
 
     @property
     def has_poses(self) -> bool:
-        """Whether nothing has to be compiled for poses."""
+        """Whether the model's library has the function of poses, so that no compilation is needed."""
         return "poses" in self.model.functions
 
     def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery:
-        """Return poses at times (nt,) and configurations (nt, nq), with what else a picture shows."""
+        """Return poses at times (nt,) and configurations (nt, nq), with the scenery of a picture."""
         p = self.parameters if self.motions is None else self.motions(t)
         return poses_and_scenery(self.model, t, q, p)
 

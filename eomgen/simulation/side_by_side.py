@@ -1,8 +1,8 @@
 """Runs of one model side by side, a trajectory in each lane of the processor's vectors.
 
-Rows have the bits of runs alone, but for what compilers make of a multiplication and an addition in one (profile
-``fast``). What judges a run costs more than its steps, so runs are only looked over here; those that are doubtful are
-to be run alone, and judged as any run.
+Rows have the same bits as in separate runs, except that compilers may contract a multiplication and an addition into
+one operation (profile ``fast``). The checks of a run cost more than its steps, so only cheap checks are made here; runs
+that fail one of these are repeated separately, with all checks.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _VIOLATION = 1e-4
 #: Part of its length by which a beam's axis may be shortened, of 1 from which on a run has failed.
 _SHORTENED = 0.9
 #: Numbers of rows that are looked at together, and groups of lanes, at most: 4 MB stay in a cache, and the heap keeps
-#: them from one group to the next, where 32 MB come from the system each time, page by page.
+#: them from one group to the next, while 32 MB are allocated by the system each time, page by page.
 _NUMBERS, _GROUPS = 5e5, 1024
 #: Columns up to which they are copied one by one.
 _NARROW = 3
@@ -60,7 +60,7 @@ _OPTIONS = {
 
 @dataclass(frozen=True)
 class Alike:
-    """What the runs of all samples have in common, as the run without variations has it; plain data.
+    """Method, time grid and columns common to the runs of all samples, from the run without variations; plain data.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Alike:
 
     @classmethod
     def of(cls, model: CompiledModel, pilot: Solution) -> Alike:
-        """Return that of a run."""
+        """Return the common data of runs like ``pilot``."""
         data = pilot.metadata
         span = float(data["t_start"]), float(data["t_end"]), float(data["settings"]["step"])
         grid = time_grid(*span, model.library.real)
@@ -86,13 +86,13 @@ class Alike:
 
 @dataclass(frozen=True)
 class Beside:
-    """What runs side by side came to.
+    """Results of runs side by side.
 
     Attributes
     ----------
     columns : (runs, columns, rows), not a number behind the last row of a run
     alone : (runs,), which of them have to be made alone
-    rows : (runs,), how many each has: fewer than others where an event has stopped it, which its last one is of
+    rows : (runs,), number of rows of each; fewer if an event has stopped the run, whose row is then the last one
     ends : (runs,) s, times of their last rows
     """
 
@@ -104,11 +104,11 @@ class Beside:
 
 @dataclass
 class SideBySide:
-    """Runs side by side of what differs in parameters, inputs and the initial state.
+    """Runs side by side that differ in parameters, inputs and the initial state.
 
     Attributes
     ----------
-    run : with what all have in common
+    run : the run without variations
     columns : names of the columns of solutions that are looked at
     places : of ``Alike``
     """
@@ -118,7 +118,7 @@ class SideBySide:
     library: LaneLibrary
     columns: Sequence[str]
     places: Mapping[str, tuple[str, int]]
-    #: By the number of rows: times, and what is prescribed at them, of the samples before.
+    #: By the number of rows: times of the previous samples, and the inputs and the base at these.
     _common_before: dict[int, tuple[Array, Prescribed]] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -175,20 +175,20 @@ class SideBySide:
             tables[:, :, model.inputs.index(name)] = values[:, np.newaxis]
         for k, of_run in enumerate(laws):
             for name, law in of_run.items():
-                by_law = law.over(times)  # what is not finite is left to a run alone, which names it
+                by_law = law.over(times)  # a separate run names the value that is not finite
                 tables[k][:, model.inputs.index(name)] = np.where(np.isfinite(by_law), by_law, np.inf)
         return tables
 
     @property
     def held_inputs(self) -> Array | None:
-        """Inputs (nu,) that all runs have but for those that vary, not a number where a formula of the scene says one;
-        None where formulas say all."""
+        """Inputs (nu,) common to all runs before variations, NaN for inputs by formulas of the scene; None if all
+        inputs are given by formulas."""
         driven = self.run.driven
         return driven.row if isinstance(driven, HeldRows) else None
 
     def unfollowed(self, parameters: Array) -> NDArray[np.bool_]:
-        """Return at which parameters (n, np) a drive, or the law of the base, cannot be followed, (n,); what the run
-        that all have in common follows is looked at no more."""
+        """Return a mask of the parameters (n, np) at which a drive, or the law of the base, cannot be followed, (n,);
+        samples with the common run's parameters of these laws are not checked again."""
         names, run = list(self.model.parameters), self.run
         in_laws = {symbol.name for law in self.model.description.laws for symbol in symbols(law.formula)}
         places = [names.index(name) for name in in_laws.intersection(names)]
@@ -199,8 +199,8 @@ class SideBySide:
 
     def assembled(self, q: Array, v: Array, parameters: Array) -> ConsistentStates | None:
         """Return the states nearest to guesses q (n, nq), v (n, nv) that meet the constraints, at parameters (n, np);
-        None where each is to be looked at by ``start_of``, since rows that follow from others elsewhere may not
-        there."""
+        None if ``start_of`` has to check each of them, because rows that follow from others at the scene's parameters
+        may not follow from them at these."""
         model = self.model
         if model.library.layout["left_out"] and np.any(parameters != model.parameter_array()):
             return None
@@ -240,7 +240,7 @@ class SideBySide:
             rows[statuses == 0, -1, 0] = self.run.grid.end
         alone = (statuses != 0) & (~stopped if not self.tabled else True)
         number = np.full(count, rows.shape[1])
-        for k in np.flatnonzero(stopped):  # what comes behind an event that stops a run is looked over as that
+        for k in np.flatnonzero(stopped):  # rows behind an event that stops a run repeat the event's row
             number[k] = np.isfinite(rows[k, :, 0]).sum()
             rows[k, number[k] :], modes[k, number[k] :] = rows[k, number[k] - 1], modes[k, number[k] - 1]
         present = self._present(parameters, modes)
@@ -261,7 +261,7 @@ class SideBySide:
 
     @property
     def _between(self) -> int:
-        """Steps between the rows that are looked over: those of the run, or a part of them where it has few."""
+        """Steps between the checked rows: as between recorded rows, or fewer if the run has few recorded rows."""
         every, whole = self.run.every, self.run.grid.whole
         if self.run.method.chooses_steps or whole // every >= _LOOKED_AT:
             return every
@@ -269,12 +269,12 @@ class SideBySide:
         return every // parts[0] if parts else 1
 
     def _asked(self, count: int) -> NDArray[np.intp]:
-        """Return which of so many rows that are looked over are those of the run."""
+        """Return the indices of the recorded rows among ``count`` checked rows."""
         chosen = np.arange(0, self.run.grid.whole // self._between + 1, self.run.every // self._between)
         return np.append(chosen, count - 1) if chosen[-1] != count - 1 else chosen
 
     def _present(self, parameters: Array, modes: Array) -> Array:
-        """Return parameters (lanes, np), or (lanes, rows, np) where modes (lanes, rows, modes) change some."""
+        """Return parameters (lanes, np), or (lanes, rows, np) if modes (lanes, rows, modes) change some."""
         if not modes.shape[2]:
             return parameters
         present = np.repeat(parameters[:, np.newaxis], modes.shape[1], axis=1)
@@ -293,7 +293,7 @@ class SideBySide:
         each: int = self.library.layout["method"]["rows_per_step"]
         return inputs[:, steps * each]
 
-    # -- what comes out ------------------------------------------------------------------------------------------------
+    # -- columns of results --------------------------------------------------------------------------------------------
 
     def _states(self, rows: Array) -> States:
         """Return the states at rows (n, width)."""
@@ -303,7 +303,7 @@ class SideBySide:
 
     def _prescribed(self, states: States, present: Array, inputs: Array | None) -> Prescribed:
         """Return inputs and the base at states of lanes, with parameters of ``_present`` and inputs (lanes * rows, nu)
-        that are held; once for all lanes where they have them in common."""
+        that are held; evaluated once if all lanes have the same parameters and times."""
         lanes, own, places = len(present), self.run.parameters, self._read_by_drivers
         t = states.t.reshape(lanes, -1)
         if (present[..., places] == own[places]).all() and (t == t[0]).all():
@@ -362,7 +362,7 @@ class SideBySide:
         return result
 
     def _grows(self, rows: Array) -> NDArray[np.bool_]:
-        """Return which lanes grow late; steps that are chosen by their errors are not looked at."""
+        """Return a mask of the lanes whose velocities grow late in the run; False for steps chosen by their errors."""
         if self.run.method.chooses_steps:
             return np.zeros(len(rows), dtype=bool)
         nq, nv = self.model.nq, self.model.nv
@@ -400,7 +400,7 @@ class SideBySide:
         return result
 
     def _gains_energy(self, rows: Array, present: Array) -> NDArray[np.bool_]:
-        """Return which lanes of a model without power gain energy."""
+        """Return a mask of the lanes of a model without power that gain energy."""
         lanes, count, width = rows.shape
         if "energy" not in self.model.functions or not self.model.library.layout["facts"]["conservative"]:
             return np.zeros(lanes, dtype=bool)
@@ -415,7 +415,7 @@ class SideBySide:
         return gain
 
     def _beams_fail(self, rows: Array, parameters: Array) -> NDArray[np.bool_]:
-        """Return in which lanes a beam bends beyond what beams are for, or an element of one turns too far."""
+        """Return a mask of the lanes in which a beam bends beyond its model's range, or an element turns too far."""
         lanes = len(rows)
         model, places = self.model, slice(1, 1 + self.model.nq)
         shares = shortenings(model, rows[:, :, places].reshape(-1, model.nq))
@@ -454,7 +454,7 @@ def side_by_side(
     *,
     initial_varies: bool,
 ) -> SideBySide | str:
-    """Return what makes runs side by side, or why they have to be made one after the other.
+    """Return the setup of runs side by side, or the reason why they have to be made one after the other.
 
     Parameters
     ----------

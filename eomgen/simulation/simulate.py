@@ -260,7 +260,7 @@ def _outcome(
 def _stepped(
     run: Run, stepper: Stepper, state: InitialState, progress: Progress | None, writer: CheckpointWriter | None
 ) -> Trajectory:
-    """Return what a run from a state comes to. Raises UsageError where the stepper refuses its settings."""
+    """Return the trajectory of a run from a state. Raises UsageError if the stepper refuses its settings."""
     grid, model = run.grid, run.model
     driven = run.driven
     table = None

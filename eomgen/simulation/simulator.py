@@ -39,12 +39,12 @@ from eomgen.toolchain.library import Library
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Steps for which prescribed motions and curves are checked ahead at first, where they last so long; each time four
+#: Steps for which prescribed motions and curves are checked ahead at first, if they last so long; each time four
 #: times as many.
 _AHEAD = 1024
 _DOUBLE = np.dtype(np.float64)
 
-#: Inputs of a step: all of them in order, one number where there is one, some by name, or none.
+#: Inputs of a step: all of them in order, a single number if there is one input, some by name, or none.
 StepInputs = ArrayLike | Mapping[str, Signal] | None
 
 
@@ -73,13 +73,13 @@ def _no_assignment(name: str) -> UnknownAttribute:
 class Simulator:
     """A motion that is stepped by its caller: ``run = model.start(...)``, then ``run.step(u)`` as often as wanted.
 
-    A step takes its inputs from its beginning on. Where they, or the parameters, are not what the last step ended with,
-    what the method carries from step to step (accelerations, algorithmic accelerations, steps of its own, series) is
-    evaluated anew from q and v, so that the order of the method is kept over jumps. Arrays that it gives are copies,
-    those of states to be read only: ``set_state`` puts the motion into another one.
+    A step takes its inputs from its beginning on. If they, or the parameters, differ from the values at the end of the
+    last step, all quantities carried from step to step (accelerations, algorithmic accelerations, chosen steps, series)
+    are evaluated anew from q and v, so that the order of the method is kept over jumps. Arrays that it gives are
+    copies; arrays of states are read-only: ``set_state`` puts the motion into another state.
 
-    Quantities are those of ``Solution``, for one state: ``q`` (nq,), ``v`` (nv,), ``a`` (nv,), ``z`` (nz,),
-    ``multipliers`` (rows,), SI units. ``a`` and the multipliers are those that the last step ended with.
+    Quantities are named as in ``Solution``, for one state: ``q`` (nq,), ``v`` (nv,), ``a`` (nv,), ``z`` (nz,),
+    ``multipliers`` (rows,), SI units. ``a`` and the multipliers are the values at the end of the last step.
 
     A failed step raises and leaves the last good state.
     """
@@ -133,7 +133,7 @@ class Simulator:
         ----------
         u : (nu,) array, number or mapping
             Inputs, held over the steps. A mapping gives some by name, each a number or a function of t; the others, and
-            all where there is none, are those of ``start`` or of the scene's formulas, or zero. No size of a step: that
+            all without it, are given by ``start``, by the scene's formulas, or are zero. No size of a step: that
             is the ``step`` of ``start``, and ``advance(t)`` goes to a time.
         n : int
         end : (nu,) array or number
@@ -150,8 +150,8 @@ class Simulator:
             stopped the motion; curves or prescribed motions end; a motion under way without a target; motions with a
             method that chooses its steps.
         ModelError
-            Rows of constraints that were left out do not follow from the others where motions have come to; the state
-            is the one before.
+            Rows of constraints that were left out do not follow from the others at the new positions of motions; the
+            state is the one before.
         NumericalError
             A step failed; the state is the one before it.
         """
@@ -182,15 +182,15 @@ class Simulator:
         end: ArrayLike | None = None,
         motions: Mapping[str, Target] | None = None,
     ) -> None:
-        """Go on to a time in s: whole steps, and a shorter last one where they do not lead there.
+        """Go on to a time in s: whole steps, and a shorter last one if they do not end there.
 
         Parameters
         ----------
-        u, end, motions : as in ``step``; ``end`` and what motions go to hold at t
+        u, end, motions : as in ``step``; ``end`` and the targets of motions hold at t
 
         Raises
         ------
-        As of ``step``, and UsageError where t is behind.
+        As of ``step``, and UsageError if t lies before the time of the state.
 
         Warns
         -----
@@ -264,8 +264,8 @@ class Simulator:
         Parameters
         ----------
         state : mapping
-            As ``initial`` of ``simulate``: ``{"q": q, "v": v}``, ``{"hinge": {"velocity": 1.0}}``; what is not given
-            stays as it is. It is brought onto the constraints; ``notes`` says how.
+            As ``initial`` of ``simulate``: ``{"q": q, "v": v}``, ``{"hinge": {"velocity": 1.0}}``; variables that are
+            not given stay as they are. The state is brought onto the constraints; ``notes`` says how.
         t : float
             s.
 
@@ -297,7 +297,7 @@ class Simulator:
             self._rule(p)
 
     def begin(self, t: float, state: InitialState, notes: list[str]) -> None:
-        """Start at a state that meets the constraints; what ``start`` and ``set_state`` end with."""
+        """Start at a state that meets the constraints; the last step of ``start`` and ``set_state``."""
         before = self._stepper.memory
         try:
             self._initialize(t, state, self._u, self._u)
@@ -309,11 +309,11 @@ class Simulator:
         self._begun = state
 
     def moved_from(self, reached: Mapping[str, Array]) -> None:
-        """Take position, rate and acceleration, (3,), by name, for what motions have at the start."""
+        """Take position, rate and acceleration, (3,), by name, as the state of motions at the start."""
         self._motions.reached |= reached
 
     def _initialize(self, t: float, state: InitialState, first: Array, last: Array) -> None:
-        """Start with inputs that go from first to last over a step, where they are given."""
+        """Start with inputs that go from first to last over a step, if they are given."""
         stepper, table = self._stepper, None
         if self._given:
             shares = stepper.input_times[:, np.newaxis]
@@ -329,7 +329,7 @@ class Simulator:
             fault = f"the motion cannot start at t = {t:.9g} s: {text}"
             raise NumericalError(Problem("start", fault, "another state, other parameters or inputs"))
 
-    # -- where it is ---------------------------------------------------------------------------------------------------
+    # -- present state ------------------------------------------------------------------------------------------------
 
     @property
     def model(self) -> CompiledModel:
@@ -431,10 +431,10 @@ class Simulator:
 
     @property
     def statistics(self) -> dict[str, int | float]:
-        """What the stepper counted since the motion was started."""
+        """Counts of the stepper since the motion was started."""
         return self._stepper.statistics
 
-    # -- what was ------------------------------------------------------------------------------------------------------
+    # -- recorded rows -------------------------------------------------------------------------------------------------
 
     def record(self) -> None:
         """Keep the present state as a row of ``solution``; rows of this time or later ones are replaced by it."""
@@ -444,14 +444,14 @@ class Simulator:
         self._recorded.append(row)
 
     def solution(self) -> Solution:
-        """Return the recorded rows as a Solution, which can be plotted, saved and asked as that of a run.
+        """Return the recorded rows as a Solution, with plots, files and evaluations like the solution of a run.
 
         Between rows its inputs are linear. There is no estimate of errors, and energies are not compared.
 
         Raises
         ------
         UsageError
-            Nothing was recorded.
+            There are no recorded rows.
         """
         if not self._recorded:
             fault = "there are no rows: a simulator keeps those that it is asked to keep"
@@ -547,7 +547,7 @@ class Simulator:
         return p
 
     def _rule(self, p: Array) -> None:
-        """Let parameters (np,) hold for the scene's formulas of inputs, and look again at what is prescribed."""
+        """Let parameters (np,) hold for the scene's formulas of inputs, and have prescribed laws checked again."""
         formulas = scene_inputs(self.model, p.copy())
         self._signals = replace(self._signals, formulas=formulas)
         self._run = replace(self._run, parameters=p.copy(), signals=replace(self._run.signals, formulas=formulas))
@@ -611,8 +611,8 @@ class Simulator:
 
     @contextmanager
     def _moving(self, given: Mapping[str, Target] | None, duration: float) -> Iterator[Mapping[str, Target]]:
-        """Let motions go to their targets within a time in s; what is in the context takes steps over that time, and
-        is given those targets that are functions."""
+        """Let motions go to their targets within a time in s; the body of the context takes steps over that time, and
+        is given the targets that are functions."""
         moves = self._motions
         if not moves:
             moves.check(given)
@@ -638,7 +638,7 @@ class Simulator:
                 raise
 
     def _go_on(self, u: StepInputs, n: int, end: ArrayLike | None, functions: Mapping[str, Target]) -> None:
-        """Take n steps as ``_steps``, one by one where motions follow functions of time."""
+        """Take n steps as ``_steps``, one by one if motions follow functions of time."""
         if not functions:
             self._steps(u, n, end)
             return
@@ -680,7 +680,7 @@ class Simulator:
         return read
 
     def _look_ahead(self, n: int, given: Mapping[str, CheckedSignal]) -> None:
-        """Check curves and prescribed motions for the next steps, and for some more where they last so long."""
+        """Check curves and prescribed motions for the next steps, and for some more if they last so long."""
         if self._cleared >= n:
             self._cleared -= n
             return

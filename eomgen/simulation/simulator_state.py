@@ -1,4 +1,4 @@
-"""What a simulator goes on from, to the same bits: its memory, parameters and settings, apart from the model."""
+"""The state from which a simulator continues to the same bits: memory, parameters and settings, without the model."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class SimulatorState:
     t : s
     q, v, z : (nq,), (nv,), (nz,)
     parameters : (np,)
-    u : (nu,) inputs at t that were given to the last step; None where they followed the start or the scene
+    u : (nu,) inputs at t that were given to the last step; None if they followed the start or the scene
     begun : state at which the motion starts with its next step; None once it goes on
     memory, workspace : the compiled stepper's, as doubles and as bytes
     settings : of the stepper, in its order
@@ -50,7 +50,7 @@ class SimulatorState:
         return f"<SimulatorState of {self.scene} at t = {self.t:.9g} s>"
 
     def check(self, scene: str, library: Library) -> None:
-        """Raise ModelError where the state belongs to another model, method or compilation than a simulator's."""
+        """Raise ModelError if the state belongs to another model, method or compilation than a simulator's."""
         hint = "the model, method and compiler that made it, or start(initial={'q': state.q, 'v': state.v})"
         fault = ""
         if self.scene != scene:

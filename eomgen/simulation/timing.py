@@ -1,4 +1,4 @@
-"""Computation time of a run's steps alone: one call of compiled code for all of them, or one from event to event where
+"""Computation time of a run's steps alone: one call of compiled code for all of them, or one from event to event if
 the library gives events to its caller, and otherwise no Python between."""
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class StepTimes:
     Attributes
     ----------
     seconds : (steps,)
-    calls : (steps,), of calls that take no step: what the call, the clock and the machine add
+    calls : (steps,), of calls that take no step: the overhead of the call, the clock and the machine
     """
 
     seconds: Array
@@ -46,7 +46,7 @@ class StepTimes:
 
     @property
     def late(self) -> float:
-        """What a part ``PART`` of the steps stays below, s."""
+        """Quantile ``PART`` of the times of steps, s."""
         return _late(self.seconds)
 
     @property
@@ -110,7 +110,7 @@ def step_times(
 class Repeated:
     """The run of a solution, to be stepped again from its initial state.
 
-    Times are those of the processor in this thread, so that other processes which share it do not count.
+    Times are the processor time of this thread, so that other processes which share the processor do not count.
 
     Parameters
     ----------
@@ -149,12 +149,12 @@ class Repeated:
 
     @property
     def state(self) -> Array:
-        """What the last repetition came to: t, q, v, (1 + nq + nv,)."""
+        """State at the end of the last repetition: t, q, v, (1 + nq + nv,)."""
         return np.concatenate([self._stepper.state[self._stepper.places[name]] for name in ("t", "q", "v")])
 
     def seconds(self) -> float:
         """Return the processor's time for all steps, s; the start of the stepper does not count. Raises
-        NumericalError where the run stops."""
+        NumericalError if the run stops."""
         self._begin()
         done, status, table, per_step = 0, 0, self._table, self._stepper.sizes["rows_per_step"]
         began = thread_time_ns()
@@ -206,7 +206,7 @@ class Repeated:
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Keep this thread on the core that it is on, where the system can do that."""
+    """Keep this thread on its present core, if the system can do that."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

@@ -30,7 +30,7 @@ SAME_TIME = 1e-4
 
 @dataclass(frozen=True)
 class Span:
-    """What comparison runs cover: rows of the run from one on, at multiples of an interval, and the last one.
+    """The compared part of a run: rows at multiples of an interval from a first row on, and the last row.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Comparison:
 
 
 def span_of(run: Run, rows: Array, parameters: Array) -> Span:
-    """Return what can be compared of a run with given rows, (n, width), and parameters there, (np,) or (n, np).
+    """Return the compared part of a run with given rows, (n, width), and parameters there, (np,) or (n, np).
 
     Rows lie at multiples of the interval of recording, but for the first one of a resumed run and the last one.
     """

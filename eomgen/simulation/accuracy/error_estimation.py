@@ -1,8 +1,8 @@
 """Error estimate of a run from the same motion in steps twice and four times as long, or at another tolerance.
 
-Where longer steps do not show the method's order, where they do not hold, or where the runs differ by a tenth of the
-motion, powers of the step tell nothing of longer ones, and a run at half the step decides. Where steps end at samples
-and jumps, runs at shorter steps are asked, the first that is another run all over.
+If longer steps do not show the method's order, if they fail, or if the runs differ by a tenth of the motion,
+extrapolation from longer steps is not valid, and a run at half the step decides. If steps end at samples
+and jumps, runs at shorter steps are compared: the first one whose steps all differ from the run's.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ from eomgen.toolchain.library import Library
 _OF_CORNERS = 2.0
 #: Part of the motion by which runs at h and 2h may differ before a run at half the step is made as well.
 _DOUBTFUL = 0.1
-#: Steps of a run below which comparison runs in longer steps tell nothing.
+#: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16
 #: Powers of 1/2 of the step that are tried for runs of one step, or of steps that were halved.
 _QUARTERS = (2, 4)
@@ -64,7 +64,7 @@ _LARGER = 2.0
 _TOLERANCES = 10.0
 #: How many times as many parts of steps as the run itself a run at shorter steps may take.
 _MOST_PARTS = 16.0
-#: Powers of the smaller tolerance, asked in turn where jumps, samples and rows of inputs bound steps, and the least
+#: Powers of the smaller tolerance, tried in turn if jumps, samples and rows of inputs bound steps, and the least
 #: tolerance: rounding.
 _SMALLER, _LEAST_TOLERANCE = (1, 4, 8), 1e-14
 #: Steps of the time grid that are shorter than half of any step of a method's own, and how many of them are taken.
@@ -77,13 +77,13 @@ class ErrorEstimation:
 
     Parameters
     ----------
-    progress : called with (steps done, all steps), those of the comparison runs among them
+    progress : called with (steps done, all steps), the steps of the comparison runs included
     """
 
     progress: Progress | None = None
 
     def shown(self, run: Run, steps: int) -> Progress | None:
-        """Return what reports the progress of the run itself, so many steps of which are left."""
+        """Return the callback that reports the progress of the run itself, of which ``steps`` steps are left."""
         more = planned_steps(run, steps)
         return counted(self.progress, 0, run.grid.steps + more)
 
@@ -125,9 +125,9 @@ class ErrorEstimation:
                 result = estimated(runs)
         except NoEstimateError as reason:
             return replace(no_estimate(run, str(reason)), remedy=reason.remedy)
-        except UsageError as error:  # a function of the caller that fails where it is asked again
+        except UsageError as error:  # a function of the caller that fails in a comparison run
             return no_estimate(run, str(error.problems[0]))
-        except KeyboardInterrupt:  # what the run came to is kept
+        except KeyboardInterrupt:  # the rows of the run itself are kept
             return no_estimate(run, INTERRUPTED)
         spent = time.perf_counter() - began
         return replace(result, seconds=spent, cost=spent / max(seconds, 1e-9))
@@ -151,15 +151,15 @@ def _moves_between_rows(runs: Comparisons, library: Library, rows: Array, parame
 
 
 def no_estimate(run: Run, reason: str = "it was switched off") -> ErrorEstimate:
-    """Return what stands in the place of an estimate that there is none of."""
+    """Return the placeholder of an error estimate that was not made, with the reason."""
     model = run.model
     return ErrorEstimate.missing(reason, model.nq, model.nv, model.nz, len(model.multipliers))
 
 
 def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
-    """Return what a run at a smaller tolerance tells, at a larger one where no smaller one is taken.
+    """Estimate errors by a run at a smaller tolerance, or at a larger one if no smaller tolerance can be taken.
 
-    Errors follow tolerances only roughly: where a corner is met, or steps are few, a tenth of the tolerance makes from
+    Errors follow tolerances only roughly: at a corner, or with few steps, a tenth of the tolerance makes from
     a hundredth of the error to twice as much. So the better run is asked, though it costs more. The grid is refined as
     well: the first steps follow from it, which would be the same ones at either tolerance if no force acts yet, and
     lead to the same place within a barrier. Events are looked for on it, and rows of inputs lie there, between which
@@ -311,9 +311,9 @@ def _by_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
 
 
 def _refinement(runs: Comparisons, multiples: tuple[float, float, float]) -> float:
-    """Return the ratio of steps by which differences between three runs tell an order: 2 where steps are doubled.
+    """Return the ratio of steps by which differences between three runs show an order: 2 if steps are doubled.
 
-    Where parts of steps grow by other ratios r and s, the differences grow by r^p (s^p - 1) / (r^p - 1).
+    If parts of steps grow by other ratios r and s, the differences grow by r^p (s^p - 1) / (r^p - 1).
     """
     order = float(runs.run.method.order)
     end = np.array([runs.parts.end])
@@ -322,10 +322,11 @@ def _refinement(runs: Comparisons, multiples: tuple[float, float, float]) -> flo
 
 
 def _passed_over(runs: Comparisons, other: ComparedMotion) -> str:
-    """Return which event comes in another number in another run, in words; empty where all come equally often.
+    """Return a sentence on the first event that another run counts differently; empty if all counts agree.
 
-    Events near the end of the run may be in one of them by their errors, which show in what both runs have, and those
-    that are only counted have no times: one more or less of these is none. A resumed run has events from before.
+    An event near the end of the run may be in only one of them, by errors as large as the differences of the times of
+    common events. Events that are only counted have no times: a difference of one does not matter. A resumed run also
+    has events from before.
     """
     ours, theirs = runs.own.events, other.events
     if ours is None or theirs is None or runs.span.rows[0, 0] > runs.run.grid.start:
@@ -346,7 +347,7 @@ def _passed_over(runs: Comparisons, other: ComparedMotion) -> str:
 def _doubtful(runs: Comparisons, found: ErrorEstimate, near: Apart) -> bool:
     """Return whether longer steps tell too little, so that a shorter one has to.
 
-    What turns by more than half a turn within a step is met at angles that longer steps pass over in the same way.
+    An angle that turns by more than half a turn within a step is sampled in the same way by longer steps.
     """
     if runs.span.steps < _FEW_STEPS or found.t[-1] < runs.end or runs.turn > math.pi:
         return True

@@ -42,7 +42,7 @@ class NoEstimateError(Exception):
 
 
 def planned_steps(run: Run, steps: int) -> int:
-    """Return how many steps comparison runs are expected to take."""
+    """Return the expected number of steps of all comparison runs."""
     return steps if run.method.chooses_steps else math.ceil(steps / 2) + math.ceil(steps / 4)
 
 
@@ -99,7 +99,7 @@ class Comparisons:
 
     @property
     def end(self) -> float:
-        """The time of the last row, s, less what the times of rows may differ by."""
+        """The time of the last row minus the tolerance of equal times, s."""
         return float(self.own.rows[-1, 0]) - self._same
 
     @property
@@ -113,7 +113,7 @@ class Comparisons:
 
     @property
     def step(self) -> float:
-        """Of the run's time grid, s, or the span that is compared where that is shorter."""
+        """Step of the run's time grid, or the compared span if that is shorter, s."""
         return min(self.run.settings["step"], float(self.span.rows[-1, 0] - self.span.rows[0, 0]))
 
     @property
@@ -121,7 +121,7 @@ class Comparisons:
         return SAME_TIME * self.step
 
     def at(self, *, multiple: float = 1.0, tolerance: float | None = None) -> ComparedMotion:
-        """Return the motion with another step or tolerance. Raises NoEstimateError where the run was interrupted."""
+        """Return the motion with another step or tolerance. Raises NoEstimateError if the run was interrupted."""
         before = self._steps
         self._steps += math.ceil(self.span.steps / multiple)
         report = counted(self._progress, before, max(self._all, self._steps))
@@ -157,7 +157,7 @@ class Comparisons:
         return self.parts.ratio(self.step, multiple * self.step, times)
 
     def apart(self, first: ComparedMotion, second: ComparedMotion) -> Apart:
-        """Return how two motions differ where both have rows.
+        """Return the differences of two motions at their common times.
 
         Rows at an event that changes the motion are left out: rounding decides on which side of it they lie.
         """
@@ -170,7 +170,7 @@ class Comparisons:
         one, other = first.at(result), second.at(after[result])
         with np.errstate(all="ignore"):
             kinds = differences(self.run.model, one.rows, other.rows, (one.outputs, other.outputs))
-        for name, values in one.outputs.items():  # where a formula has no value in both, there is no difference
+        for name, values in one.outputs.items():  # if a formula has no value in both, the difference is 0
             undefined = ~(np.isfinite(values) | np.isfinite(other.outputs[name]))
             kinds[f"output.{name}"][undefined.reshape(kinds[f"output.{name}"].shape)] = 0.0
         return Apart(times[0][result], kinds)
@@ -216,7 +216,7 @@ class Comparisons:
 
 
 def _near(times: Array, others: Array, slack: float) -> NDArray[np.bool_]:
-    """Return which of times (n,) are within a slack of one of others (m,), in order, all in s."""
+    """Return a mask of the times (n,) that are within ``slack`` of one of ``others`` (m,), sorted, all in s."""
     if not len(others):
         return np.zeros(len(times), dtype=bool)
     after = np.clip(np.searchsorted(others, times), 1, len(others)) - 1

@@ -42,7 +42,7 @@ class MotionSize:
     own : of these, whether the size is the component's own, not a part of the largest size of the same unit
     turns : of these, whether the size is limited to one turn
     travel : of these, the range of motion
-    still : whether nothing moves, but for a tremble by the last digits of coordinates
+    still : whether all coordinates rest, apart from a tremble in their last digits
     """
 
     sizes: Kinds
@@ -64,7 +64,7 @@ def columns_of(model: CompiledModel, rows: Array) -> Kinds:
 def differences(
     model: CompiledModel, first: Array, second: Array, outputs: tuple[Mapping[str, Array], Mapping[str, Array]]
 ) -> Kinds:
-    """Return how rows (n, width) of two runs differ, without signs: quaternions of either sign are the same
+    """Return absolute differences between rows (n, width) of two runs; quaternions of either sign are the same
     rotation."""
     one, other = columns_of(model, first), columns_of(model, second)
     apart = {name: np.abs(one[name] - other[name]) for name in ("v", "z", "multipliers")}
@@ -89,8 +89,8 @@ def motion_size(
 ) -> MotionSize:
     """Return the size of the motion of recorded rows, (n, width).
 
-    Of a joint's coordinate it is how far it goes, of a rotation the largest angle from where it began, of a velocity
-    or a multiplier the largest value; what moves less than a thousandth of the largest of its unit counts as that much.
+    The size of a joint's coordinate is its range, of a rotation the largest angle from its start, of a velocity or a
+    multiplier the largest value; a size below a thousandth of the largest one in its unit is raised to that thousandth.
     An angle whose whole turns do not matter, by ``turns`` (nv,), none by default, has the size of a turn at most.
     An output that is rounding beside all that has its unit, as the moment of a bearing beside its forces, counts as
     that rounding. An energy that is kept, or nearly so, is measured by the energies at work, ``energies`` in J.
@@ -150,8 +150,8 @@ def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, A
 
 
 def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", "z")) -> Array:
-    """Return differences as parts of the motion, (n, components of all these kinds); infinite where they are no
-    numbers."""
+    """Return differences as fractions of the motion, (n, components of all these kinds); infinite if they are not
+    finite."""
     with np.errstate(all="ignore"):
         result = np.hstack([apart[kind] / size.sizes[kind] for kind in kinds])
     return np.nan_to_num(result, nan=np.inf)
@@ -159,7 +159,7 @@ def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", 
 
 def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0) -> Array:
     """Return sizes that can be divided by: none is below a part of the largest of its unit, or below its floor;
-    infinite where nothing moves."""
+    infinite if no component of the unit moves."""
     known = list(units) or [""] * len(size)
     largest = {unit: max(s for s, u in zip(size, known, strict=True) if u == unit) for unit in set(known)}
     least = np.array([_SMALL * largest[unit] for unit in known])
@@ -186,8 +186,8 @@ def _reach(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:
 
 
 def _of_coordinates(model: CompiledModel, increment: Array) -> Array:
-    """Return the sizes of the components of q by those of the increment; an angle's reference has no size of its
-    own."""
+    """Return the sizes of the components of q from the sizes of the increment; an angle's reference has no size of
+    its own."""
     size = np.ones(model.nq)
     for factor in model.factors:
         own = increment[factor.v]

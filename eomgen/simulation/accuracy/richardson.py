@@ -1,6 +1,6 @@
 """Errors from differences between runs, by Richardson's extrapolation.
 
-Where x_h - x = C h^p + higher powers, x_2h - x_h = (2^p - 1) (x_h - x), and the ratio of x_4h - x_2h to x_2h - x_h
+If x_h - x = C h^p + higher powers, then x_2h - x_h = (2^p - 1) (x_h - x), and the ratio of x_4h - x_2h to x_2h - x_h
 tells whether p is the method's: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993), II.4.
 Which runs are compared, and when there is no estimate, ``error_estimation`` decides.
 """
@@ -22,7 +22,7 @@ from eomgen.simulation.accuracy.motion_size import Kinds, shares
 
 #: Differences above this part of the motion are too large to follow powers of the step.
 _SATURATED = 0.1
-#: What errors are a part of where a component hardly moves, and of outputs.
+#: Scales of relative errors: of components that hardly move, and of outputs.
 A_TURN = "a turn"
 SMALL, RANGE = "{least}, the least that counts as its motion", "its range"
 NONE = "its motion, which is none"
@@ -31,7 +31,7 @@ OWN_FASTEST, SMALL_RATE = "its largest", "{least}, the least that counts as its 
 
 
 class Pair(NamedTuple):
-    """Differences between neighbouring runs, and what they tell of the error of the run.
+    """Differences between neighbouring runs, and the factors from these to the error of the run.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Pair(NamedTuple):
 
 
 def gain_by(ratio: Array) -> Callable[[float], Array]:
-    """Return the gain where the steps of the other run are longer by a ratio, (n,), in effect; shorter below 1."""
+    """Return the gain if the steps of the other run are longer by an effective ratio, (n,); shorter below 1."""
     return lambda order: 1.0 / np.abs(np.power(ratio, order) - 1.0)[:, np.newaxis]
 
 
@@ -64,7 +64,7 @@ def gain_of_longer(order: float) -> float:
 
 
 def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
-    """Return the estimate from differences; ``declared`` is the order of the method, NaN where it chooses its steps."""
+    """Return the estimate from differences; ``declared`` is the order of the method, NaN if it chooses its steps."""
     size = runs.size
     errors, orders = {}, {}
     for kind, apart in pair.apart.kinds.items():
@@ -118,22 +118,22 @@ def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
 
 
 def _since(runs: Comparisons) -> str:
-    """Return from where on a resumed run is compared, in words; empty for one that is compared from its start."""
+    """Return the first compared time of a resumed run, in words; empty for a run compared from its start."""
     first, start = float(runs.span.rows[0, 0]), runs.run.grid.start
     return f" from t = {first:.6g} s on, where the state is taken for exact" if first > start + 0.5 * runs.step else ""
 
 
 def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest | None:
-    """Return the largest error of the velocities, (n, nv), as a part of the largest velocity of the same unit, of a
-    beam's elastic coordinate of its own; None where nothing moves.
+    """Return the largest error of the velocities, (n, nv), relative to the largest velocity of the same unit, for an
+    elastic coordinate of a beam to its own largest one; None if no velocity is above rounding.
 
-    A beam is no joint: of what turns and slides as fast as the machine does, its vibrations are a thousandth.
+    A beam is measured by itself, because its vibrations are a thousandth of the joints' velocities.
     """
     model = runs.run.model
     velocities = np.abs(runs.span.rows[:, 1 + model.nq : 1 + model.nq + model.nv]).max(axis=0)
     units = np.array(model.v_units)
     span = float(runs.span.rows[-1, 0] - runs.span.rows[0, 0])
-    least = runs.size.sizes["increment"] / span  # what moves less rests but for rounding
+    least = runs.size.sizes["increment"] / span  # smaller velocities are rounding
     measures = np.maximum(velocities, np.where(np.isfinite(least), least, 0.0))
     fastest = np.array([measures[units == unit].max() for unit in units])
     elastic = np.zeros(model.nv, dtype=bool)
@@ -155,7 +155,7 @@ def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest
 
 
 def _largest_output(runs: Comparisons, errors: Kinds, times: Array) -> Largest | None:
-    """Return the largest error of the outputs as a part of their ranges; None without any, and where nothing moves, so
+    """Return the largest error of the outputs relative to their ranges; None if there are none, or if nothing moves and
     that ranges are rounding."""
     if runs.size.still:
         return None
@@ -175,9 +175,9 @@ def _largest_output(runs: Comparisons, errors: Kinds, times: Array) -> Largest |
 
 
 def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: float, ratio: float = 2.0) -> float:
-    """Return the order that differences tell; NaN where they are rounding.
+    """Return the observed order of convergence of differences; NaN if they are rounding.
 
-    What is held against one another are the largest so far, up to the last row at which both follow powers of the step.
+    Compared are the running maxima at the last row at which both differences follow powers of the step.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ _CLOSER = 24
 #: Thresholds of a finding, relative to velocities or ranges of internal states: for the accumulated defect, and for the
 #: largest defect within a step. A barrier that changes the velocity by a fourth takes about half the kinetic energy.
 _UNSEEN, _WITHIN = 0.05, 0.25
-#: Aliased laws: standard deviation from the chords over the steps, relative to that of the law, from which on (a sine
+#: Aliased laws: standard deviation from the chords over the steps, relative to the law's own, from which on (a sine
 #: with 2.2 steps to a period has it), the fraction of the steps with such deviations, and the ratio of the effect to
 #: the stated error from which it is reported.
 _HIDDEN, _MOSTLY, _UNDERSTATED = 0.8, 0.5, 3.0
@@ -555,7 +555,7 @@ class _Examination:
         return np.hstack(blocks.states[1:])
 
     def _beyond(self, step: int, column: int, low: float, level: float) -> float:
-        """Return how far a run goes beyond a level while the equations hold a column there; 0 if it returns.
+        """Return how far a column goes beyond a level to which the rates lead from both sides; 0 if it returns.
 
         Parameters
         ----------

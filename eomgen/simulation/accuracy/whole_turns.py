@@ -2,7 +2,7 @@
 
 The equations are evaluated at rows of the run with the angle shifted, which needs no knowledge of their structure: a
 shift by a turn must change no force, rate and constraint, and a shift by another angle some of them. The angle of a
-symmetric wheel, which changes nothing at all, is measured by its travel.
+symmetric wheel, for which no shift changes any force, is measured by its travel.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class Check:
         Facts of ``FinishedRun.FACTS``; a run that lacks one of them is not checked.
     severity : str
         Of its findings. A check that fails some runs and warns of others has ``failure``, and its findings are failures
-        where ``fails`` says so.
+        if ``fails`` is true.
     unless, after : tuple of str
         Checks before this one that make it superfluous by a finding, or of which one must have a finding.
     continues : str

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 #: Parts of the machine, or rad, by which a constraint may be off: the first is reported, the second fails the run.
 REPORTED, FAILED = 1e-6, 1e-3
-#: Last places of what a row adds up that rounding may take.
+#: Rounding of a constraint row, in last places of the sum of its terms' magnitudes.
 _LAST_PLACES = 1e3
 #: Rows of a run that are looked at, spread over all of it.
 _MOST_ROWS = 1000
@@ -36,14 +36,14 @@ class Violation(NamedTuple):
 
 
 def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, largest: float = 0.0) -> Violation | None:
-    """Return the worst violation of the holonomic constraints in a run; None where all are kept, or the model cannot
-    tell.
+    """Return the worst violation of the holonomic constraints in a run; None if all are kept, or if the model has no
+    functions to evaluate them.
 
     Parameters
     ----------
     t, q : (rows,) in s, (rows, nq)
     p : (np,) parameters
-    largest : the largest violation at any step, in the units of the rows, where the stepper counts it
+    largest : the largest violation at any step, in the units of the rows, if the stepper counts it
     """
     count = model.functions.sizes.get("holonomic", 0)
     if not count or not all(name in model.functions for name in ("constraint", "constraint_size")):

@@ -1,4 +1,4 @@
-"""Diagnosis of a failed run: the first quantity that is not finite, the evidence, and what to try."""
+"""Diagnosis of a failed run: the first quantity that is not finite, the evidence, and a remedy."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 #: Largest turn of a joint within a step that steppers count, rad.
 COUNTED = 0.9 * 2.0 * np.pi
-#: What to try where joints have turned too far for their sines.
+#: Remedy for joint angles beyond the range of sines.
 SMALLER_ANGLES = "smaller initial angles and velocities, or a shorter run"
 #: Remedy for tyres without directions of slip.
 UPRIGHT = "the axis of the wheel's spin, in the axes of its body, and another initial state"
@@ -52,12 +52,12 @@ def first_non_finite(
     p: Array,
     signals: InputSignals,
 ) -> tuple[str, bool, tuple[str, str]]:
-    """Return the first block that is not finite, whether it is so at the last good state or only where the next step
-    leads, and the cause that formulas and angles show there, with what to try.
+    """Return the first block that is not finite, whether it is so at the last good state or only in the state to which
+    the next step leads, and the cause with its remedy, as far as formulas and angles show one.
 
     ``state`` is (q, v, a, z).
 
-    The texts are empty where all blocks are finite, or no cause is known.
+    The texts are empty if all blocks are finite, or if no cause is known.
     """
     q, v, a, z = state
     a = np.where(np.isfinite(a), a, 0.0)
@@ -85,8 +85,8 @@ def first_non_finite(
 
 
 def _cause(model: CompiledModel, q: Array, values: Mapping[tuple[str, str, int], float]) -> tuple[str, str]:
-    """Return why a state has blocks that are not finite, as far as curves, formulas and angles tell, and what to
-    try."""
+    """Return the cause of blocks that are not finite, as far as curves, formulas and angles show it, and a
+    remedy."""
     if left := curves_outside_range(model.description, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
     if taken := large_angles(model.description, values):
@@ -159,13 +159,14 @@ def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, 
 
 
 def instability(growth: Growth, method: Method) -> tuple[str, str]:
-    """Return what grows by the method alone, and what to try."""
+    """Return a sentence on the growth by the method alone, and a remedy."""
     step = f"a step of {growth.finer:.2g} s or less" if math.isfinite(growth.finer_after) else "a much smaller step"
     return f"the method is unstable at this step: {growth}", f"{step}, or {method.more_stable}"
 
 
 def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, step: float) -> str:
-    """Return which joint turns too far within a step for its turns to be counted, empty where none does."""
+    """Return a sentence on the joint that turns too far within a step for its turns to be counted; empty if there is
+    none."""
     if not model.angles:
         return ""
     turns = step * np.abs(model.evaluator.angle_motion(q, v, t, p)[1])
@@ -178,13 +179,13 @@ def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, ste
 
 
 def advice(method: Method, status: int, settings: Mapping[str, float]) -> str:
-    """Return what to try after a status of the stepper."""
+    """Return the remedy for a status of the stepper."""
     known = {item.number: item.advice for item in method.statuses(constrained=True, angles=True)}
     return known[status].format(**settings)
 
 
 def curves_outside_range(description: Description, values: Mapping[tuple[str, str, int], float]) -> str:
-    """Return the curves evaluated outside their range, and where; empty if none is known.
+    """Return a description of the curves evaluated outside their range; empty if there are none.
 
     ``values`` are numbers by kind, name and index of a symbol; arguments that need others are left out.
     """

@@ -1,5 +1,5 @@
-"""Notes on calls of runs that are allowed, and hardly meant: steps and samples longer than the run, inputs nobody
-gives."""
+"""Notes on calls of runs that are allowed but hardly intended: steps and sampling periods longer than the run, inputs
+without a value."""
 
 from __future__ import annotations
 

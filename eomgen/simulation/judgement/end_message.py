@@ -1,4 +1,4 @@
-"""The sentence on how a run ended: where, by what, and what to try."""
+"""The sentence on the end of a run: its time, its cause, and a remedy."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ _FAR = 0.1
 
 
 def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Events | None) -> str:
-    """Return how a run ended, where, and what to try where it did not come to its end.
+    """Return a sentence on the end of a run, and a remedy if it did not reach its end time.
 
     Parameters
     ----------
     run : with the parameters at its last row
     stepper : as it was left
-    events : of the run, None where the scene has none
+    events : of the run, None if the scene has none
     """
     model, p, settings = run.model, run.parameters, run.settings
     t = trajectory.rows[-1, 0]
@@ -125,8 +125,8 @@ def _starts_far(run: Run, trajectory: Trajectory) -> bool:
 
 
 def _own_steps(statistics: Mapping[str, int | float], model: CompiledModel | None = None) -> str:
-    """Return how many steps of the method's own a run took; with a model also the smallest one, and what asked for
-    it."""
+    """Return the number of steps that the method chose, in words; with a model also the smallest one, and the
+    component that required it."""
     if not statistics.get("own_steps"):
         return ""
     text = f" ({statistics['own_steps']} of its own, {statistics['rejections']} taken again"

@@ -1,7 +1,7 @@
 """The energy balance over the samples of a run: d(kinetic + potential)/dt = power + base power.
 
-Where no force has power the total energy is constant, and two rows tell. Elsewhere the work between rows is the
-integral of the power at the rows; every second row left out shows how well they tell it.
+If no force has power the total energy is constant, and two rows are enough. Otherwise the work between rows is the
+integral of the power at the rows; its error is estimated by leaving out every second row.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.arrays import Array
 
 #: Share of the energies at work beyond which a run says that its balance is off, and share beyond which a run has
-#: failed that gained them from nothing. Without power, a total energy that grows fiftyfold gains 49 % at least.
+#: failed that gained them without work. Without power, a total energy that grows fiftyfold gains 49 % at least.
 REPORTED, FAILED = 0.01, 0.49
-#: Why the balance is not known where rows do not tell what happens between them.
+#: Why the balance is not known if rows do not resolve the power between them.
 APART = "the rows are too far apart to tell the work in between"
 #: Rows that the integral of a power needs.
 _ROWS = 5
-#: Error of an integral over rows, in times what every second row makes of it.
+#: Error of an integral over rows, in multiples of its change when every second row is left out.
 _MARGIN = 4.0
 #: An imbalance in fewer than one of this many intervals is due to single events between rows, not to every step.
 _FEW = 20
@@ -36,10 +36,10 @@ class Balance(NamedTuple):
 
     Attributes
     ----------
-    error : largest violation of the balance, as a share of the energies that move; None where it is not known
+    error : largest violation of the balance, as a share of the energies that move; None if it is not known
     unknown : why it is not known
-    infinite : s, the first time at which the energy is beyond the finite numbers; None where it never is
-    gain : what of the error is energy that no work brought; the rest was lost, as to numerical damping
+    infinite : s, the first time at which the energy is beyond the finite numbers; None if it never is
+    gain : part of the error that is energy gained without work; the rest was lost, as to numerical damping
     """
 
     error: float | None
@@ -70,7 +70,7 @@ def energy_balance(
     energy : mapping
         ``kinetic``, ``potential``, ``total`` in J and ``power``, ``base_power`` in W, (n,) each.
     jumps : (k,) s
-        Where forces jump: rows next to these are passed over, for what is done in between they do not tell.
+        Times at which forces jump: intervals that contain one are skipped, because rows do not resolve their work.
     conservative : bool
         Whether there is no power in any state.
     sparse : bool

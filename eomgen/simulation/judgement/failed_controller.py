@@ -1,4 +1,4 @@
-"""What a controller's C function did where it ended a step, as the stepper tells it, and what to try."""
+"""Failure of a controller's C function that ended a step, from the counts of the stepper, and a remedy."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from eomgen.simulation.stepping.stepper import Stepper
 
 
 class Failure(NamedTuple):
-    """What a function did, and what to try."""
+    """Description of a failure of a function, and its remedy."""
 
     what: str
     hint: str
 
 
 def failed_controller(stepper: Stepper) -> Failure:
-    """Return what the function did that failed last: the code that it returned, or which of its numbers is not finite.
+    """Return the failure of the last function: the code that it returned, or its number that is not finite.
 
-    Functions of Python raise errors of their own; where none could be raised, the text of the status is all there is.
+    Functions of Python raise errors of their own; if none could be raised, only the text of the status is known.
     """
     told = stepper.statistics
     number = int(told.get("failed_controller", 0))

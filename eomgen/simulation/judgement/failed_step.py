@@ -1,4 +1,4 @@
-"""Why a single step failed, and what to try."""
+"""Cause of the failure of a single step, and a remedy."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eomgen.simulation.stepping.stepper import Stepper
 
 
 def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Array, Array], status: int) -> Problem:
-    """Return what is wrong with the step from a state (t, q, v, a, z).
+    """Return the problem of the step from a state (t, q, v, a, z).
 
     Parameters
     ----------

@@ -19,10 +19,10 @@ from eomgen.simulation.stepping.states import States
 
 #: Steps at most that are looked into.
 _MOST = 200
-#: Where, in steps: no small multiple of this is whole, so no oscillation hides from it.
+#: Place within a step, in steps: no small multiple of this is whole, so no oscillation hides from it.
 _BETWEEN = 0.382
-#: Deviation from what the steps show, over the standard deviation, both in quadratic mean, from which on a law is not
-#: seen at the steps: a sine with 2.2 steps to a period has it.
+#: Deviation from the interpolation over the steps, over the standard deviation, both in quadratic mean, from which on
+#: a law is not resolved by the steps: a sine with 2.2 steps to a period has it.
 _UNSEEN = 0.8
 #: Deviations below this part of the largest value are rounding.
 _ROUNDING = 1e-6
@@ -45,7 +45,7 @@ class _Law:
 
     @property
     def off(self) -> float:
-        """The largest deviation of what the steps show."""
+        """The largest deviation from the interpolation over the steps."""
         return float(np.max(np.abs(self.between - self.shown)))
 
     @property
@@ -62,8 +62,8 @@ def fast_laws(run: Run, nodes: Array, ends: Array, states: States, parameters: A
 
     Parameters
     ----------
-    nodes : where in a step inputs are handed to the stepper, in steps, from 0 to 1
-    ends : (n,) s, where steps end besides, because forces jump or bend there
+    nodes : times in a step at which inputs are handed to the stepper, in steps, from 0 to 1
+    ends : (n,) s, further ends of steps, at which forces jump or bend
     states : at the rows
     parameters : (np,), or (rows, np), at the rows
     """

@@ -1,7 +1,7 @@
 """Motions that are excited and too fast for the steps of a run, which no comparison of longer steps shows.
 
-Implicit steps damp away what they do not resolve, and so do steps twice and four times as long: these agree, and say
-nothing of the fast motion. So the equations are asked: modes of M and K whose oscillation a step does not resolve, and
+Implicit steps damp motions that they do not resolve, and so do steps twice and four times as long: these agree, and
+do not show the fast motion. So the equations are used: modes of M and K whose oscillation a step does not resolve, and
 how large they swing, by two differences of accelerations along a tenth of a radian of the mode. A slow motion that
 goes with the angular frequency w swings a mode of frequency W by w/W of its acceleration only, however it curves.
 """
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 #: Step times angular frequency above which a step does not resolve a mode, and the one that resolves it well.
 UNRESOLVED, RESOLVED = 1.0, 0.3
-#: Part of the accelerations, by kinetic energy, from which on an excited mode is told of; the larger ones of those
-#: there and of this quantile of the record, which is not zero where a run begins at rest.
+#: Part of the accelerations, by kinetic energy, from which on an excited mode is reported; relative to the larger one
+#: of the accelerations there and this quantile of the record, which is not zero if a run begins at rest.
 NOTICED, _USUAL = 0.1, 0.9
-#: How many times an event or a jump must enlarge what swings, for it to have excited it.
+#: Factor by which an event or a jump must enlarge the oscillation of a mode to have excited it.
 _EXCITED = 3.0
 #: Deflections of a mode below this part of the coordinates, or of 1 rad, are rounding.
 _ROUNDING = 1e-12
@@ -65,17 +65,18 @@ class _Swing(NamedTuple):
 
 
 def unresolved_motion(run: Run, rows: Array, step: float, events: Events | None, acting: Array, jumps: Array) -> str:
-    """Return what is excited and too fast for an implicit method's steps, with what to try; empty where nothing is.
+    """Return a sentence on an excited motion that is too fast for an implicit method's steps, with a remedy; empty if
+    there is none.
 
     Parameters
     ----------
     rows : (n, width) of the record
     step : s, that the run takes on an average
-    events, acting : of the run, and times of those that changed the motion
+    events, acting : of the run, and times of the events that changed the motion
     jumps : times of known jumps, s
     """
     if not run.method.implicit or "partials" not in run.model.functions or not run.model.nv:
-        return ""  # explicit methods do not damp what they hold, so that runs at other steps differ
+        return ""  # explicit methods do not damp the fast motions of a stable step: runs at other steps differ
     first = 1 + run.model.nq + run.model.nv
     accelerations = rows[:, first : first + run.model.nv]
     for place in _places(run, rows, events, acting, jumps):
@@ -133,7 +134,7 @@ class _Modes:
     accelerations: Array
 
     def largest(self) -> _Swing | None:
-        """Return the mode that swings most; None where none swings noticeably."""
+        """Return the mode with the largest oscillation; None if no oscillation is noticeable."""
         place, result = self.place, []
         frequencies, forms, mass = self._unresolved()
         energies = np.einsum("ni,ij,nj->n", self.accelerations, mass, self.accelerations)

@@ -119,7 +119,7 @@ class FinishedRun:
 
     @cached_property
     def states(self) -> States:
-        """Copies of the rows, which stay what they are if a caller writes to the arrays of the solution."""
+        """Copies of the rows, which do not change if a caller writes to the arrays of the solution."""
         return states_of(self.trajectory.rows, self.run.model)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Operations of formulas that have no value at a state: quotients by zero, roots and logarithms of what is negative."""
+"""Operations of formulas that have no value at a state: quotients by zero, roots and logarithms of negative numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.system.description import Description
 
 Values = Mapping[tuple[str, str, int], float]
-#: What to try.
+#: Remedy for operations without a value.
 OTHER_FORMULA = "another start, or a formula that has a value there, such as max(x, 1e-3) in place of x"
 _SAID = {"sqrt": "sqrt({0})", "log": "log({0})", "asin": "asin({0})", "acos": "acos({0})", "pow": "({0}) ** ({1})"}
 #: Arguments beyond this size come from a motion that has grown without end.
@@ -17,7 +17,7 @@ _GROWN = 1e12
 
 
 def operations_without_value(description: Description, values: Values) -> str:
-    """Return which operations of formulas have no value, and where they are; empty where none is known.
+    """Return a description of the operations of formulas that have no value; empty if none is known.
 
     Parameters
     ----------

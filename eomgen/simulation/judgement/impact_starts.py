@@ -1,4 +1,4 @@
-"""Impacts that a run starts behind, or on: what they are for the motion, in words."""
+"""Impacts that a run starts behind, or on, and their effect on the motion, in words."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ _ON = 1e-12
 def impacts_at_start(run: Run, state: InitialState) -> list[str]:
     """Return one sentence for each impact that the initial state is behind, or rests on without a side.
 
-    An impact of a direction has its free side where the function is above zero (falling) or below (rising); one of
-    both directions is met from either side, so that only what rests on it has none.
+    An impact of a direction has its free side at values of its function above zero (falling) or below (rising); an
+    impact of both directions is met from either side, so that only a start on it has no side.
     """
     model, t = run.model, run.grid.start
     rows = model.library.layout["method"].get("events", {"rows": []})["rows"]

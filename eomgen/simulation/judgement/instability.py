@@ -1,11 +1,11 @@
 """Whether the motion of a run grows by its own equations, or by instability of the method.
 
-Every step of two windows at the end of a run is kept, and of one in its middle. Where a velocity and its acceleration
-have grown much from window to window, the last window is taken again in smaller steps, from the state in which it
-began. Steps that follow the equations agree on how large the motion becomes, whatever it does: a pendulum that falls,
-negative damping, a controller that diverges. An explicit method beyond its limit of stability grows otherwise, or not
-at all, in smaller steps. What is compared are sizes and not states, so a phase that lags is no matter; and nothing of
-it needs energies, or rows that were recorded.
+Every step of two windows at the end of a run is kept, and of one in its middle. If a velocity and its acceleration
+have grown much from window to window, the last window is repeated in smaller steps, from the state in which it
+began. Steps that follow the equations agree on the size of the motion at its end, even if it grows: a pendulum that
+falls, negative damping, a controller that diverges. An explicit method beyond its limit of stability grows otherwise,
+or not at all, in smaller steps. Sizes are compared and not states, so a phase lag does not matter; neither energies
+nor recorded rows are needed.
 """
 
 from __future__ import annotations
@@ -40,10 +40,11 @@ _REST = 1e-12
 _SETTLED = 1e-9
 #: How many times smaller than the last one the sizes are that are looked at when a run has stopped.
 _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
-#: Differences of logarithms, in parts of that of the growth, within which two sizes are equal, and beyond which they
+#: Differences of logarithms, as parts of the logarithm of the growth, within which two sizes are equal, and beyond
+#: which they
 #: are not.
 _EQUAL, _UNEQUAL = 0.1, 0.5
-#: Logarithm of the least growth within the window that is taken again: what grew before or after it says nothing.
+#: Logarithm of the least growth within the repeated window: growth before or after it cannot be compared.
 _RISEN = 1.0
 _LARGEST = 1e300
 
@@ -57,7 +58,7 @@ class Growth(NamedTuple):
     start, end : s
     before, after : sizes at start and end
     finer : s, the smaller steps in which the motion was looked at again
-    finer_after : size at the end in these; infinite where they lead beyond the finite numbers
+    finer_after : size at the end in these; infinite if they lead beyond the finite numbers
     """
 
     name: str
@@ -83,10 +84,11 @@ class _NotRepeatedError(Exception):
 
 
 def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growth | None:
-    """Return what grows by the method alone at the end of a run; None where nothing grows, or by its own equations.
+    """Return the component that grows by the method alone at the end of a run; None if there is none, or if it grows by
+    its own equations.
 
-    Steps that are chosen by their errors are not looked at, nor is a run that cannot be repeated. Where a run stopped,
-    its last steps are taken once more.
+    Steps chosen by their errors are not examined, nor is a run that cannot be repeated. If a run stopped, its last
+    steps are repeated.
     """
     if run.method.chooses_steps:
         return None
@@ -122,7 +124,7 @@ def _unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Grow
 
 
 def _last_steps(run: Run, library: Library, rows: Array) -> Array | None:
-    """Return every row of the last steps before a run stopped, from a recorded row on; None where none is near
+    """Return every row of the last steps before a run stopped, from a recorded row on; None if none is near
     enough."""
     steps = np.rint((rows[-1, 0] - rows[:, 0]) / run.settings["step"]).astype(int)
     first = int(np.flatnonzero(steps >= min(2 * WINDOW, steps[0]))[-1])
@@ -133,7 +135,7 @@ def _last_steps(run: Run, library: Library, rows: Array) -> Array | None:
 
 
 def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
-    """Return what grew, by the equations of motion, shortly before a run stopped; None where it is not known to have.
+    """Return the component that grew by the equations of motion shortly before a run stopped; None if none is known.
 
     Steps that go wrong near an infinity grow too: so sizes are looked at that are smaller and smaller than the last
     one.
@@ -152,8 +154,8 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
 def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
-    largest = np.maximum.accumulate(sizes)  # so far: what passes through zero does not grow after it
-    # what was at rest has no ratio
+    largest = np.maximum.accumulate(sizes)  # so far: a component that passes through zero does not grow after it
+    # a component at rest has no ratio
     with np.errstate(over="ignore"):
         behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > 0.0)
     component = int(np.argmax(np.max(behind, axis=0)))
@@ -175,8 +177,8 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
 
 
 def at_rest(run: Run, rows: Array) -> bool:
-    """Return whether nothing moves in rows (n, width) but by the rounding of coordinates, neither by its velocities nor
-    between rows; what is stiff may tremble by as little at a high frequency."""
+    """Return whether the system rests in rows (n, width), apart from rounding of coordinates, by its velocities and
+    between rows; a stiff component may tremble by as little at a high frequency."""
     q = rows[:, 1 : 1 + run.model.nq]
     longest = _longest(run, rows)
     sizes = np.array([longest if unit == "m" else 1.0 for unit in run.model.q_units])
@@ -190,16 +192,16 @@ def at_rest(run: Run, rows: Array) -> bool:
 def _by_method(
     run: Run, library: Library, window: Array, before: Array, components: Components, finer: Sequence[int]
 ) -> Growth | None:
-    """Return the component that smaller steps from the first row of a window leave much smaller; None where there is
+    """Return the component that smaller steps from the first row of a window leave much smaller; None if there is
     none.
 
-    Also where smaller and smaller steps never agree on how large one becomes, that one.
+    If smaller and smaller steps never agree on the size of a component, that component is returned.
 
     Parameters
     ----------
     window : (steps + 1, width)
     before : (n, width) rows with which the growth is counted
-    components : of v and z, those that have grown
+    components : indices of the components of v and z that have grown
     """
     steps, step = len(window) - 1, run.settings["step"]
     tail, times = min(steps, WINDOW), (window[0, 0], window[-1, 0])
@@ -295,8 +297,8 @@ def _sizes(run: Run, rows: Array) -> Array:
 
 
 def _moved(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
-    """Return which components of v and z, (nv + nz,), travel more over rows than a part of the coordinates, or of a
-    radian."""
+    """Return a mask of the components of v and z, (nv + nz,), whose travel over rows exceeds a part of the coordinates
+    or of a radian."""
     model = run.model
     size = _sizes(run, rows)[0]
     travel = size[: model.nv] * (rows[-1, 0] - rows[0, 0])
@@ -312,7 +314,7 @@ def _longest(run: Run, rows: Array) -> float:
 
 
 def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Array | None:
-    """Return a row after each of some steps from a row, every step in equal parts; None where they cannot all be
+    """Return a row after each of some steps from a row, every step in equal parts; None if not all steps can be
     taken."""
     model = run.model
     if run.controllers is not None and run.controllers.undeclared:

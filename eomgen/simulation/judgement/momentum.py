@@ -1,6 +1,6 @@
-"""How far the momentum of what floats drifts where no external force changes it.
+"""Drift of the momentum of floating mechanisms in directions without an external force.
 
-The rows of M v that belong to a free root are the momentum of all that it carries, and those of Q - B^T lam the
+The rows of M v that belong to a free root are the momentum of its whole tree, and the same rows of Q - B^T lam are the
 external wrench on it: internal forces do no work in a rigid motion. A component of the momentum in the world along
 which there is no wrench in any row is kept (Marsden and Ratiu, Introduction to Mechanics and Symmetry (1999), section
 11.4): of one free tree, or of all of them together, as bodies in absolute coordinates are.
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 #: Drift, as a part of the momenta of the bodies, from which on it is reported.
 REPORTED = 0.05
-#: Wrenches below this part of the largest generalized force are rounding, and so is what they add up to over a run.
+#: Wrenches below this part of the largest generalized force are rounding, and so is their sum over a run.
 _ROUNDING = 1e-9
 #: Part of the mass by which inertia in different directions may differ; more is the added mass of water.
 _SAME_MASS = 1e-6
@@ -62,8 +62,8 @@ def momentum_drift(
     ----------
     states : t (rows,) in s, q (rows, nq), v (rows, nv), z (rows, nz)
     p : (np,) parameters
-    signals : what drives the inputs; None: the scene's formulas
-    multipliers : (rows, number of constraints) where there are constraints
+    signals : signals of the inputs; None: the scene's formulas
+    multipliers : (rows, number of constraints) if there are constraints
     """
     (roots, one_frame), (t, q, v, z) = _floating(model), states
     needed = {"mass", "force"} | ({"constraint_jacobian"} if model.multipliers else set())
@@ -101,7 +101,7 @@ def _in_water(M: Array) -> bool:
 
 
 def _of_root(root: Factor, q: Array, v: Array, M: Array, forces: Array) -> Array:
-    """Return momentum, wrench and the size of the momentum of what a free root carries, (3, rows, 6), in the world."""
+    """Return momentum, wrench and the size of the momentum of a free root with its tree, (3, rows, 6), in the world."""
     group = group_named(root.group, root.v_size)
     turned = np.swapaxes(numeric.adjoint(group, numeric.inverse(group, q[:, root.q])), -1, -2)
     M = M[:, root.v]
@@ -114,7 +114,7 @@ def _of_root(root: Factor, q: Array, v: Array, M: Array, forces: Array) -> Array
 def _drifts(parts: Array, rounding: float, span: float) -> Array:
     """Return by how much the components of a momentum drift that have to be kept, (6,), as parts of its size.
 
-    A momentum that changes by no more than what rounding of forces adds up to is kept, however small it is.
+    A momentum whose change is at most the accumulated rounding of forces is kept, however small it is.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def _drifts(parts: Array, rounding: float, span: float) -> Array:
 def _floating(model: CompiledModel) -> tuple[list[Factor], bool]:
     """Return the free joints to a base at rest, or to bodies that are fixed to it, and whether all have one frame.
 
-    In absolute coordinates all bodies are free; nothing is where the base moves.
+    In absolute coordinates all bodies are free; there are none if the base moves.
     """
     if model.library.layout["facts"]["moving_base"]:
         return [], False

@@ -1,4 +1,4 @@
-"""Rows that lie too far apart to tell the motion between them: how far it went is not what its velocities there say."""
+"""Rows too far apart to resolve the motion between them: the travel does not follow from the velocities there."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Samples of a run near singular positions of the constraints, where branches of configurations cross.
 
-A parallelogram that lies flat is one: from there it may go on as a parallelogram or crossed over. What the constraints
-say in one direction vanishes, so multipliers grow without bound and corrections lose their digits as the position comes
+A flat parallelogram is one: from there it may go on as a parallelogram or crossed over. The constraints lose rank in
+one direction, so multipliers grow without bound and corrections lose their digits as the position comes
 near.
 """
 
@@ -51,7 +51,7 @@ class Singular:
 
 
 def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> Singular | None:
-    """Return the position of a run at which its constraints are most nearly singular; None where none is nearly so.
+    """Return the position of a run at which its constraints are most nearly singular; None if none is nearly so.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> Sing
 
 
 def singular_ahead(model: CompiledModel, t: Array, q: Array, v: Array, p: Array, step: float) -> Singular | None:
-    """Return the most nearly singular position that the next steps of a run come to; None where none is nearly so.
+    """Return the most nearly singular position that the next steps of a run come to; None if none is nearly so.
 
     A run's only row is its start, and is looked at alone.
 
@@ -84,7 +84,7 @@ def singular_ahead(model: CompiledModel, t: Array, q: Array, v: Array, p: Array,
 
 
 def way_past(method: Method, step: float, *, at_start: bool) -> str:
-    """Return what to try where a method stops at a singular position, or cannot start at it."""
+    """Return the remedy if a method stops at a singular position, or cannot start at it."""
     if at_start:
         return "a start elsewhere: the constraints do not say there in which branch the motion goes on"
     if method.passes_singularities:
@@ -95,7 +95,7 @@ def way_past(method: Method, step: float, *, at_start: bool) -> str:
 
 
 def way_through(method: Method, step: float) -> str:
-    """Return what to try where a run has passed near a singular position, but not well."""
+    """Return the remedy if a run has passed near a singular position inaccurately."""
     other = (
         "" if method.passes_singularities else ", or rk4_partitioned, which passes such positions along the velocity"
     )
@@ -103,7 +103,7 @@ def way_through(method: Method, step: float) -> str:
 
 
 def passages(count: int) -> str:
-    """Return what a run says that has passed so many singular positions; empty for none."""
+    """Return the remark on a run that has passed ``count`` singular positions; empty for none."""
     if not count:
         return ""
     where = "a position" if count == 1 else f"{count} positions"
@@ -114,7 +114,7 @@ def passages(count: int) -> str:
 
 
 def _looked_at(model: CompiledModel, rows: int) -> NDArray[np.intp]:
-    """Return which of a run's rows are looked at, in increasing order."""
+    """Return the indices of a run's examined rows, in increasing order."""
     if not rows:
         return np.zeros(0, np.intp)
     affordable = _WORK // max(1, model.nv * len(model.multipliers) ** 2)
@@ -139,7 +139,7 @@ def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> 
         return None
     try:
         weighed = np.swapaxes(np.linalg.solve(np.linalg.cholesky(M), np.swapaxes(B, -1, -2)), -1, -2)
-    except np.linalg.LinAlgError:  # massless bodies: there is nothing to weigh by
+    except np.linalg.LinAlgError:  # massless bodies: M gives no weights
         return None
     # of each row, the largest in the run: units and kinds drop out
     lengths = np.linalg.norm(weighed, axis=-1).max(axis=0)
@@ -152,11 +152,11 @@ def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> 
 
 
 def not_followed(relative: float, tolerance: float) -> str:
-    """Return that a run past singular positions has an error that does not follow its tolerance; empty where it does.
+    """Return a remark if the error of a run past singular positions does not follow its tolerance; else an empty text.
 
     Parameters
     ----------
-    relative : estimated error as a part of the motion; NaN where it is not known
+    relative : estimated error as a part of the motion; NaN if it is not known
     tolerance : of a method that chooses its steps; infinite for others
     """
     if not relative > _FOLLOWED * tolerance:

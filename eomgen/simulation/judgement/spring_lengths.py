@@ -16,18 +16,18 @@ from eomgen.system.description import BASE, WORLD
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Ends meet where they come nearer than this part of the length of the spring at rest.
+#: Ends meet if they come nearer than this part of the length of the spring at rest.
 _MET = 0.05
 #: Rows that are looked at, evenly chosen, and how far ends may move between two of them, in lengths at rest.
 _ROWS, _FAR = 2048, 2.0
-#: What makes of a quaternion its inverse.
+#: Signs that turn a quaternion into its inverse.
 _BACK = np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
     """Return a finding on springs whose ends pass one another; None if there are none.
 
-    Springs without a length at rest are left out: theirs is a linear law, which has no place where it turns round. So
+    Springs without a length at rest are left out: their law is linear, and has no point at which the force reverses. So
     are runs of models without ``poses``.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Elements of geometrically exact beams that turn by more than half a turn, where strains change their sign at once."""
+"""Elements of geometrically exact beams that turn by more than half a turn, at which strains jump in sign."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 #: Rows that are looked at together.
 _ROWS = 2048
-#: Half a turn is passed where the scalar part of the relative quaternion, which is 0 there, changes its sign within
-#: this distance; other changes are those of the sign of a pose, which tell nothing.
+#: Half a turn is passed if the scalar part of the relative quaternion, which is 0 there, changes its sign within
+#: this distance; other changes of sign are due to the sign of a pose's quaternion and mean no rotation.
 _NEAR = 0.7
 
 

@@ -1,6 +1,7 @@
 """Motions that grow by many orders of magnitude over a run, faster than any power of time: unstable equations.
 
-The largest velocities of the four quarters of a run are compared. What grows from each to the next by a large factor
+The largest velocities of the four quarters of a run are compared. A velocity that grows from each to the next by a
+large factor
 grows exponentially: constant forces give factors below 2 behind the first quarters.
 """
 
@@ -14,8 +15,8 @@ from eomgen.simulation.stepping.states import States
 
 #: Factors of growth from quarter to quarter, and from the first to the last one, from which on it is reported.
 _EACH, _OVERALL = 10.0, 1e6
-#: Travel in the last quarter, in parts of the largest coordinate in m of the first one, or in rad: what swings, or
-#: falls over from an equilibrium, travels less.
+#: Travel in the last quarter, in parts of the largest coordinate in m of the first one, or in rad: a motion that
+#: swings, or falls over from an equilibrium, travels less.
 _FAR = 1e3
 #: Rows of a quarter that tell its largest velocity.
 _ROWS = 8

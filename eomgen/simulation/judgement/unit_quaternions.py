@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def largest_stretch(model: CompiledModel, t: Array, q: Array) -> Violation | None:
-    """Return the worst quaternion of a run; None where all have unit length, but for rounding.
+    """Return the worst quaternion of a run; None if all have unit length, but for rounding.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A run as data, and what takes its steps: settings, inputs, events, the compiled stepper and its loop."""
+"""A run as data, and its stepping: settings, inputs, events, the compiled stepper and its loop."""
 
 #: Open to the other parts of ``simulation``.
 WITHIN = [

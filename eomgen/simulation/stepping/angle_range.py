@@ -1,4 +1,4 @@
-"""Sines and cosines beyond the argument range of the compiled code, where they are NaN: in formulas and joint
+"""Sines and cosines beyond the argument range of the compiled code, for which they are NaN: in formulas and joint
 angles."""
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.system.description import Description
 
 Values = Mapping[tuple[str, str, int], float]
-#: Why there is no value, and what to try.
+#: Why there is no value, and a remedy.
 REASON = (
     f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond which numbers are 2e-06 rad and more apart"
 )
@@ -21,7 +21,7 @@ HINT = "an origin of time near the run, with the phase there in the formula"
 
 
 def large_angles(description: Description, values: Values, given: Collection[str] = ()) -> str:
-    """Return which sines and cosines formulas take of arguments that are too large; empty where none is known to be.
+    """Return the sines and cosines in formulas whose arguments are too large, in words; empty if there are none.
 
     Parameters
     ----------
@@ -50,8 +50,8 @@ def large_angles(description: Description, values: Values, given: Collection[str
 
 
 def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
-    """Yield the sines and cosines of too large arguments in a formula, those that a ``select`` leaves aside
-    excepted."""
+    """Yield the sines and cosines of too large arguments in a formula, except in unused branches of a
+    ``select``."""
     if isinstance(formula, Application):
         yield from _too_large(formula.argument, value_of)
     if not isinstance(formula, Operation):
@@ -70,7 +70,7 @@ def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterato
 
 
 def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
-    """Return which joints' angles are too large for their sines; empty where none is."""
+    """Return the joint angles that are too large for their sines, in words; empty if there are none."""
     result = [
         f"{name} is {value:.6g} rad"
         for name, unit, value in zip(names, units, q, strict=True)
@@ -82,7 +82,7 @@ def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
 def check_angles(
     description: Description, parameters: Mapping[str, float], given: Collection[str], start: float, end: float
 ) -> None:
-    """Raise UsageError where formulas of time take sines of too large arguments at the start or at the end (s) of a
+    """Raise UsageError if formulas of time take sines of too large arguments at the start or at the end (s) of a
     run."""
     fixed = {("parameter", name, 0): value for name, value in description.values(parameters).items()}
     for key, t in (("t_start", start), ("t_end", end)):

@@ -21,7 +21,7 @@ from eomgen.simulation.stepping.time_grid import TimeGrid
 
 #: Seconds of work between two looks at progress and interrupts.
 CHUNK_SECONDS = 0.1
-#: Steps of the windows whose every row is kept for a look at how the motion grows, whatever is recorded: see
+#: Steps of the windows of which every row is kept to examine growth, independent of the recorded rows: see
 #: ``instability``.
 WINDOW = 16
 #: Part of ``CHUNK_SECONDS`` that a first chunk may take by the pace of an earlier run, whose steps may have cost less.
@@ -43,7 +43,7 @@ class Trajectory:
     ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at its end, the
     row before the first step of each included; ``middle`` is empty in short runs, and both are in runs that did not
     come so far. ``events`` are the logs of its parts, ``modes`` the modes at their start; None:
-    those of the parameters.
+    the modes in the parameters.
     """
 
     rows: Array
@@ -67,7 +67,7 @@ def run_chunks(
 ) -> Trajectory:
     """Run an initialized stepper to the end of its time grid; the first and the last good state are always recorded.
 
-    What checkpoints hold last is the state after the last whole step, from which a run goes on with the grid of a later
+    The last checkpoint holds the state after the last whole step, from which a run goes on with the grid of a later
     end.
 
     Parameters
@@ -184,7 +184,7 @@ def _windows(done: int, whole: int) -> list[tuple[int, int]]:
 
 
 def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array] | None) -> tuple[int, Array | None]:
-    """Take the step that is shorter than the others. Returns the status and the row at the end, None where the step
+    """Take the step that is shorter than the others. Returns the status and the row at the end, None if the step
     failed."""
     table = None if inputs is None else np.ascontiguousarray(inputs(stepper.t + grid.rest * stepper.input_times))
     stepper.settings[0] = grid.rest

@@ -23,8 +23,8 @@ class CompiledSteps:
 
     Attributes
     ----------
-    u : (nu,) inputs of ``one``, and those that the last call of ``move`` ended with
-    one, free : one step with the inputs u, and one with those of the scene's formulas; give a status
+    u : (nu,) inputs of ``one``, and after ``move`` the inputs at the end of its steps
+    one, free : one step with the inputs u, and one with the scene's formulas; give a status
     found : events of the last call of ``move`` or ``follow``
     """
 
@@ -75,7 +75,7 @@ class CompiledSteps:
 
     @property
     def _count(self) -> int:
-        """Steps on the present grid; 0 where the next one begins another."""
+        """Steps on the present grid; 0 if the next one begins another."""
         return self._stepper.count if abs(self._last_step[0]) == self._stepper.step_size else 0
 
     @property
@@ -86,5 +86,5 @@ class CompiledSteps:
 
 
 def between(first: Array, last: Array | None, share: float) -> Array:
-    """Return the inputs after a share of the way from first to last, or those that are held."""
+    """Return the inputs after a share of the way from first to last, or the held inputs if last is None."""
     return first if last is None else (1.0 - share) * first + share * last

@@ -1,8 +1,8 @@
-"""Functions of the caller that compute what sampled controllers give: checked, called by a compiled stepper.
+"""Functions of the caller that compute the outputs of sampled controllers: checked, called by a compiled stepper.
 
-A run makes each of its steppers call functions of its own where classes are given. Whether a function may be called
-again, by runs that an error estimate is made from or by a copy, depends on where it keeps what it keeps: memory that
-the scene declares is among the internal states, and goes wherever these go.
+If classes are given, a run makes an object of each for each of its steppers. Whether a function may be called
+again, by the runs of an error estimate or by a copy, depends on its memory: memory that
+the scene declares is part of the internal states, and is copied with these.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Controllers:
 
     Attributes
     ----------
-    rows : what the layout of the stepper says of each
+    rows : entry of each controller in the layout of the stepper
     functions : as they are given
     """
 
@@ -45,17 +45,17 @@ class Controllers:
 
     @property
     def undeclared(self) -> str:
-        """The names of those that may keep something which no state holds; empty: all go on from any state."""
+        """The names of the controllers that may keep data outside of the states; empty: all go on from any state."""
         return ", ".join(row["name"] for row in self.rows if not row["declared"])
 
     @property
     def single(self) -> str:
-        """The names of those that cannot be had anew for another run; empty: all can."""
+        """The names of the controllers that cannot be made anew for another run; empty: all can."""
         pairs = zip(self.rows, self.functions, strict=True)
         return ", ".join(row["name"] for row, given in pairs if not row["declared"] and not _makes(given))
 
     def on(self, library: Library) -> BoundControllers:
-        """Return the functions for one stepper of a library, those of classes made anew.
+        """Return the functions for one stepper of a library, with new objects of classes.
 
         Raises
         ------
@@ -75,7 +75,7 @@ def called_by(layout: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 
 def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str, Any]) -> Controllers | None:
-    """Check the functions that are given for the sampled controllers of a stepper; None where none are needed.
+    """Check the functions that are given for the sampled controllers of a stepper; None if none are needed.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str
         if row["name"] not in (given or {}):
             hint = f"controllers={{{row['name']!r}: law}} in Python, where law({_arguments(row)}) gives {_numbers(row)}"
             problems.append(Problem(f"controller {row['name']}", "the scene leaves its function to the caller", hint))
-        elif not _takes_arguments(given[row["name"]], row):  # type: ignore[index]  # a mapping, where a name is in it
+        elif not _takes_arguments(given[row["name"]], row):  # type: ignore[index]  # a mapping, if a name is in it
             fault = f"the function does not take the {2 + bool(row['memory_states'])} arguments that it is called with"
             hint = f"def law({_arguments(row)}), where {_meaning(row)}"
             problems.append(Problem(f"controller {row['name']}", fault, hint))
@@ -112,7 +112,7 @@ def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str
 
 
 class BoundControllers:
-    """The functions as one C function, what they raised, and what they cost.
+    """The functions as one C function, their errors, and their cost.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ class BoundControllers:
         self._rows, self._functions = rows, functions
         self._ffi = library.ffi
         self._failure: BaseException | None = None
-        # C returns 1 where Python cannot even begin, as at the end of its memory
+        # C returns 1 if Python cannot even begin, as at the end of its memory
         self._callback = library.ffi.callback(_TYPE, self._call, error=1)
 
     @property
@@ -132,13 +132,13 @@ class BoundControllers:
         return int(self._ffi.cast("uintptr_t", self._callback))
 
     def raise_failure(self) -> None:
-        """Raise what the last call of compiled code ended with, once, if a function failed."""
+        """Raise the error of the last call of compiled code, once, if a function failed."""
         failure, self._failure = self._failure, None
         if failure is not None:
             raise failure
 
     def cost(self, wall: float) -> str:
-        """Return what the functions cost of a run of so many s, where that is most of it; else nothing."""
+        """Return a sentence on the time in the functions if it is most of a run's ``wall`` s; else an empty text."""
         if not self.calls or self.seconds < max(_SLOW, _SLOW_SHARE * wall):
             return ""
         each = self.seconds / self.calls
@@ -204,7 +204,7 @@ def _arguments(row: Mapping[str, Any]) -> str:
 
 
 def _meaning(row: Mapping[str, Any]) -> str:
-    """Return what the arguments of a function are, in the order of arrays."""
+    """Return the meaning of the arguments of a function, in the order of arrays."""
     order = ", ".join(f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])) or "signals is empty"
     size = len(row["memory_states"])
     kept = f", and memory is an array of {size} to read and to write, which the next call is handed" if size else ""
@@ -230,7 +230,7 @@ def _numbers(row: Mapping[str, Any]) -> str:
 
 
 def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
-    """Return what a function gave, (n,). Raises UsageError."""
+    """Return the values that a function gave, (n,). Raises UsageError."""
     where, size = f"controller {row['name']}", len(row["outputs"])
     try:
         array = np.asarray(result, dtype=float)

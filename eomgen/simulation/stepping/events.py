@@ -25,7 +25,7 @@ _LOOKS = 65
 
 
 def table_of(trajectory: Trajectory, stepper: Stepper, p: Array) -> Events | None:
-    """Return the events of a run with parameters p (np,) from its logs; None where the scene has none."""
+    """Return the events of a run with parameters p (np,) from its logs; None if the scene has none."""
     data = stepper.layout["method"].get("events")
     if data is None:
         return None
@@ -60,7 +60,7 @@ def acting(events: Events | None, layout: Mapping[str, Any]) -> Array:
 
 
 def parameters_over(events: Events | None, model: CompiledModel, p: Array, t: Array) -> Array:
-    """Return the parameters (..., np) at times (...), modes among them; (np,) where there are no modes."""
+    """Return the parameters (..., np) at times (...), modes among them; (np,) if there are no modes."""
     if events is None or not events.mode_names:
         return p
     values = np.concatenate([events.first_modes[np.newaxis], events.modes])
@@ -82,7 +82,7 @@ def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:
     Parameters
     ----------
     rows : (n, width) of the record
-    events : of the run; the step goes on from the last one where that is behind the last row
+    events : of the run; the step goes on from the last one if that is behind the last row
     """
     model, p, step = run.model, run.parameters, run.settings["step"]
     ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
@@ -109,7 +109,7 @@ def ending(status: int, stepper: Stepper, without_value: Sequence[str] = ()) -> 
 
     Parameters
     ----------
-    without_value : names of events whose formula has no value ahead; empty where that is not known
+    without_value : names of events whose formula has no value ahead; empty if that is not known
     """
     if status not in AT_EVENTS and status != NO_VALUE.number:
         return ""

@@ -34,15 +34,15 @@ CheckedSignal = float | Array | Function
 
 @dataclass(frozen=True)
 class InputSignals:
-    """What drives the inputs of a model.
+    """The signals of a model's inputs.
 
     Parameters
     ----------
     names : tuple of str
     given : mapping from name to number, callable of t, or (steps + 1,) array on the step grid, linear in between
     formulas : callable or None
-        From times (n,) to the inputs (n, nu) that the scene itself says; used where nothing is given. Without it they
-        are zero.
+        From times (n,) to the inputs (n, nu) by the scene's formulas; used for inputs that are not given. Without it
+        they are zero.
     step : float
         Of the grid, in s; it starts at ``start``.
     left_to_stepper : bool
@@ -78,7 +78,7 @@ class InputSignals:
 
     @property
     def held(self) -> Array | None:
-        """What a stepper is handed at all times, (nu,), where that is always the same; None where it is not."""
+        """Inputs handed to a stepper at all times, (nu,), if they are constant; else None."""
         by_formulas = self.formulas is not None and len(self.given) < len(self.names)
         if by_formulas and not self.left_to_stepper:
             return None
@@ -91,7 +91,7 @@ class InputSignals:
         return row
 
     def table(self, times: Array) -> Array:
-        """Return what a stepper is handed, (n, nu): ``rows``, or not a number for what it evaluates itself."""
+        """Return the inputs handed to a stepper, (n, nu): ``rows``, or NaN for inputs that it evaluates itself."""
         if not self.left_to_stepper:
             return self.rows(times)
         nothing = replace(self, formulas=lambda at: np.full((len(at), len(self.names)), np.nan))
@@ -119,14 +119,14 @@ class HeldRows:
 
 
 def kind_of(signal: CheckedSignal) -> str:
-    """Return what an input is given by: ``function``, ``table`` or ``number``."""
+    """Return the kind of an input's signal: ``function``, ``table`` or ``number``."""
     return "function" if callable(signal) else "table" if isinstance(signal, np.ndarray) else "number"
 
 
 def jumps_known(library: Library) -> bool:
-    """Return whether a stepper evaluates the scene's formulas itself beside what is given.
+    """Return whether a stepper evaluates the scene's formulas of inputs that are not given itself.
 
-    Because it knows where they jump, takes steps of its own, or expands them in series.
+    It does if it knows the times of their jumps, chooses its steps, or expands them in series.
     """
     by_formulas = any(function["name"] == "inputs" for function in library.layout["functions"])
     method = library.layout["method"]
@@ -135,7 +135,7 @@ def jumps_known(library: Library) -> bool:
 
 
 def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:
-    """Raise UsageError where a run, from start to end in s, leaves the points of a curve that no input of the caller
+    """Raise UsageError if a run, from start to end in s, leaves the points of a curve that no input of the caller
     replaces."""
     for item in layout["validity"]:
         first, last = float(item["start"]), float(item["end"])
@@ -159,7 +159,7 @@ def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], s
 
 
 def check_held(method: str, given: Mapping[str, CheckedSignal]) -> None:
-    """Raise UsageError where an input of the caller is not a number, for a method that expands inputs in series of
+    """Raise UsageError if an input of the caller is not a number, for a method that expands inputs in series of
     time."""
     for name, signal in given.items():
         if not isinstance(signal, float):
@@ -175,7 +175,7 @@ def read_signals(
     steps: int,
     units: Mapping[str, str] | None = None,
 ) -> dict[str, CheckedSignal]:
-    """Check what is given for the inputs of a run of ``steps`` steps; a text as ``1 N m`` is brought to its unit.
+    """Check the signals given for the inputs of a run of ``steps`` steps; a text as ``1 N m`` is brought to its unit.
 
     Raises
     ------
@@ -188,7 +188,7 @@ def read_signals(
         raise UsageError(Problem("inputs", f"a mapping from the names of inputs is needed, not {given}", hint))
     read: dict[str, CheckedSignal] = {}
     for name, signal in (inputs or {}).items():
-        if type(signal) is float and math.isfinite(signal) and name in names:  # what an optimisation gives at each run
+        if type(signal) is float and math.isfinite(signal) and name in names:  # optimisations give numbers
             read[name] = signal
             continue
         check_name("input", name, names)
@@ -238,7 +238,7 @@ def _called(name: str, signal: Function, times: Array) -> Array:
 
 
 def _finite(name: str, values: Array, times: Array) -> Array:
-    """Return what a function gives, (n,), at times (n,). Raises UsageError where it is not finite."""
+    """Return the values of a function, (n,), at times (n,). Raises UsageError if one is not finite."""
     if not np.all(np.isfinite(values)):
         index = int(np.argmin(np.isfinite(values)))
         fault = f"the function gives {values[index]} at t = {times[index]:.9g} s"

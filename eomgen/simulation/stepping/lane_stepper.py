@@ -52,7 +52,7 @@ class LaneStepper:
             Time in s, q, v, z.
         parameters : (lanes, np)
         inputs : (lanes, nu)
-            Held over the run, not a number where a formula of the scene says them; None: all by formulas.
+            Held over the run, NaN for inputs by a formula of the scene; None: all by formulas.
         """
         self._parameters = np.concatenate([np.ascontiguousarray(parameters, dtype=float).ravel(), [0.0]])
         self._inputs = None if inputs is None else np.ascontiguousarray(inputs, dtype=float)
@@ -67,7 +67,7 @@ class LaneStepper:
         )
 
     def run(self, steps: int, rows: int) -> Array:
-        """Return (lanes, rows, width), a row behind each ``steps`` steps; not a number from where a lane failed.
+        """Return (lanes, rows, width), a row behind each ``steps`` steps; NaN after the failure of a lane.
 
         ``rows`` 0: the rows of the states as they are, (lanes, 1, width).
         """
@@ -99,12 +99,12 @@ class LaneStepper:
         """Return rows (n, 1 + rows, width), one more each with ``rest`` and ``shorter``, modes (n, ..., modes) at
         them, flat states (n, size) at the end and statuses (n,).
 
-        What an event stops has the row of the event as its last one.
+        A run stopped by an event has the row of the event as its last one.
 
         Parameters
         ----------
         states, parameters, inputs : as of ``start``, (n, ...), n a multiple of the lanes
-        steps, rows : a row behind each ``steps`` steps; the first one is that of the start
+        steps, rows : a row behind each ``steps`` steps; the first row is the start
         rest : steps before one row more, if any
         shorter : size of a last step, s, if there is one
         tables : (n, 1 + rows of inputs of all steps, nu)
@@ -147,7 +147,7 @@ class LaneStepper:
 
     @property
     def statuses(self) -> NDArray[np.intc]:
-        """Status of each lane; 0 where all is well."""
+        """Status of each lane; 0 without a failure."""
         return self._statuses.copy()
 
     @property

@@ -23,18 +23,18 @@ SCENE_START = "the scene's initial state"
 
 @dataclass(frozen=True)
 class Run:
-    """What is stepped, how, with what, and from when to when.
+    """A run as data: model, method, settings, parameters, signals and time grid.
 
     Attributes
     ----------
     name, method, settings : of the stepper
     parameters : (np,) tunable parameters
-    signals : what drives the inputs
+    signals : signals of the inputs
     grid : the times of the whole run
     every : steps between recorded rows
     corrections : how the initial state was brought onto the constraints
-    begun : what the run starts from, in words
-    controllers : the caller's functions that samples call; None where there are none
+    begun : description of the initial state, in words
+    controllers : the caller's functions that samples call; None if there are none
     bounded_for : law that the examination of the first run found, and for which ``largest_step`` is set; else empty
     """
 
@@ -58,7 +58,7 @@ class Run:
 
     @property
     def driven(self) -> Callable[[Array], Array] | None:
-        """Rows of inputs for times; None where the compiled formulas say all of them."""
+        """Rows of inputs for times; None if the compiled formulas give all of them."""
         if not self.takes_rows:
             return None
         row = self.signals.held
@@ -66,8 +66,8 @@ class Run:
 
 
 def scene_inputs(model: CompiledModel, p: Array) -> Callable[[Array], Array] | None:
-    """Return what gives the scene's own inputs (n, nu) at times (n,), with parameters (np,) that were checked; None
-    where it gives none."""
+    """Return the function of the scene's own inputs (n, nu) of times (n,), with checked parameters (np,); None
+    if the scene gives none."""
     if "inputs" not in model.functions:
         return None
     return lambda times: model.evaluator.formula_inputs({"t": times, "p": p})

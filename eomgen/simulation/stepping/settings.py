@@ -67,7 +67,7 @@ def stepper_settings(
 
 
 def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
-    """Return the model's own library where it has this method's stepper, else another one, compiled when first
+    """Return the model's own library if it has this method's stepper, else another one, compiled when first
     needed."""
     layout = model.library.layout
     own = name == canonical_name(layout["built_method"])
@@ -97,7 +97,7 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
 
 @dataclass(frozen=True)
 class ChosenStepper:
-    """A method for runs of a model with what follows from its options, kept for the next run with the same.
+    """A method for runs of a model with the data derived from its options, kept for the next run with the same options.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ class ChosenStepper:
         return {**self.settings, "step": step}
 
     def start(self, at: Hashable, found: Callable[[], T]) -> T:
-        """Return where runs with the scene's own parameters and inputs start, found once for each ``at``."""
+        """Return the start of runs with the scene's own parameters and inputs, evaluated once for each ``at``."""
         if at not in self._starts:
             _keep(self._starts, at, found())
         start: T = self._starts[at]
@@ -141,7 +141,7 @@ class ChosenStepper:
 
 
 def _keep(kept: dict[K, T], key: K, value: T) -> None:
-    """Keep a value under its key; others go where there are too many."""
+    """Keep a value under its key; all others are dropped if there are too many."""
     if len(kept) >= _KEPT:
         kept.clear()
     kept[key] = value
@@ -150,12 +150,12 @@ def _keep(kept: dict[K, T], key: K, value: T) -> None:
 def chosen_stepper(
     model: CompiledModel, method: str | None, given: Mapping[str, float | None], settings: Mapping[str, float] | None
 ) -> ChosenStepper:
-    """Return the stepper for a run; compiled, where it is not the model's own, when it is first asked for.
+    """Return the stepper for a run; compiled, if it is not the model's own, when it is first needed.
 
     Parameters
     ----------
     method : the one that the model was built with by default
-    given : parameters of the method, None for what is the scene's
+    given : parameters of the method, None for the scene's value
     settings : the caller's own
 
     Raises
@@ -169,7 +169,7 @@ def chosen_stepper(
     try:
         if key in kept:
             return kept[key]
-    except TypeError:  # what has no hash is none of the options either
+    except TypeError:  # values without a hash are no valid options either
         pass
     defaults = model.library.layout["defaults"]
     name = canonical_name(model.library.layout["built_method"] if method is None else method, given["tolerance"])
@@ -194,7 +194,7 @@ def check_span(
     given: Mapping[str, CheckedSignal],
     grid: TimeGrid,
 ) -> None:
-    """Raise UsageError where something that is prescribed over time does not serve a run from its start to its end.
+    """Raise UsageError if a prescribed law of time does not cover a run from its start to its end, or is too steep.
 
     Parameters
     ----------
@@ -212,10 +212,10 @@ def check_span(
 
 
 def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid) -> tuple[list[Problem], list[str]]:
-    """Return what is wrong with the drives and the law of the base, and what there is to say about them, in a run.
+    """Return the problems of the drives and of the law of the base in a run, and notes on them.
 
     They may jump at the parameters of the run, (np,), or be too steep for the step; methods with steps of their own
-    follow what is steep.
+    follow steep laws.
     """
     laws = [law for law in model.description.laws if not law.constant]
     if not laws:
@@ -235,12 +235,12 @@ def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid
 
 @functools.cache
 def _memory() -> float:
-    """Return the bytes of memory that this machine has; infinite where it does not say."""
+    """Return the bytes of memory that this machine has; infinite if the system does not tell."""
     return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")) if hasattr(os, "sysconf") else math.inf
 
 
 def check_memory(rows: int, width: int) -> None:
-    """Raise UsageError where the record of a run would not fit into this machine's memory."""
+    """Raise UsageError if the record of a run would not fit into this machine's memory."""
     needed, available = 8.0 * rows * width * 3.0, _memory()
     if needed > 0.8 * available:
         fault = (

@@ -1,4 +1,4 @@
-"""What a run starts from: initial values or static equilibrium, brought onto the constraints, and its description."""
+"""Start of a run: initial values or static equilibrium, brought onto the constraints, and its description."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from eomgen.simulation.stepping.run import SCENE_START, Run
 
 
 def start_description(*, equilibrium_start: bool, given: bool, chosen: str | None, of_scene: str) -> str:
-    """Return what a run starts from in words.
+    """Return a description of the start of a run.
 
     Parameters
     ----------
@@ -52,13 +52,13 @@ def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool
 def start_of(
     run: Run, initial: Mapping[str, Any] | None, *, equilibrium_start: bool, changed: bool
 ) -> tuple[InitialState, list[str], list[str]]:
-    """Return the state a run starts from, a sentence for each change of the one that was asked for, and what is
-    doubtful of it.
+    """Return the state a run starts from, a sentence for each change of the requested state, and notes on its
+    doubts.
 
     Parameters
     ----------
-    equilibrium_start : whether positions are those of static equilibrium nearby
-    changed : whether the state or the parameters are others than those that the model was built with
+    equilibrium_start : whether to start at static equilibrium nearby
+    changed : whether the state or the parameters differ from the values that the model was built with
     """
     model, p, t = run.model, run.parameters, run.grid.start
     own = not initial and p.tolist() == list(model.parameters.values())

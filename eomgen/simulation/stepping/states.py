@@ -1,4 +1,4 @@
-"""States at the rows of a run, and what compiled functions tell of them: outputs and energies, in batches."""
+"""States at the rows of a run, and compiled functions evaluated at them in batches: outputs and energies."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class States(NamedTuple):
 
 
 class Prescribed(NamedTuple):
-    """Inputs u (n, nu) and the state of the base (n, 19) at rows; None where there are none."""
+    """Inputs u (n, nu) and the state of the base (n, 19) at rows; None if there are none."""
 
     u: Array | None
     base: Array | None
@@ -50,13 +50,13 @@ def states_of(rows: Array, model: CompiledModel) -> States:
 
 
 def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals | None) -> Prescribed:
-    """Return what is prescribed at times (n,); evaluated once, since a road of many harmonics costs more than all else
+    """Return inputs and the base at times (n,); evaluated once, since a road of many harmonics costs more than all else
     of a row.
 
     Parameters
     ----------
     p : (np,) or (n, np) parameters
-    signals : what drives the inputs; None: the scene's formulas
+    signals : signals of the inputs; None: the scene's formulas
     """
     u, drivers = None, {"t": t, "p": p}  # parameters of a run, which were looked over as it began
     if model.nu:
@@ -65,7 +65,7 @@ def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals |
 
 
 def evaluated(name: str, model: CompiledModel, states: States, given: Prescribed, p: Array) -> dict[str, Array]:
-    """Return the outputs, or the energy, at all rows; empty where the model was built without the term.
+    """Return the outputs, or the energy, at all rows; empty if the model was built without the term.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Parts that steps are taken in: whatever their length, steps end where forces jump and where states are sampled.
+"""Parts of steps: steps of any size end at jumps of forces and at samples.
 
 A part of length h adds an error as h^(p + 1), p the order of the method. The sum of these over the parts of two runs
-tells by how much their errors differ; where both take the same parts they are the same run, and tell nothing.
+shows by how much their errors differ; if both take the same parts they are the same run, and give no estimate.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from eomgen.arrays import Array
 
 #: Parts that sums are made of at most; of longer runs the beginning stands for all.
 _MOST = 1_000_000
-#: Ratio of errors from which on two runs are different ones: 2 is that of a method of first order at half the step.
+#: Ratio of errors from which on two runs are different ones: 2 for a method of first order at half the step.
 _TOLD = 1.5
 #: Windows of a run in each of which it has to be so, but for those before which hardly any error arises.
 _WINDOWS, _HARDLY = 32, 0.01
@@ -29,8 +29,8 @@ class StepParts:
 
     Parameters
     ----------
-    ends : (n,) s, where steps end whatever their length, in order
-    start, end : s, of what is compared
+    ends : (n,) s, times in order at which steps of any size end
+    start, end : s, of the compared part of the run
     order : of the method
     """
 
@@ -40,8 +40,8 @@ class StepParts:
     order: float
 
     def ratio(self, step: float, other: float, times: Array) -> Array:
-        """Return the ratio of the errors up to times (n,) of a run in steps of ``other`` to those of one in steps of
-        ``step``, all in s; as a ratio of steps, 1 where both take the same parts."""
+        """Return the ratio of the errors up to times (n,) of a run in steps of ``other`` to the errors of a run in
+        steps of ``step``, all in s; as a ratio of steps, 1 if both take the same parts."""
         if not len(self.ends):
             return np.full(len(times), other / step)
         last = min(self.end, self.start + _MOST * min(step, other))
@@ -67,7 +67,7 @@ class StepParts:
         return min(step, float(np.diff(self.ends, prepend=self.start, append=self.end).max()))
 
     def count(self, step: float) -> float:
-        """Return how many parts there are in steps of a length."""
+        """Return the number of parts in steps of a length."""
         return (self.end - self.start) / step + len(self.ends)
 
     def _errors(self, step: float, last: float) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from eomgen.toolchain.library import Library
 
 
 class StepperPlan:
-    """What all steppers of a library have in common, read from its layout once.
+    """Data common to all steppers of a library, read from its layout once.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class StepperPlan:
     counted : name, place in the flat state, and whether it is a whole number, of each statistic
     entry : of the log of events; None without events
     input_times : times of the rows of inputs of a step, in steps
-    pace : s, what a step took at last; infinite before the first one
+    pace : s, duration of a step in the last run; infinite before the first one
     paced_step, paced_by : of that run, the size of its steps, and its settings as bytes: a tolerance may change the
         cost of rows much
     """
@@ -96,7 +96,7 @@ class Stepper:
 
     @property
     def modes(self) -> Array | None:
-        """Values of the modes; None before the first step, and where there are none."""
+        """Values of the modes; None before the first step, and if there are none."""
         known = "mode" in self.places and self.state[self.places["event_known"]][0]
         return self.state[self.places["mode"]].copy() if known else None
 
@@ -117,7 +117,7 @@ class Stepper:
 
     @property
     def row(self) -> Array:
-        """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states where there are
+        """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states if there are
         any."""
         u, table = self.inputs, None
         if u is not None and not math.isnan(sum(u.tolist())):
@@ -133,13 +133,13 @@ class Stepper:
 
     @property
     def inputs(self) -> Array | None:
-        """Inputs (nu,) with which the accelerations of the state were evaluated; None where the stepper does not
-        say."""
+        """Inputs (nu,) with which the accelerations of the state were evaluated; None if the stepper does not keep
+        them."""
         return self.state[self.places["u"]].copy() if "u" in self.places else None
 
     @property
     def statistics(self) -> dict[str, int | float]:
-        """What the stepper counted since it was initialized."""
+        """Counts of the stepper since it was initialized."""
         state = self.state.tolist()
         return {name: int(state[place]) if whole else state[place] for name, place, whole in self.plan.counted}
 
@@ -159,7 +159,7 @@ class Stepper:
         return self.state.copy(), self.workspace.view(np.uint8).copy()
 
     def restore(self, state: Array, workspace: NDArray[np.uint8]) -> None:
-        """Put back what ``memory`` gave."""
+        """Restore the state and the workspace from a copy of ``memory``."""
         self.state[:] = state
         self.workspace.view(np.uint8)[:] = workspace
 
@@ -209,7 +209,7 @@ def times_of_inputs(within: Array, step: float, first: int, steps: int, start: f
 
 
 def _with_address(numbers: Sequence[float], address: int) -> Array:
-    """Return numbers behind which an address lies in memory, where compiled code reads it."""
+    """Return numbers with an address behind them in memory, at the place where compiled code reads it."""
     room = np.zeros(len(numbers) + 1)
     room[:-1] = numbers
     room[-1:].view(np.uint64)[0] = address

@@ -1,7 +1,7 @@
 """States between samples by the method itself: a Taylor step from the sample before, to the tolerance of the run.
 
-Rows are all that a solution keeps. A series from a row is the polynomial that a step would have been, and where a row's
-spacing is longer than one series reaches, the stepper goes on to the next one by itself.
+A solution keeps rows only. A series from a row is the polynomial of the step that begins there, and if the spacing of
+rows is longer than the reach of one series, the stepper goes on to the next one by itself.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class StepsBetween:
 
 
 def between_of(run: Run, library: Library, events: Events | None) -> StepsBetween | None:
-    """Return the way to states between the rows of a run with these events; None where they are to be interpolated."""
+    """Return the function of states between the rows of a run with these events; None if they are interpolated."""
     if run.method.dense_output != "steps":
         return None
     called = called_by(library.layout)

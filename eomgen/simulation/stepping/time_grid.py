@@ -1,4 +1,4 @@
-"""The time grid of a run: equal steps, a shorter last one where needed, and its limits in floating point."""
+"""The time grid of a run: equal steps, a shorter last one if needed, and its limits in floating point."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST_JUMPS = 10_000
 
 @dataclass(frozen=True)
 class TimeGrid:
-    """Steps of equal size, and a shorter one where they do not lead to the end.
+    """Steps of equal size, and a shorter one if they do not lead to the end.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class TimeGrid:
     whole : int
         Steps of full size.
     rest : float
-        Size of the last step in s where it is shorter; 0.0 where there is none.
+        Size of a shorter last step in s; 0.0 if there is none.
     """
 
     start: float
@@ -95,7 +95,7 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
 
 
 def check_jumps(method: Mapping[str, Any], step: float) -> None:
-    """Raise UsageError where forces jump too often within a step of a run, for a stepper that ends parts of steps
+    """Raise UsageError if forces jump too often within a step of a run, for a stepper that ends parts of steps
     there.
 
     Parameters
