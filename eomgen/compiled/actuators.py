@@ -1,10 +1,10 @@
-"""Inverse dynamics with chosen actuators, through loops: efforts, multipliers, and efforts that move nothing.
+"""Inverse dynamics with chosen actuators, through loops: efforts, multipliers, and internal efforts.
 
     M a + h + b - Q + B^T lam = S tau
 
-For a motion that meets the constraints, P = I - B^+ B takes out what their forces can carry: P S tau = P r with
-r = M a + h + b - Q. With as many actuators as degrees of freedom tau is unique; with more it is the least in norm, and
-the null space of P S holds internal efforts, which change no motion; with fewer there is none but for special motions.
+For a motion that meets the constraints, P = I - B^+ B projects out the constraint forces: P S tau = P r with r = M a +
+h + b - Q. With as many actuators as degrees of freedom tau is unique; with more it is the least in norm, and the null
+space of P S holds internal efforts, which change no motion; with fewer there is none but for special motions.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from eomgen.errors import NumericalError, Problem, UsageError
 
 #: Share of the largest singular value below which a direction counts as none.
 _SINGULAR = 1e-10
-#: Share of what is balanced that may be left over.
+#: Residual of the equations, relative to the required forces, up to which efforts are accepted.
 _LEFT_OVER = 1e-8
 #: By how much accelerations may miss the constraints, as a share of their summands.
 _MISSED = 1e-6
@@ -40,7 +40,7 @@ class ActuatorEfforts:
     names : of the actuators
     efforts : (..., n), N m or N: unique, or the least in norm
     multipliers : (..., rows), of the constraints, with these efforts
-    null_space : (..., n, k), orthonormal columns: efforts along them change no motion, only multipliers; k is 0 where
+    null_space : (..., n, k), orthonormal columns: efforts along them change no motion, only multipliers; k is 0 if
         the efforts are unique
     """
 
@@ -92,8 +92,8 @@ def actuator_efforts(
     ----------
     actuators : sequence of str
         Joints of one coordinate, or components such as ``ball[0]`` and ``slider``, that carry one each, as in
-        ``model.v_names`` without ``v.``; by default the inputs of the scene that it does not prescribe, each with what
-        it does to Q. Prescribed inputs have their values.
+        ``model.v_names`` without ``v.``; by default the inputs of the scene that it does not prescribe, each with its
+        generalized force. Prescribed inputs have their values.
 
     Raises
     ------
@@ -101,8 +101,8 @@ def actuator_efforts(
         Names that are not there; no actuators; forces that are not linear in the inputs; accelerations that do not meet
         the constraints.
     NumericalError
-        The actuators cannot give the motion; names what remains. In some states of a batch more internal efforts exist
-        than in others.
+        The actuators cannot produce the motion; names the remaining force. In some states of a batch more internal
+        efforts exist than in others.
     """
     able = model.having(("residual", "force", "constraint_jacobian", "constraint_bias", "inverse_dynamics"))
     terms = able.evaluator
@@ -129,7 +129,7 @@ def actuator_efforts(
 def _columns(
     model: Extensible, actuators: Sequence[str] | None, given: dict[str, Any]
 ) -> tuple[tuple[str, ...], Array, dict[str, float]]:
-    """Return the names of actuators, what a unit of each does to Q, (..., nv, n), and inputs that are at rest."""
+    """Return the names of actuators, their generalized forces per unit, (..., nv, n), and the inputs set to zero."""
     terms = model.evaluator
     driven = terms.description.driven
     still = dict.fromkeys(driven, 0.0)

@@ -18,7 +18,7 @@ from eomgen.units.parser import is_quantity
 
 #: How far from one the length of a quaternion may be.
 UNIT_TOLERANCE = 1e-6
-#: Number of quaternions from which NumPy checks those of one configuration faster than a loop.
+#: Number of quaternions from which NumPy checks the quaternions of one configuration faster than a loop.
 _MANY_QUATERNIONS = 32
 
 _SECONDS = "number of seconds"
@@ -42,7 +42,7 @@ def numbers(name: str, value: ArrayLike) -> Array:
 
 
 def read_only(values: ArrayLike) -> Array:
-    """Return a copy that cannot be written to: what a model hands out of itself."""
+    """Return a copy that cannot be written to, for arrays that a model hands out."""
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
@@ -58,7 +58,7 @@ def components(name: str, value: ArrayLike, size: int) -> Array:
 
 
 def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
-    """Raise UsageError naming the first component (last axis, where there are labels) that is not a finite number."""
+    """Raise UsageError naming the first component (by ``labels`` of the last axis, if any) that is not finite."""
     finite = np.isfinite(array)
     if finite.all():
         return
@@ -68,7 +68,7 @@ def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
 
 
 def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance: float = UNIT_TOLERANCE) -> None:
-    """Raise UsageError where a quaternion of a configuration (..., nq) is not of unit length."""
+    """Raise UsageError if a quaternion of a configuration (..., nq) is not of unit length."""
     starts = [factor.q_start for factor in factors if factor.group != "R"]
     if not starts:
         return
@@ -96,7 +96,7 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
             raise UsageError(Problem(where, fault, hint if found else "neutral(), for the joints' places at zero"))
 
 
-#: Where things are declared that a model has none of.
+#: Places in the scene where parameters and inputs are declared, for hints.
 WHERE: Mapping[str, str] = {
     "parameter": "a tunable parameter in the scene",
     "input": "[inputs] in the scene, named by an effort; of a URDF file eomgen.load(path, actuated=True)",
@@ -104,8 +104,8 @@ WHERE: Mapping[str, str] = {
 
 
 def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[str] = ()) -> None:
-    """Raise UsageError with the nearest names for a name that is not known, and what to do about one that is
-    ``fixed``."""
+    """Raise UsageError for an unknown name, with the nearest known names, and for a name that is ``fixed``, with a
+    remedy."""
     if name in fixed and name not in known:
         problem = f"the {what} {name} exists, but its value is fixed in the code"
         raise UsageError(
@@ -118,7 +118,7 @@ def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[st
 
 
 def check_place(name: object) -> None:
-    """Raise UsageError where an array stands in the place of the name of a body or frame, which comes first."""
+    """Raise UsageError if an array is given in place of the name of a body or frame, which comes first."""
     if not isinstance(name, str):
         fault = f"the name of a body or frame comes first, not {type(name).__name__}"
         raise UsageError(Problem("", fault, 'the name, and q behind it: pose("body", q)'))
@@ -158,9 +158,9 @@ def by_name(
 
 
 def measured(name: str, value: Any, units: Sequence[str], otherwise: str = "") -> Any:
-    """Return what is given for the components of a vector, each text ("30 deg") as the number in its unit.
+    """Return the values given for the components of a vector, each text ("30 deg") as the number in its unit.
 
-    ``otherwise`` is what to try in place of a text that is no number, where there is more than numbers.
+    ``otherwise`` is the remedy for a text that is no number, if arguments other than numbers are allowed.
 
     Raises
     ------

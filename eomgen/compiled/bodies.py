@@ -19,7 +19,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.lie.numeric import quaternion_product, rotated
 from eomgen.system.description import BASE, WORLD, FixedFrame
 
-#: What is compiled together where one of them is not there.
+#: Terms that are compiled together if one of them is missing.
 _TOGETHER = ("poses", "twists", "jacobians")
 
 
@@ -111,7 +111,7 @@ def point(
 def body_jacobian(model: Extensible, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
     """Return the Jacobian of a body or a frame in its own axes, angular first, (..., 6, nv).
 
-    The inertial twist is ``body_jacobian(body, q) @ v``, plus that of the moving base carried along. Columns belong
+    The inertial twist is ``body_jacobian(body, q) @ v`` plus the twist of the moving base at the body. Columns belong
     to the components of v, so they are left-trivialised.
     """
     place = _placed(model, body, parameters)
@@ -138,8 +138,8 @@ def point_jacobian(
 ) -> Array:
     """Return the Jacobian of the point at ``r`` (..., 3) in a body or a frame, in world axes, (..., 3, nv).
 
-    The point's velocity in world axes is ``point_jacobian(body, r, q, t) @ v``, plus what the moving base gives to
-    it where it is; a force f on the point adds ``point_jacobian(...).T @ f`` to Q.
+    The point's velocity in world axes is ``point_jacobian(body, r, q, t) @ v`` plus the velocity of the moving base
+    at the point; a force f on the point adds ``point_jacobian(...).T @ f`` to Q.
     """
     body, place = _fixed_in(model, body, r, parameters)
     model = _having(model, body, "poses", "jacobians")
@@ -158,14 +158,14 @@ def _having(model: Extensible, name: str, *terms: str) -> Extensible:
 
 
 def _check_name(model: Evaluated, name: str) -> None:
-    """Raise UsageError for what is no body, no frame, and not the base or the world where they carry frames."""
+    """Raise UsageError for a name of no body and no frame, unless it is the base or the world with frames on it."""
     frames = model.evaluator.fixed_frames
     if name not in (BASE, WORLD) or all(frame.body != name for frame in frames.values()):
         check_name("body", name, [*model.evaluator.bodies, *frames])
 
 
 class _Placed(NamedTuple):
-    """What carries something, and where on it: the body itself where ``fixed`` is None."""
+    """Carrying body of a point, and the point's position on it; ``fixed`` is None for a body itself."""
 
     body: str
     fixed: FixedFrame | None
@@ -213,7 +213,7 @@ def _of(model: Evaluated, body: str, term: str, **given: Any) -> Array:
 
 
 def _of_base(model: Evaluated, name: str, term: str, **given: Any) -> Array:
-    """Return what a term of bodies would give for the base, or for the world: they carry frames, too."""
+    """Return the values of a term of bodies for the base or the world, which carry frames, too."""
     terms = model.evaluator
     batch = np.broadcast_shapes(terms.configuration(given["q"]).shape[:-1], np.shape(given.get("t", 0.0)))
     if term == "jacobians":

@@ -1,8 +1,8 @@
 """Centre of mass and centroidal momentum of a compiled model.
 
-All in world axes, of all that moves against the base; momenta angular first (Pinocchio's are linear first: its Ag is
-ours with rows 3, 4, 5, 0, 1, 2). Matrices are those of the motion against the base, columns belong to the components of
-v. Terms are compiled at the first call where the model was built without them.
+All in world axes, of all bodies that move against the base; momenta angular first (Pinocchio's are linear first: its Ag
+has our rows in the order 3, 4, 5, 0, 1, 2). Matrices map velocities against the base, columns belong to the components
+of v. Terms are compiled at the first call if the model was built without them.
 """
 
 from __future__ import annotations

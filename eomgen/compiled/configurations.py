@@ -40,7 +40,7 @@ def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, 
     Warns
     -----
     RuntimeWarning
-        A third argument where nothing depends on t: it is no step.
+        A third argument if no angle depends on t: it is no step.
     """
     terms = model.evaluator
     if not terms.angles and np.any(t):
@@ -85,8 +85,8 @@ def random(
 ) -> Array:
     """Return random configurations, (*size, nq).
 
-    Orientations are uniform; coordinates are uniform within the limits of their joints where the scene has limits, else
-    in -pi to pi rad or -1 to 1 m, and elastic ones in small deformations. Constraints are not looked at:
+    Orientations are uniform; coordinates are uniform within the limits of their joints if the scene has limits, else
+    in -pi to pi rad or -1 to 1 m, and elastic ones in small deformations. Constraints are not regarded:
     ``model.consistent`` finds the nearest configuration that meets them.
 
     Parameters

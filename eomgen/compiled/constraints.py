@@ -1,7 +1,7 @@
 """Accelerations and multipliers of constrained models, and consistent states from guesses, on the compiled functions.
 
 [ M  B^T ] [ vdot ]   [ -r(a = 0, lam = 0) ]
-[ B   0  ] [ lam  ] = [ -g                 ]     g: what the rows' rates change by at vdot = 0
+[ B   0  ] [ lam  ] = [ -g                 ]     g: time derivative of the rows' rates at vdot = 0
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ NEEDED = ("mass", "residual", "constraint_jacobian", "constraint_bias")
 
 
 def solvable(functions: Functions) -> bool:
-    """Return whether a model has what ``accelerations`` needs."""
+    """Return whether a model has the functions that ``accelerations`` needs."""
     return all(name in functions for name in NEEDED)
 
 
@@ -33,7 +33,7 @@ def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Ar
     Raises
     ------
     NumericalError
-        In one of the states, rows depend on each other, or nothing resists a motion that they leave.
+        In one of the states, rows depend on each other, or a motion allowed by the rows has no inertia.
     """
     nv, rows = functions.sizes["v"], functions.sizes["lam"]
     (r,) = functions("residual", {**values, "a": np.zeros(nv), "lam": np.zeros(rows)})

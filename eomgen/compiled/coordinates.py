@@ -30,7 +30,7 @@ def coordinate_names(factors: Sequence[Factor]) -> tuple[list[str], list[str]]:
 
 
 def coordinate_units(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> tuple[list[str], list[str]]:
-    """Return the SI units of all components of q and of v; ``coordinates`` has those of group R."""
+    """Return the SI units of all components of q and of v; ``coordinates`` describes the factors of group R."""
     described = {
         item.name: (item.units, tuple(f"{unit}/s" if unit else "" for unit in item.units)) for item in coordinates
     }
@@ -45,7 +45,7 @@ def coordinate_units(factors: Sequence[Factor], coordinates: Iterable[Coordinate
 
 
 def reaches(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> list[float]:
-    """Return how far each component of v may be drawn at random, in its own unit; infinity for any value."""
+    """Return the range of each component of v for random draws, in its own unit; infinity for any value."""
     known = {item.name: item.reach for item in coordinates if item.reach}
     result = [math.inf] * sum(factor.v_size for factor in factors)
     for factor in factors:

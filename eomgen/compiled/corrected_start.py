@@ -1,4 +1,4 @@
-"""What the constraints made of a start, in the coordinates and velocities that it was given in."""
+"""Changes of a start by the constraints, in the coordinates and velocities that it was given in."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from eomgen.solvers.beams import STRAINED
 from eomgen.solvers.consistency import Assembly
 from eomgen.text import distinct
 
-#: What the sentence begins with.
+#: Beginning of the sentence.
 CORRECTED = "corrected onto the constraints: "
 #: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is told; how many are
 #: listed.
@@ -29,7 +29,7 @@ def corrected_start(
     names: tuple[Sequence[str], Sequence[str]],
     units: tuple[Sequence[str], Sequence[str]],
 ) -> list[str]:
-    """Return one sentence with what changed most from a guess to a consistent state; none where nothing changed much.
+    """Return one sentence on the largest changes from a guess to a consistent state; none if changes are small.
 
     Parameters
     ----------

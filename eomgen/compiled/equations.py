@@ -18,9 +18,10 @@ from eomgen.compiled.arguments import numbers
 from eomgen.compiled.lost_digits import check_digits
 from eomgen.compiled.terms import Evaluated, Inputs, Parameters, States, check_derivatives
 
-#: How far accelerations may be off constraints, of the size of what cancels there.
+#: Residual of constraints at accelerations, relative to the size of the cancelling summands, from which on it is
+#: reported.
 _BROKEN = 1e-6
-#: What the function ``energy`` gives, in order: J, J, W, W.
+#: Results of the function ``energy``, in order: J, J, W, W.
 ENERGIES = ("kinetic", "potential", "power", "base_power")
 
 
@@ -85,7 +86,7 @@ def inverse_dynamics(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return tau = M a + h + b - Q, (..., nv): what is missing to the motion a.
+    """Return tau = M a + h + b - Q, (..., nv): the generalized forces required for the motion a.
 
     Forces of constraints are no part of it: with closed loops ``actuator_efforts`` shares tau out.
 
@@ -102,7 +103,7 @@ def inverse_dynamics(
 
 
 def _warn_of_broken_loop(model: Evaluated, q: ArrayLike, v: ArrayLike, a: ArrayLike, given: Mapping[str, Any]) -> None:
-    """Warn where an acceleration breaks constraints."""
+    """Warn if an acceleration breaks constraints."""
     if a is None:
         return
     call = model.evaluator.call
@@ -147,7 +148,8 @@ def forward_dynamics(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), held to the constraints where there are any.
+    """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), or of the constrained equations if there are
+    constraints.
 
     Warns of parameters with which digits are lost.
 
@@ -211,7 +213,7 @@ def partials(
 ) -> tuple[Array, Array, Array]:
     """Return K, C, M, each (..., nv, nv): exact partials of the residual in q (left-trivialised), v and a.
 
-    The residual is that of inverse dynamics, with the constraints' B^T lam where there are any.
+    The residual is M a + h + b - Q, plus B^T lam of the constraints if there are any.
     """
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
     K, C, M = model.evaluator.call("partials", **given, multipliers=multipliers, parameters=parameters)
@@ -259,7 +261,7 @@ def energy(
     """Return inertial energies and powers, each (...).
 
     ``kinetic``, ``potential`` and ``total`` in J; ``power`` of all non-conservative forces and ``base_power`` of
-    the reaction at the base in W. Accelerations come from forward dynamics where they are needed and ``a`` is not
+    the reaction at the base in W. Accelerations come from forward dynamics if they are needed and ``a`` is not
     given.
     """
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
@@ -287,7 +289,7 @@ def outputs(
 ) -> dict[str, Array]:
     """Return the scene's outputs by name, (...) for one component and (..., size) for several.
 
-    Accelerations and multipliers are those of the motion where outputs need them and they are not given.
+    If outputs need accelerations and multipliers that are not given, these are computed by forward dynamics.
     """
     if not model.evaluator.library.layout["outputs"]:
         model.evaluator.parameters(parameters)
@@ -308,13 +310,13 @@ def _outputs(model: Evaluated, values: Array) -> dict[str, Array]:
 
 
 def of_motion(model: Evaluated, name: str, values: Mapping[str, Array]) -> dict[str, Array]:
-    """Return what ``outputs`` or ``energy`` do, of states that a run of the model has had: looked over no more.
+    """Return ``outputs`` or ``energy`` at states of a run of the model, without checks of the arguments.
 
     Parameters
     ----------
     name : ``outputs`` or ``energy``
     values : mapping
-        Blocks ``q``, ``v``, ``a``, ``lam``, ``z``, ``t``, ``p``, and ``u`` and ``base`` where there are any, each
+        Blocks ``q``, ``v``, ``a``, ``lam``, ``z``, ``t``, ``p``, and ``u`` and ``base`` if there are any, each
         (n, size), t (n,), p also (np,).
     """
     if name == "outputs" and not model.evaluator.library.layout["outputs"]:
@@ -351,7 +353,7 @@ def internal_partials(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> InternalPartials:
-    """Return the exact partials that ``partials`` has no columns and rows for: those in z, and those of zdot."""
+    """Return the exact partials with internal states: of the residual in z, and of zdot in q, v and z."""
     given = {"q": q, "v": v, "z": z, "t": t, "u": u}
     return InternalPartials(*model.evaluator.call("internal_partials", **given, parameters=parameters, base=base))
 

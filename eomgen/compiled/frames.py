@@ -1,7 +1,7 @@
 """Jacobians of bodies and frames with their rates and drifts, in three references, and operational-space inertias.
 
-Twists are angular first. Pinocchio has the linear part first: its J is ours with rows 3, 4, 5, 0, 1, 2, and its columns
-are those of its own order of v. References and their names there: ``body`` (LOCAL), twist in the frame's own axes;
+Twists are angular first. Pinocchio has the linear part first: its J has our rows in the order 3, 4, 5, 0, 1, 2, and its
+columns are in its own order of v. References and their names there: ``body`` (LOCAL), twist in the frame's own axes;
 ``local_world_aligned`` (LOCAL_WORLD_ALIGNED), world axes, linear part of the frame's origin; ``world`` (WORLD), world
 axes, linear part of the point that is at the world's origin. Columns belong to the components of v, so they are
 left-trivialised.
@@ -22,7 +22,7 @@ from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.system.terms import REFERENCES
 from eomgen.text import nearest, shown
 
-#: What the references are called elsewhere.
+#: Names of the references in other tools.
 _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("local", "own", "frame"), "body"),
     **dict.fromkeys(("aligned", "world_aligned", "mixed"), "local_world_aligned"),
@@ -46,8 +46,8 @@ def jacobian(
 ) -> Array:
     """Return the Jacobian J of a body or a frame, (..., 6, nv), angular first.
 
-    J v is the twist against the base, plus what a moving base adds; a wrench (moment, force) in the same reference adds
-    J^T wrench to Q. The term is ``frame_jacobians`` (``_aligned``, ``_world``), compiled at the first call where the
+    J v is the twist against the base, without the motion of the base; a wrench (moment, force) in the same reference
+    adds J^T wrench to Q. The term is ``frame_jacobians`` (``_aligned``, ``_world``), compiled at the first call if the
     model was built without it.
 
     Parameters
@@ -116,7 +116,7 @@ def operational_inertia(
     J is ``local_world_aligned``, so rows 0 to 2 turn about world axes and 3 to 5 move the origin along them; kg m^2 and
     kg. Khatib, IEEE J. Robotics and Automation 3 (1987) 43. The term is ``frame_mobilities``, J M^-1 J^T.
 
-    Where constraints hold the scene, M^-1 is replaced by Z (Z^T M Z)^-1 Z^T, with Z a basis of the velocities that they
+    If the scene has constraints, M^-1 is replaced by Z (Z^T M Z)^-1 Z^T, with Z a basis of the velocities that they
     leave (B Z = 0): the constraint-consistent inertia, by which a force at the frame changes its acceleration while the
     loops stay closed. Mistry and Righetti, Robotics: Science and Systems VII (2011), after Aghili, IEEE Trans.
     Robotics 21 (2005) 834. Its terms are ``mass``, ``constraint_jacobian`` and ``frame_jacobians_aligned``.
@@ -176,12 +176,12 @@ def _of(model: Extensible, term: str, frame: str, reference: str, **given: Any) 
 
 
 def _meant_reference(name: str) -> str:
-    """Return the reference that is called so elsewhere; empty where there is none."""
+    """Return the reference with this name in other tools; empty if there is none."""
     return name.lower() if name.lower() in REFERENCES else _ELSEWHERE.get(name.lower(), "")
 
 
 def _taken(model: Extensible, term: str, frame: str, **given: Any) -> Array:
-    """Return what a term gives for one body or frame."""
+    """Return the values of a term for one body or frame."""
     check_place(frame)
     if isinstance(given.get("t"), str):
         hint = f'reference="{_meant_reference(given["t"]) or "body"}"'

@@ -18,8 +18,8 @@ from eomgen.system.terms import TERMS, nearest_term
 from eomgen.threads import share, thread_count
 from eomgen.toolchain.library import Library
 
-#: Functions that fill arguments of the others: those of time alone, and the angles that the configuration's references
-#: follow.
+#: Functions that compute arguments of the others: the functions of time alone, and the angles that the configuration's
+#: references follow.
 DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")
 
 
@@ -80,7 +80,7 @@ class Functions:
         Returns
         -------
         tuple of arrays
-            Leading axes are those of the inputs, broadcast; the rest is each output's shape.
+            Leading axes are the broadcast leading axes of the inputs; the rest is each output's shape.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class Functions:
 
     def _batch(self, name: str, inputs: list[Array], results: list[Array], count: int) -> None:
         """Evaluate a batch in pieces; threads share a large one. C releases the interpreter, and each sample has the
-        same bits whatever is evaluated beside it, and in lanes."""
+        same bits in any batch, and in lanes."""
         operations = max(1, int(self._layouts[name]["operations"]))
         work = count * operations
         choice = chosen()
@@ -157,7 +157,7 @@ class Functions:
         return Lanes.of(self.library).judged(companion, name, inputs, sizes, chosen()) or self.library
 
     def _single(self, name: str, arrays: list[Array]) -> tuple[Array, ...]:
-        """Evaluate one sample: what a caller's inner loop does, so without the bookkeeping of batches."""
+        """Evaluate one sample, as in a caller's inner loop, so without the bookkeeping of batches."""
         ffi, doubles, pointers, longs = self._types
         results = tuple(np.empty(shape) for shape in self._shapes[name])
         inputs = ffi.new(pointers, [ffi.from_buffer(doubles, array) for array in arrays])

@@ -37,7 +37,7 @@ def initial_state(
     *,
     asked: bool = False,
 ) -> InitialState:
-    """Return the scene's initial state with what is given put in.
+    """Return the scene's initial state with the given values put in.
 
     Parameters
     ----------
@@ -45,10 +45,10 @@ def initial_state(
         ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": "30 deg", "velocity":
         1.0}}``; or internal states: ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
     parameters : (np,) array, optional
-        Those of the run, which the scene's own state in absolute coordinates depends on.
+        Of the run; the scene's own state in absolute coordinates may depend on them.
     asked : bool
-        Whether it is what the scene asks for, before it was moved onto the constraints at the default parameters:
-        where initial values are given or parameters differ, runs move it onto the constraints as the scene's own was.
+        Whether to return the state requested by the scene, before its correction at the default parameters: if initial
+        values are given or parameters differ, runs move it onto the constraints as the scene's own was.
 
     Raises
     ------
@@ -177,7 +177,8 @@ def _numbers(size: int) -> str:
 
 
 def _scene_start(model: CompiledModel, parameters: Array | None, *, asked: bool) -> InitialState:
-    """Return the scene's own initial state; absolute bodies are where the joints put them at the run's parameters."""
+    """Return the scene's own initial state; bodies in absolute coordinates follow the joints at the run's
+    parameters."""
     q, v = model.initial_q.copy(), model.initial_v.copy()
     layout = model.library.layout
     if asked and layout.get("asked_q"):

@@ -3,7 +3,7 @@ vector.
 
 A companion costs a compiler's time and gives the same bits two to four times as fast. So it is compiled in the
 background once the batches of a function have taken as long as that will, and a batch goes over to it in the middle
-when it is there. It is taken where it says, bit for bit, what the model's own library says of some of the batch's own
+when it is there. It is used if it gives the same bits as the model's own library for some of the batch's own
 samples, and is not slower.
 """
 
@@ -31,9 +31,9 @@ _LOG = logging.getLogger(__name__)
 
 #: The variable that says whether large batches have companions.
 LANES_VARIABLE = "EOMGEN_LANES"
-#: Samples of a batch at least: below, lanes stay empty, and what Python does takes longer.
+#: Samples of a batch at least: below, lanes stay empty, and the overhead of Python is larger.
 LEAST = 16
-#: Seconds of an operation where no batch has been timed; seconds for compiling a companion: a start, and those of an
+#: Seconds of an operation if no batch has been timed; seconds for compiling a companion: a start, and seconds per
 #: operation (gcc 12 on a core that others use as well: 0.64 s for the 608 of Panda's inverse dynamics, 5.9 s for the
 #: 3664 of Talos', of which 0.32 and 2.4 s are its own).
 _OPERATION, _START, _COMPILED = 2e-10, 0.3, 1e-3
@@ -54,7 +54,7 @@ class Choice(Enum):
 
 
 def chosen() -> Choice:
-    """Return what ``EOMGEN_LANES`` says, ``auto`` by default. Raises UsageError for other words."""
+    """Return the choice by ``EOMGEN_LANES``, ``auto`` by default. Raises UsageError for other words."""
     text = os.environ.get(LANES_VARIABLE) or Choice.AUTO.value
     try:
         return Choice(text)
@@ -64,7 +64,7 @@ def chosen() -> Choice:
 
 
 class Companion:
-    """What is known of one function's companion."""
+    """State of one function's companion library: its costs, and whether it is compiled, checked or refused."""
 
     def __init__(self, operations: int) -> None:
         self.seconds = 0.0  # that its batches took or will take
@@ -96,8 +96,8 @@ class Lanes:
         return kept
 
     def expect(self, name: str, operations: int, count: int, choice: Choice) -> Companion | None:
-        """Say that a batch is to come, so that its companion is looked for or begun where it pays; return what is known
-        of it, or None where there will be none."""
+        """Announce a batch, so that its companion is looked for or compiled if it pays; return the state of the
+        companion, or None if there will be none."""
         make = self._library.companion
         if make is None or choice is Choice.OFF or count < LEAST:
             return None
@@ -121,8 +121,8 @@ class Lanes:
     def judged(
         self, companion: Companion, name: str, inputs: Sequence[Array], sizes: Sequence[int], choice: Choice
     ) -> Library | None:
-        """Return the companion, or None where it is not there or was refused; where it is new, evaluate some samples of
-        the batch by both libraries, and refuse it where a bit differs, or where it takes longer.
+        """Return the companion, or None if it is not there or was refused; if it is new, evaluate some samples of
+        the batch by both libraries, and refuse it if a bit differs, or if it takes longer.
 
         Parameters
         ----------

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 Gains = Callable[[Mapping[str, float]], dict[str, float]]
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
-#: What other rooms need and a user's completion does not show.
+#: Attributes for other rooms, hidden from a user's completion.
 _INTERNALS = frozenset(
     {"branches", "description", "evaluator", "factors", "functions", "having", "in_complex", "library", "stepper"}
 )
@@ -63,29 +63,29 @@ class CompiledModel:
     Parameters
     ----------
     description : Description
-        What the numbers of the functions are.
+        Names, units and meaning of the arguments and results of the functions.
     library : Library
         Functions, and the stepper of the default method.
     stepper : callable
-        Gives the library with the stepper of a method, and with the functions of a ``Selection`` where one is given;
+        Gives the library with the stepper of a method, and with the functions of a ``Selection`` if one is given;
         asked once for each of them.
     start : callable, optional
-        Gives q and v of the scene's initial state at other parameters, where they depend on them.
+        Gives q and v of the scene's initial state at other parameters, if they depend on them.
     built : callable, optional
         Builds a model of the same scene with other terms.
     gains : callable, optional
         Finds the parameters that calibrations fill, at values of the others.
     every_row : callable, optional
-        Derives the constraints with the rows that were left out as redundant, and gives what evaluates them at
-        parameters (np,).
+        Derives the constraints with the rows that were left out as redundant, and gives a function of parameters
+        (np,) that evaluates them.
     scene : optional
-        What a front end read, and made all of this from.
+        The front end's object from which the model was made, as a scene.
     again : partial, optional
-        The call that makes this model, from the cache where the library is there: what is pickled in its place.
+        The call that makes this model, from the cache if the library is there: it is pickled in place of the model.
     in_complex : callable, optional
         Builds the library of functions of some terms in complex numbers.
     branches : callable, optional
-        Derives the equations once more, and gives what decides their branches.
+        Derives the equations once more, and gives the conditions of their branches.
     """
 
     def __init__(
@@ -165,7 +165,7 @@ class CompiledModel:
         return f"$\\displaystyle {display.latex_of(self.library.layout)}$"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what goes to another process: the call that makes the model, since machine code does not travel."""
+        """Return the call that makes the model in another process, since machine code is not sent."""
         if self._again is None:
             fault = "this model was made by hand and cannot be sent to another process"
             raise UsageError(Problem("pickle", fault, "eomgen.build(scene), whose models can"))
@@ -245,12 +245,12 @@ class CompiledModel:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What importers left out, which constraint rows were redundant, and how the initial state was corrected."""
+        """Notes of importers on omissions, on redundant constraint rows, and on corrections of the initial state."""
         return tuple(self.library.layout["notes"])
 
     @property
     def terms(self) -> tuple[str, ...]:
-        """What the model was built with."""
+        """Terms that the model was built with."""
         return tuple(name for name in self.functions.names if name not in DRIVERS)
 
     @property
@@ -307,14 +307,14 @@ class CompiledModel:
         """Return gains and references of the scene's calibrated controllers, at other values of its tunable parameters.
 
         They are parameters themselves: ``simulate(parameters={**parameters,
-        **model.calibrate(parameters=parameters)})``. Nothing is returned where the scene gives all gains itself.
+        **model.calibrate(parameters=parameters)})``. The result is empty if the scene gives all gains itself.
 
         Raises
         ------
         UsageError
             Unknown parameters, or values that are not finite; a scene without state feedback.
         DescriptionError, ModelError, NumericalError
-            What cannot be calibrated, by its place in the scene.
+            A controller that cannot be calibrated, with its place in the scene.
         """
         self.parameter_array(parameters)
         if self._gains is None and getattr(self.scene, "feedback", None) == ():
@@ -335,7 +335,7 @@ class CompiledModel:
         return consistent(self, self.evaluator.configuration(q), self.evaluator.velocity("v", v), t, p)
 
     def check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
-        """Raise ModelError where rows left out at the default parameters do not follow from the others at p (np,).
+        """Raise ModelError if rows left out at the default parameters do not follow from the others at p (np,).
 
         Returns a sentence for each that does so all but for a little.
         """

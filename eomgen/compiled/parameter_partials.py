@@ -1,7 +1,7 @@
 """Partials of a compiled model's equations and outputs in the tunable parameters.
 
 t, q, v, a, z and the multipliers are held, and so are inputs that a controller or a caller drives; inputs that the
-scene gives and the motion of the base follow their laws. Terms are compiled at the first call where the model was built
+scene gives and the motion of the base follow their laws. Terms are compiled at the first call if the model was built
 without them.
 """
 
@@ -21,7 +21,7 @@ from eomgen.errors import Problem, UsageError
 
 
 class ParameterPartials(NamedTuple):
-    """Partials in parameters, one column each; without rows where the scene has no internal states or constraints.
+    """Partials in parameters, one column each; without rows if the scene has no internal states or constraints.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ def parameter_partials(
 ) -> ParameterPartials:
     """Return exact partials of the equations in tunable parameters, ``of`` them by name, or all in their order.
 
-    Without constraints ``residual`` is that of inverse dynamics, d tau / dp.
+    Without constraints ``residual`` is the partial of inverse dynamics, d tau / dp.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def output_parameter_partials(
 
 
 def _columns(terms: Terms, of: Sequence[str] | None) -> list[int]:
-    """Return the places of parameters by name, of all of them where no names are given."""
+    """Return the indices of parameters by name, of all of them if no names are given."""
     if not terms.parameter_names:
         fault = "the scene has no tunable parameters, so there is nothing to differentiate in"
         hint = "mass = { value = ..., tunable = true } in the scene's [parameters]"

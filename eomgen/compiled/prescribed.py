@@ -34,7 +34,7 @@ def base(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters = None)
 
 
 def input_values(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
-    """Return the inputs that the scene's formulas give at t, (..., nu); 0 where there is none."""
+    """Return the inputs by the scene's formulas at t, (..., nu); 0 for inputs without a formula."""
     return model.evaluator.formula_inputs({"t": numbers("t", t), "p": model.evaluator.parameters(parameters)})
 
 
@@ -81,7 +81,7 @@ def jumps_between(model: Evaluated, t: Array, near: float, *, order: int = 0) ->
 
 
 def _jumps(model: Evaluated, order: int) -> list[tuple[float, float]]:
-    """Return time and period (s, 0 where it comes once) of what is known to jump up to an order: samples always."""
+    """Return times and periods, s, of known jumps up to an order, and of all samples; a single jump has period 0."""
     layout = model.evaluator.library.layout
     known = [item for item in layout["discontinuities"] if item["order"] <= order]
     sampled = {(float(item["offset"]), float(item["period"])) for item in layout["sampled"]}
@@ -89,6 +89,6 @@ def _jumps(model: Evaluated, order: int) -> list[tuple[float, float]]:
 
 
 def jumps_per_second(waves: Iterable[tuple[float, float]]) -> float:
-    """Return how often something jumps, 1/s; each wave is one of its times and its period, s."""
+    """Return the number of jumps in a second, 1/s; each wave is one of its times and its period, s."""
     phases = {(round(time % period / period, 9) % 1.0, period) for time, period in waves}
     return sum(1.0 / period for _, period in phases)

@@ -19,7 +19,7 @@ class Regressor(NamedTuple):
     Attributes
     ----------
     matrix : (..., nv, parameters)
-    remainder : (..., nv), what springs, inputs and formulas add to tau, N or N m
+    remainder : (..., nv), part of tau due to springs, inputs and formulas, N or N m
     """
 
     matrix: Array
@@ -38,10 +38,11 @@ def regressor(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Regressor:
-    """Return the regressor Y of inverse dynamics, and what of tau it does not hold.
+    """Return the regressor Y of inverse dynamics, and the remainder of tau.
 
-    Columns are those of ``regressor_parameters``: of each body that moves its mass, first moments and inertia about the
-    origin of its frame, in its axes; rotor inertia, damping and levels of dry friction of joints that have them.
+    Columns are in the order of ``regressor_parameters``: of each body that moves its mass, first moments and inertia
+    about the origin of its frame, in its axes; rotor inertia, damping and levels of dry friction of joints that have
+    them.
 
     Raises
     ------
@@ -68,7 +69,8 @@ def regressor_parameters(model: Extensible, *, parameters: Parameters = None) ->
 
 
 def _with(model: Extensible, term: str) -> Terms:
-    """Return what evaluates a term. Raises UsageError where the equations are not linear in such parameters."""
+    """Return the terms with one more term compiled. Raises UsageError if the equations are not linear in these
+    parameters."""
     evaluator = model.evaluator
     if not evaluator.description.linear_parameters:
         if evaluator.beams:

@@ -68,7 +68,7 @@ class Requirements:
             raise UsageError(stages[min(stages)])
 
     def _broken(self, rows: Array) -> NDArray[np.bool_]:
-        """Return which sets of parameters (n, np) break a requirement, all at once."""
+        """Return a mask of the sets of parameters (n, np) that break a requirement, all at once."""
         values: dict[str, float | Array] = {**self._fixed, **dict(zip(self.names, rows.T, strict=True))}
         result = np.zeros(len(rows), dtype=bool)
         known: dict[Formula, Array] = {}
@@ -88,7 +88,7 @@ class Requirements:
 
 
 def _problem(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> Problem | None:
-    """Return how a requirement is broken at the values of all parameters, None where it is met."""
+    """Return the problem of a requirement that is broken at the values of all parameters, None if it is met."""
     try:
         numbers = [evaluate(formula, lambda symbol: values[symbol.name]) for formula in item.formulas]
     except ArithmeticError as error:

@@ -1,4 +1,4 @@
-"""Memory of results of batches, used again when nobody holds them any more."""
+"""Memory of results of batches, used again when no array refers to it any more."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import DTypeLike, NDArray
 from eomgen.arrays import Array
 
 #: Bytes of results that are kept for: below, the heap has them at hand; above, NumPy asks for pages of 2 MB, which cost
-#: less to fetch than what is written to them.
+#: less to fetch than to fill.
 _LEAST, _LARGEST = 2**16, 2**23
 #: Bytes that are kept at most.
 _KEPT = 2**26
@@ -22,7 +22,7 @@ _UNUSED = 3
 
 
 class ResultMemory:
-    """Uninitialised arrays, of memory whose arrays have all been dropped where there is some of the size.
+    """Uninitialised arrays, in the memory of dropped arrays of the same size if there is any.
 
     The system takes pages of freed memory back, and fetching one costs as much as some ten samples of a batch; loops
     over batches drop one result for the next. Whoever holds an array, or any view of it, keeps its memory.

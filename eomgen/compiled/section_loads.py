@@ -59,7 +59,7 @@ class SectionLoads:
     def at(self, x: float) -> tuple[Array, Array]:
         """Return moment, N m, and force, N, of the section at x, (..., 3) each, linear between the ends of an element.
 
-        At a node it is that of the element beyond, at the end that of the last one.
+        At a node the loads are taken on the element beyond it, at the end on the last element.
 
         Raises
         ------
@@ -101,7 +101,7 @@ def section_loads(
     Parameters
     ----------
     q, v : (..., nq), (..., nv)
-        At rest where no v is given.
+        At rest if no v is given.
     a : (..., nv), optional
         Accelerations for the inertia forces on the elements: by default zero at rest, and computed by forward dynamics
         if v is given.

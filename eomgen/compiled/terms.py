@@ -1,4 +1,4 @@
-"""Evaluation of one term with user arguments: validation, defaults, base, inputs and accelerations where needed."""
+"""Evaluation of one term with user arguments: validation, defaults, base, inputs and accelerations if needed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _CHECKED = 16
 
 
 class Terms:
-    """The terms of a compiled model, and what their arguments and results are: all that functions of a model need."""
+    """The terms of a compiled model, with the checks of their arguments and the names of their results."""
 
     def __init__(self, library: Library, description: Description) -> None:
         layout: Mapping[str, Any] = library.layout
@@ -108,14 +108,14 @@ class Terms:
     def configuration(self, q: ArrayLike) -> Array:
         """Return q as (..., nq). Raises UsageError for a wrong shape and for quaternions that are not of unit length.
 
-        Where references of angles are left out, they are those of the initial state.
+        References of angles that are left out are taken from the initial state.
         """
         array = components("q", self.with_references("q", q), self.functions.sizes["q"])
         check_quaternions("q", array, self.factors)
         return array
 
     def with_references(self, name: str, q: ArrayLike) -> ArrayLike:
-        """Return q with the initial state's references of angles behind it, where a caller gives the poses alone."""
+        """Return q with the initial state's references of angles behind it, if a caller gives the poses alone."""
         if not self.angles:
             return q
         array = numbers(name, q)
@@ -165,10 +165,10 @@ class Terms:
 
         Parameters
         ----------
-        given : q and parameters; v, a, t, u, z, multipliers, base and time derivatives where the term may depend on
+        given : q and parameters; v, a, t, u, z, multipliers, base and time derivatives, as far as the term depends on
             them
-            What is missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the scene's
-            formulas, internal states at their initial values.
+            Values that are missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the
+            scene's formulas, internal states at their initial values.
         """
         blocks = set(self.functions.inputs(term))
         if "v" in blocks and given.get("v") is None:
@@ -218,7 +218,7 @@ class Terms:
         return accelerations(self.functions, values)
 
     def _times(self, term: str, given: Mapping[str, Any], values: Mapping[str, Array], *, needed: bool) -> Array:
-        """Return t. Raises UsageError for efforts in its place, where others' functions of (q, v, tau) have them."""
+        """Return t. Raises UsageError for efforts in its place, as in the functions of (q, v, tau) of other tools."""
         t = numbers("t", given.get("t", 0.0))
         one = all(values[block].ndim == 1 for block in ("q", "v") if block in values)
         if t.ndim == 1 and one and not needed and given.get("u") is None and len(t) == self.functions.sizes["v"]:
@@ -228,7 +228,7 @@ class Terms:
         return t
 
     def _add_prescribed(self, values: dict[str, Array], given: Mapping[str, Any], blocks: set[str]) -> None:
-        """Add the state of the base and the inputs, by the caller or by the scene, where blocks have them."""
+        """Add the state of the base and the inputs, by the caller or by the scene, if blocks have them."""
         if given.get("base") is not None:
             values["base"] = self.base(given["base"])
         elif "base" in blocks:
@@ -265,7 +265,7 @@ class Terms:
         return given
 
     def _check_zeros(self, name: str, given: Array, places: Sequence[tuple[int, int]]) -> None:
-        """Raise UsageError where components are not zero that equations do not have, since the base's law keeps them
+        """Raise UsageError if components are not zero that equations do not have, since the base's law keeps them
         at zero."""
         for place, component in places:
             wrong = given[..., place][given[..., place] != 0.0]
@@ -284,7 +284,7 @@ class Terms:
         return np.zeros((*values["t"].shape, len(self.input_names)))
 
     def inputs(self, u: Inputs, values: Mapping[str, Array]) -> Array:
-        """Return inputs as (..., nu); those that are not given are those of ``formula_inputs``."""
+        """Return inputs as (..., nu); inputs that are not given follow ``formula_inputs``."""
         if u is not None and not isinstance(u, Mapping):
             if not self.input_names and np.size(u):
                 fault = f"{np.size(u)} number{'s' * (np.size(u) != 1)} cannot be inputs: the scene has none"
@@ -295,7 +295,7 @@ class Terms:
 
 
 class Evaluated(Protocol):
-    """A model whose terms can be evaluated: what functions of models take, and have as methods."""
+    """A model whose terms can be evaluated: the first argument of functions that are methods of models."""
 
     @property
     def evaluator(self) -> Terms: ...
@@ -316,7 +316,7 @@ _MEANING["a_higher"] = "the time derivatives of a from the third on"
 
 
 def check_derivatives(names: Iterable[str]) -> None:
-    """Raise UsageError for what is no block of derivatives."""
+    """Raise UsageError for names of no block of derivatives."""
     for name in names:
         if name not in DERIVATIVES:
             raise UsageError(
@@ -331,7 +331,7 @@ def derivative_values(
 
     Parameters
     ----------
-    given : what the caller says; missing derivatives of inputs are the scene's, or zero for inputs that the caller
+    given : arguments of the caller; missing derivatives of inputs are the scene's, or zero for inputs that the caller
         gives
     values : the other blocks
 

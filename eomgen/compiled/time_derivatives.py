@@ -1,7 +1,7 @@
 """Time derivatives of a compiled model's equations along a motion that is given by q, v, a and the derivatives of a.
 
 Each needs a term that only its name brings in. j and s are the first and second time derivatives of a. u_dot and u_ddot
-default to the scene's own derivatives for inputs that the scene gives, and to zero for those that the caller gives.
+default to the scene's own derivatives for inputs that the scene gives, and to zero for inputs that the caller gives.
 Internal states follow their own law. A caller who gives ``base`` gives ``base_rates`` as well, (..., order, 6):
 derivatives of the base's twist from the second on, in base axes.
 """
@@ -41,10 +41,10 @@ def rates(
     Parameters
     ----------
     order : int, optional
-        2 needs the term ``rates``, others ``rates_1``, ``rates_3``, ...; by default 2, or the lowest built where
-        that is not.
+        2 needs the term ``rates``, others ``rates_1``, ``rates_3``, ...; by default 2, or the lowest one built if that
+        is missing.
     a_higher, u_higher : (..., order - 2, nv or nu)
-        Time derivatives of a and u from the third on, for orders above 2; those of u are zero by default, or the
+        Time derivatives of a and u from the third on, for orders above 2; derivatives of u are zero by default, or the
         scene's.
     """
     term = _term_of(model, order)
