@@ -1,6 +1,6 @@
 """Equations of motion in separated form, as readable C, from the description of a mechanical scene.
 
-The public names, each imported when it is first asked for, so that ``import eomgen`` costs next to nothing.
+The public names, each imported at its first use, so that ``import eomgen`` takes hardly any time.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What attributes of models, solutions, simulators and linear models are called in other tools, and what does it here.
+"""Attributes of models, solutions, simulators and linear models in other tools, and their equivalents here.
 
 Keys are names of public classes; ``""`` is the package itself.
 """
@@ -27,7 +27,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("time", "times"), "t"),
         **dict.fromkeys(("x", "y", "state", "data"), "q and p, or columns(), by name"),
         **dict.fromkeys(("H", "E", "hamiltonian"), 'energy["total"]'),
-        **dict.fromkeys(("plot", "draw"), "columns(), what to draw; eomgen simulate FILE --out DIR draws it"),
+        **dict.fromkeys(("plot", "draw"), "columns() with matplotlib; eomgen simulate FILE --out DIR draws them"),
         **dict.fromkeys(("to_csv", "to_file", "write"), _CSV),
         **dict.fromkeys(("errors", "error"), "error_estimate, of the motion, or energy_error"),
         **dict.fromkeys(("nfev", "steps"), 'stats["gradients"] or stats["steps"]'),

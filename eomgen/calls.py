@@ -1,7 +1,7 @@
 """Error messages for wrong calls from Python: unknown arguments, names and attributes, with the nearest known ones.
 
-Python's own answers (TypeError, KeyError, AttributeError) name what is wrong and not what to try. What is raised here
-is ``UsageError``; for names and attributes also the class that Python would raise, which ``hasattr`` and callers may
+Python's own errors (TypeError, KeyError, AttributeError) name the fault and no remedy. The errors raised here
+are ``UsageError``; for names and attributes also the class that Python would raise, which ``hasattr`` and callers may
 rely on.
 """
 
@@ -43,7 +43,7 @@ OF_MODELS = METHODS | frozenset(
         "rhs",
     }
 )
-#: What states are called elsewhere.
+#: Names of states in other tools.
 _SYMBOLS: Mapping[str, str] = {
     **dict.fromkeys(("qd", "qdot", "dq", "q_dot", "qvel"), "v"),
     **dict.fromkeys(("qpos",), "q"),
@@ -51,7 +51,7 @@ _SYMBOLS: Mapping[str, str] = {
 _MEANING = {"q": "positions", "v": "velocities"}
 #: Largest number of arguments by name of which the first one is an example.
 _FEW = 8
-#: What stands before the arguments that a caller writes.
+#: Names of first parameters that a caller does not write.
 _OWNERS = ("self", "cls", "model")
 
 
@@ -79,7 +79,7 @@ class ByName(dict[str, T]):
     Parameters
     ----------
     kind : str
-        What the names are of: ``output``.
+        Kind of the names: ``output``.
     values : mapping
     """
 
@@ -138,14 +138,14 @@ class Defaults(ReadOnly[T]):
 def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return a decorator under which a call that does not fit the function raises UsageError in place of TypeError.
 
-    A call that fits costs nothing but the call; errors from within the function pass.
+    A call that fits takes no additional time; errors from within the function pass.
 
     Parameters
     ----------
     what_to_try : str
         Hint for arguments that are missing.
     meant : str
-        What others call an argument, and its name here; or a call in place of it, with its brackets.
+        Names of arguments in other tools, and their names here; or a call in place of one, with its brackets.
     """
 
     def decorated(function: Callable[P, R]) -> Callable[P, R]:
@@ -189,13 +189,13 @@ def with_options_of(source: Callable[..., Any], names: Iterable[str]) -> Callabl
 def check_options(
     where: str, given: Iterable[str], known: Iterable[str], meant: Mapping[str, str], own: Iterable[str] = ()
 ) -> None:
-    """Raise UsageError for options that a function would hand on, and that what takes them does not have.
+    """Raise UsageError for options that the function to which they would be passed does not have.
 
     Parameters
     ----------
     where : name of the function that a caller has called
     known, own : options that are handed on, and the function's own arguments
-    meant : as of ``checked_call``; or what to try in place of an option
+    meant : as of ``checked_call``; or a remedy in place of an option
     """
     named = [*own, *known]
     unknown = [name for name in given if name not in named]
@@ -221,7 +221,7 @@ def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
 def unknown_attribute(owner: object, name: str) -> AttributeError:
     """Return the error for an attribute that an object of a public class does not have: from its ``__getattr__``.
 
-    What is underscored is no user's, and Python's protocols ask for it.
+    Names with an underscore are not for users, and Python's protocols ask for them.
     """
     kind = type(owner).__name__
     if name.startswith("_"):
@@ -238,7 +238,8 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
 
 
 def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: Iterable[str]) -> UnknownAttribute:
-    """Return the error for setting an attribute that a model does not have; ``arguments`` are those of its runs."""
+    """Return the error for setting an attribute that a model does not have; ``arguments`` are the arguments of its
+    runs."""
     kind = type(owner).__name__
     hint = attribute_hint(name, dir(owner), kind)
     if name in arguments:
@@ -256,7 +257,7 @@ def not_unpacked(owner: object, what_to_try: str) -> NotUnpacked:
 
 
 def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
-    """Return a decorator of a frozen class, under which an assignment says what to do in its place.
+    """Return a decorator of a frozen class, under which an assignment raises an error with the remedy ``what_to_try``.
 
     In ``what_to_try`` the attribute is ``{0}``.
     """
@@ -274,7 +275,7 @@ def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
 
 
 def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
-    """Return what to try for an attribute that there is not; ``kind`` names the class that lacks it."""
+    """Return the remedy for an attribute that does not exist; ``kind`` names the class that lacks it."""
     if other := ATTRIBUTES.get(kind, {}).get(name):
         return other
     if name in OF_MODELS and kind != "Model":
@@ -288,7 +289,7 @@ def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
 
 
 def _meant(name: str, meant: Mapping[str, str], named: Sequence[str]) -> str:
-    """Return what is called otherwise here: an argument, or a call in place of it."""
+    """Return the name here of an argument of another tool, or a call in place of it."""
     other = meant.get(name, "")
     return other if other in named or "(" in other else nearest(name, named)
 
@@ -300,7 +301,7 @@ def _misfit(
     what_to_try: str,
     meant: Mapping[str, str],
 ) -> Problem | None:
-    """Return what is wrong with the arguments of a call; None when they fit."""
+    """Return the fault in the arguments of a call; None if they fit."""
     signature = inspect.signature(function)
     try:
         signature.bind(*args, **kwargs)

@@ -22,9 +22,9 @@ class Problem:
     where : str
         File, line and key, as far as they are known: ``scene.toml:12 (bodies.arm.mass)``.
     what : str
-        What is wrong, in one sentence without a final full stop.
+        The fault, in one sentence without a final full stop.
     hint : str
-        What to try. May be empty when ``what`` already says it.
+        The remedy. May be empty if ``what`` already names it.
     """
 
     where: str

@@ -16,16 +16,16 @@ Row = TypeVar("Row")
 
 
 def extensions(group: str) -> Iterator[EntryPoint]:
-    """Yield the entry points of a group in an order that does not depend on what was installed first."""
+    """Yield the entry points of a group in an order that does not depend on the order of installation."""
     yield from sorted(entry_points(group=group), key=lambda entry: (entry.name, entry.value))
 
 
 def loaded(entry: EntryPoint, kind: type[Row]) -> Row:
-    """Return what an entry point names. Raises UsageError naming its distribution where that fails, or gives something
-    else."""
+    """Return the object that an entry point names. Raises UsageError naming its distribution if its import fails, or if
+    it is of another type."""
     try:
         row = entry.load()
-    except Exception as error:  # whatever a module of others does when it is imported
+    except Exception as error:  # a module of another distribution may raise any error at import
         raise broken(entry, f"does not load: {type(error).__name__}: {error}") from error
     if not isinstance(row, kind):
         raise broken(entry, f"is no {kind.__module__}.{kind.__qualname__}")

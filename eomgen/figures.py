@@ -1,4 +1,4 @@
-"""Figures of matplotlib: without a window and their files, and those that a caller of Python sees."""
+"""Figures of matplotlib, without a window: written to files, or returned to a caller in Python."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:
         The call, for messages.
     axes : matplotlib's Axes, or a sequence or an array of them
     panels : sequence of str
-        What each panel shows, for messages.
+        Titles of the panels, for messages.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:
 
 
 def saved(figure: Any, path: Path, hint: str = "another folder") -> Path:
-    """Write a figure to a file and return its path. Raises FileError, with what to try."""
+    """Write a figure to a file and return its path. Raises FileError, with a remedy."""
     try:
         figure.savefig(path)
     except OSError as error:

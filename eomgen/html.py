@@ -17,7 +17,7 @@ def page(heading: str, *parts: str) -> str:
 
 
 def paragraph(text: str) -> str:
-    """Return plain text as a paragraph; nothing for none."""
+    """Return plain text as a paragraph; an empty text for an empty one."""
     return f'<p style="margin:0.3em 0">{escape(text)}</p>' if text else ""
 
 
@@ -27,7 +27,7 @@ def formula(latex: str) -> str:
 
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a table of text; at most 40 rows, and how many there are besides. Nothing where there is no row.
+    """Return a table of text, of at most 40 rows and the number of further ones; an empty text if there is no row.
 
     Columns that are empty in all rows are left out.
     """

@@ -31,13 +31,13 @@ def claimed(file: Path) -> Iterator[None]:
 
 
 def hold(folder: Path) -> int | None:
-    """Return a descriptor that marks a folder as in use until it is closed; None where there are no locks."""
+    """Return a descriptor that marks a folder as in use until it is closed; None if there are no locks."""
     return _locked(folder, os.O_RDONLY, wait=False)
 
 
 @contextlib.contextmanager
 def sole_use(folder: Path) -> Iterator[bool]:
-    """Hold the lock on a folder, and give whether nobody else does; always true where there are no locks."""
+    """Hold the lock on a folder, and give whether no other process does; always true if there are no locks."""
     descriptor, alone = -1, True
     try:
         if fcntl is not None:

@@ -53,9 +53,9 @@ class Interrupts:
 
 @contextlib.contextmanager
 def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | None]:
-    """Give what reports progress: the caller's own function, a bar where ``True`` asks for one, or nothing.
+    """Give the callback for progress: the caller's own function, a bar for ``True``, or None.
 
-    A bar is shown in a notebook, and on stderr where that is a terminal; elsewhere there is nobody to look at it.
+    A bar is shown in a notebook, and on stderr if that is a terminal; otherwise ``True`` gives None.
 
     Raises
     ------

@@ -1,11 +1,11 @@
-"""What studies take where neither a call nor the command line says otherwise.
+"""Defaults of studies, for calls and the command line.
 
 Signatures of ``eomgen.studies`` and options of the command line read it here, so that ``--help`` imports no study.
 """
 
 from __future__ import annotations
 
-#: States at which closed forms are checked, and the seed of what is drawn for them.
+#: States at which closed forms are checked, and the seed of their random numbers.
 CHECK_STATES, CHECK_SEED = 8, 0
 #: Timed runs of each variant, whose median counts.
 SAVINGS_ROUNDS = 7

@@ -74,7 +74,7 @@ def counted(count: int, singular: str, plural: str = "") -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return a hint: the known names closest to ``name``, or what names there are."""
+    """Return a hint: the known names closest to ``name``, or a list of the known names."""
     every = [candidate for candidate in itertools.islice(known, _COMPARED) if _PATH.fullmatch(candidate)]
     close = difflib.get_close_matches(name[:NAME_LENGTH], every, n=3, cutoff=0.6)
     if close:

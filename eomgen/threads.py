@@ -1,4 +1,4 @@
-"""How many threads share the work of a batch or an ensemble, and how those of a batch do."""
+"""Number of threads that share the work of a batch or an ensemble, and the sharing of a batch."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ THREADS_VARIABLE = "EOMGEN_THREADS"
 
 
 def thread_count() -> int:
-    """Return how many threads may run side by side: what ``EOMGEN_THREADS`` says, or one for each processor of this
+    """Return the largest number of threads side by side: ``EOMGEN_THREADS``, or one for each processor of this
     process.
 
     Raises
@@ -33,7 +33,7 @@ def thread_count() -> int:
 
 
 def share(call: Callable[[int, int], None], pieces: Iterable[tuple[int, int]], threads: int) -> None:
-    """Call a function with each piece, in this thread and in as many others as make so many; raise what it raises.
+    """Call a function with each piece, in this thread and in ``threads - 1`` others; raise its first error.
 
     A batch is there in milliseconds, of which a pool of threads would take a third.
     """

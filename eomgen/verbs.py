@@ -80,11 +80,11 @@ class Verb:
 BUILT_IN: tuple[Verb, ...] = (
     Verb("info", "Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info:info"),
     Verb("generate", "Write the model and its stepper as a folder of C.", "eomgen.cli.generate:generate"),
-    Verb("savings", "Costs as asked, against more than is asked for.", "eomgen.cli.savings:savings"),
+    Verb("savings", "Costs of a scene with the terms that it needs, and with more.", "eomgen.cli.savings:savings"),
     Verb("check", "Hold every closed form against differences and complex steps.", "eomgen.cli.check:check"),
     Verb(
         "equilibrium",
-        "Find where a scene comes to rest.",
+        "Find the equilibrium of a scene.",
         "eomgen.cli.equilibrium:equilibrium",
         (
             "eomgen.analysis.equilibrium:equilibrium",
@@ -116,7 +116,7 @@ BUILT_IN: tuple[Verb, ...] = (
     ),
     Verb(
         "ensemble",
-        "Run many samples of what varies: statistics and sensitivities.",
+        "Run many samples of a varied scene: statistics and sensitivities.",
         "eomgen.cli.ensemble:ensemble",
         ("eomgen.ensembles.simulate_many:simulate_many",),
     ),
@@ -132,7 +132,11 @@ BUILT_IN: tuple[Verb, ...] = (
     Verb("animate", "Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate:animate"),
     Verb("tradeoff", "Measure speed against accuracy: methods, formulations, steps.", "eomgen.cli.tradeoff:tradeoff"),
     Verb("tune", "Find the cheapest settings that meet a demand on the error.", "eomgen.cli.tune:tune"),
-    Verb("extremes", "Map what holds, is said and fails under extreme conditions.", "eomgen.cli.extremes:extremes"),
+    Verb(
+        "extremes",
+        "Runs under extreme conditions: their failures and warnings.",
+        "eomgen.cli.extremes:extremes",
+    ),
     Verb("schema", "Print the JSON Schema of scene files.", "eomgen.cli.schema:schema"),
     Verb("doctor", "Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.doctor:doctor"),
     Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),

@@ -245,7 +245,7 @@ def _warn_of_acceleration(model: CompiledModel, found: Linearization) -> None:
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:
-    """Return accelerations and multipliers of a state: given ones, or those of the motion through it."""
+    """Return accelerations and multipliers of a state: given ones, or by forward dynamics."""
     given = operating_point.given | {"z": state.z}
     if not model.multipliers:
         if state.a is None or state.what != "given state":

@@ -184,17 +184,17 @@ def linear_conditions(conditions: Conditions, fields: Fields, given: Given, stat
 
 
 def _across(M: Array, X: Array, held: Mask) -> Array:
-    """Return increments of q, (nv, n), that leave what is held and go across the fields, in the sense of the
-    inertias."""
+    """Return increments of q, (nv, n), that change no held component and are orthogonal to the fields in the sense of
+    the inertias."""
     free = (np.eye(len(M)) / np.sqrt(np.diag(M)))[:, ~held]  # of unit kinetic energy each
     sizes = np.sqrt(np.einsum("ij,ik,kj->j", X, M, X))
     X = X[:, sizes > 0.0] / sizes[sizes > 0.0]
-    along = X @ _null_space(np.sqrt(np.diag(M))[held, np.newaxis] * X[held])  # those that leave what is held
+    along = X @ _null_space(np.sqrt(np.diag(M))[held, np.newaxis] * X[held])  # they change no held component
     return np.asarray(free @ _null_space((free.T @ M @ along).T))
 
 
 def _search(conditions: Conditions, fields: Fields, given: Given, state: MovingState) -> Search:
-    """Return where Gauss and Newton's steps of least size, halved until conditions are met better, lead."""
+    """Return the end of a damped Gauss-Newton iteration with steps of least size, halved until the residual falls."""
     steps, balanced = 0, False
     for steps in range(_MAX_STEPS + 1):
         linear = linear_conditions(conditions, fields, given, state)
@@ -229,8 +229,8 @@ def _values(conditions: Conditions, given: Given, at: At, state: MovingState) ->
 
 
 def _weights(linear: Linear) -> Array:
-    """Return what makes unknowns comparable: coordinates and velocities by their kinetic energies, the rest by what
-    they do."""
+    """Return weights that make unknowns comparable: coordinates and velocities by their kinetic energies, the rest by
+    the norms of their columns of J."""
     M, moving = linear.at.M, linear.across.shape[1] + linear.by_g.shape[1]
     energies = [np.einsum("ij,ik,kj->j", part, M, part) for part in (linear.across, linear.by_g)]
     rest = np.linalg.norm(linear.J[:, moving:], axis=0)

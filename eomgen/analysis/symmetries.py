@@ -3,9 +3,8 @@
 Looked for among the fields X(q) of rigid motions and spins: constant increments e (ignorable coordinates; the spin of a
 symmetric body about its own axis), increments Ad(q^-1) xi of each rotation or pose (motions of the frame that it is
 seen from), and turns of pairs of travels, A q. Velocities and accelerations go along with W = -ad(e) and A, forces with
--W^T. All of it is linear in what is not known: a null space of partials at arbitrary states.
-A motion along a symmetry, v = X(q) with vdot = W v, that is balanced at one instant is so forever (Marsden 1992,
-chapter 4).
+-W^T. All conditions are linear in the unknowns: a null space of partials at arbitrary states. A motion along a
+symmetry, v = X(q) with vdot = W v, that is balanced at one instant is so forever (Marsden 1992, chapter 4).
 """
 
 from __future__ import annotations
@@ -92,7 +91,7 @@ class Fields:
         return result
 
     def after(self, q: Array, g: Array, seconds: float) -> Array:
-        """Return where the motion along a combination is after some time, (nq,)."""
+        """Return the configuration on the motion along a combination after some time, (nq,)."""
         field, nv = self.along(g), self.model.nv
         coordinates = _single_coordinates(self.model, q)
         if np.any(field.A):
@@ -113,7 +112,7 @@ class Fields:
 
 
 def constant(model: CompiledModel, components: Sequence[int], extents: Array) -> Fields:
-    """Return the fields along which single components of v stay what they are, each of the size of its measure."""
+    """Return the fields along which single components of v stay constant, each of the size of its measure."""
     nv = model.nv
     none = np.zeros((nv, nv))
     return Fields(
@@ -147,7 +146,7 @@ class KnownSymmetries:
     """Symmetries of a model over its steady motions at the same parameters, time and inputs, found once.
 
     They depend on none of the velocities that motions are searched for. Forces may be different expressions in
-    different regions of q, so each use looks at one state near its own q, and where they do not hold there they are
+    different regions of q, so each use looks at one state near its own q, and if they do not hold there they are
     found anew.
     """
 
@@ -155,7 +154,7 @@ class KnownSymmetries:
         self.fields: Fields | None = None
 
     def near(self, conditions: Conditions, q: Array, z: Array) -> Fields:
-        """Return the symmetries, those that are known if they hold near q."""
+        """Return the symmetries; the known ones, if they hold near q."""
         if self.fields is None or not _hold(self.fields, conditions, q, z):
             self.fields = symmetries(conditions, q, z)
         return self.fields
@@ -211,10 +210,10 @@ def _candidates(model: CompiledModel, extents: Array) -> list[Field]:
 def _equations(
     conditions: Conditions, basis: Sequence[Field], q: Array, v: Array, a: Array, lam: Array, z: Array
 ) -> Array:
-    """Return what a symmetry has to meet at a state, one column for each candidate, each row by its terms.
+    """Return the conditions of a symmetry at a state, one column for each candidate, each row divided by its terms.
 
-    Rows of constraints may turn into one another, and multipliers with them: so they have to stay met, no more, and
-    forces to go along but for those that the constraints carry.
+    Rows of constraints may turn into one another, and multipliers with them: so rows only have to stay met, and
+    forces to follow the symmetry except for forces that the constraints carry.
     """
     at = conditions.at(q, v, a, z, lam)
     holonomic = len(at.position)
@@ -245,7 +244,7 @@ def _equations(
 
 
 def _single_coordinates(model: CompiledModel, q: Array) -> Array:
-    """Return the plain coordinates in the places of their velocities, (nv,); 0 in those of rotations and poses."""
+    """Return the plain coordinates at the indices of their velocities, (nv,); 0 for rotations and poses."""
     result = np.zeros(model.nv)
     for factor in model.factors:
         if factor.group == "R":

@@ -131,7 +131,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         file = f"{error.filename}: " if error.filename is not None else ""
         reason = error.strerror or error
-        click.echo(f"{FileError.title}: {file}{reason}; try: space on the disk, and where the output goes", err=True)
+        remedy = "free space on the disk, or another path of the output"
+        click.echo(f"{FileError.title}: {file}{reason}; try: {remedy}", err=True)
         _drop_what_cannot_be_written()
         return FileError.exit_code
     except Exception as error:
@@ -152,7 +153,8 @@ def _author(words: Sequence[str]) -> str:
 
 
 def _drop_what_cannot_be_written() -> None:
-    """Leave nothing in stdout that Python would try to write once more when it ends, with an exit code of its own."""
+    """Empty the buffer of stdout, which Python would try to write once more when it ends, with an exit code of its
+    own."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -160,7 +162,7 @@ def _drop_what_cannot_be_written() -> None:
 
 
 def _talk() -> None:
-    """Write what the loggers of the package say to stderr."""
+    """Write the messages of the package's loggers to stderr."""
     import logging  # noqa: PLC0415  # most runs are silent
 
     handler = logging.StreamHandler(sys.stderr)

@@ -1,4 +1,4 @@
-"""What the names of ``--set``, ``--input`` and ``--initial`` stand for in a scene."""
+"""Parameters, inputs, states and joints of a scene named by ``--set``, ``--input`` and ``--initial``."""
 
 from __future__ import annotations
 

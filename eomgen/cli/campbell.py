@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CampbellRequest:
-    """What ``--campbell``, ``--orders`` and ``--whirl`` ask for."""
+    """Request of ``--campbell``, ``--orders`` and ``--whirl``."""
 
     speed: str
     values: list[float]
@@ -26,7 +26,7 @@ class CampbellRequest:
     def read(
         cls, sweep: tuple[str, list[float]] | None, orders: str | None, whirl: tuple[str, ...]
     ) -> CampbellRequest | None:
-        """Return the request; None where there is none. Raises UsageError for words that cannot be read."""
+        """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
         if sweep is None:
             for option, given in (("--orders", orders), ("--whirl", whirl)):
                 if given:
@@ -41,7 +41,7 @@ class CampbellRequest:
         return cls(*sweep, _orders(orders), pairs)
 
     def diagram(self, model: Model, **options: Any) -> Campbell:
-        """Return the diagram; options are those of ``Model.campbell``."""
+        """Return the diagram; options as of ``Model.campbell``."""
         return model.campbell(self.speed, self.values, orders=self.orders, whirl=self.whirl, progress=True, **options)
 
     def interruption(self, found: Campbell | None) -> str:

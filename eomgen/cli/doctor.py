@@ -17,7 +17,7 @@ from eomgen.errors import ToolchainError
 @json_option
 @debug_option
 def doctor(quiet: bool, as_json: bool) -> int:
-    """Examine what building a model needs, and say what mends what is broken."""
+    """Examine the tools for building models, and name the remedy of each fault."""
     from eomgen.toolchain.doctor import examine  # noqa: PLC0415  # looks for the compiler
 
     checks = [check for check in examine() if not (quiet and check.ok)]

@@ -1,4 +1,4 @@
-"""``eomgen ensemble``: many runs of a scene with what varies, reduced as they come."""
+"""``eomgen ensemble``: many runs of a scene with variations, reduced as they finish."""
 
 from __future__ import annotations
 
@@ -65,10 +65,10 @@ _option = arguments_of("eomgen.ensembles:simulate_many")
 @json_option
 @debug_option
 def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) -> int:
-    """Run many samples of a SCENE: statistics over time, extremes of each sample, and what they depend on.
+    """Run many samples of a SCENE: statistics over time, extremes of each sample, and their sensitivities.
 
-    Writes statistics.csv, samples.csv, failed.csv where samples failed, summary.json and plots. Ctrl-C keeps what is
-    done, for --resume.
+    Writes statistics.csv, samples.csv, failed.csv if samples failed, summary.json and plots. Ctrl-C keeps finished
+    samples, for --resume.
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
@@ -111,7 +111,7 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
 
 
 def _why_unranked(found: Ensemble) -> str:
-    """Return why no ranking is drawn of what varies."""
+    """Return the reason why no ranking of the variations is drawn."""
     try:
         found.sensitivity(f"{found.columns[0]}.max")
     except UsageError as error:

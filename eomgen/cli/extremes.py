@@ -32,7 +32,7 @@ _option = arguments_of("eomgen.studies:extremes")
 @scene_options
 @click.option("--out", "folder", default=None, metavar="DIR", help="Folder for table, JSON and picture.")
 @click.option("--ladders", default=None, metavar="NAME,NAME", help="step, stiffness, length, ...; all by default.")
-@click.option("--methods", default=None, metavar="NAME,NAME", help="In place of those that suit the scene.")
+@click.option("--methods", default=None, metavar="NAME,NAME", help="In place of all methods that suit the scene.")
 @click.option("--cell", "cells", multiple=True, metavar="LADDER:VALUE[:METHOD]", help="This cell alone; repeatable.")
 @_option("--budget", type=float, metavar="S")
 @_option("--limit", type=float, metavar="S")
@@ -40,10 +40,10 @@ _option = arguments_of("eomgen.studies:extremes")
 @json_option
 @debug_option
 def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
-    """Run a SCENE under extreme conditions: steps, stiffness, spins, units, ...; say what holds and what does not.
+    """Run a SCENE under extreme conditions: steps, stiffness, spins, units, ...; report the verdict of each run.
 
     Every cell holds, is coarse, says that it is doubtful, stops or is refused with a message, or fails: a hang, a
-    crash, a number that is not finite, or a wrong answer called success. The exit code is 6 where one fails.
+    crash, a number that is not finite, or a wrong answer called success. The exit code is 6 if one fails.
     """
     from eomgen.studies import extremes as studied  # noqa: PLC0415  # imported when the arguments are known to be fine
 
@@ -120,7 +120,7 @@ def _bar(name: str) -> Iterator[Callable[[int, int, str], None] | None]:
 
 
 def _lines(done: int, total: int, what: str) -> None:
-    """Say every tenth of the way, where there is no terminal for a bar."""
+    """Report every tenth of the cells, if there is no terminal for a bar."""
     if total and done and done % max(1, total // 10) == 0:
         say(f"{done} of {total} cells; now {what}")
 

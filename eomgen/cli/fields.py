@@ -1,4 +1,4 @@
-"""What ``info`` says of a system of fields on a mesh."""
+"""Output of ``info`` for a system of fields on a mesh."""
 
 from __future__ import annotations
 

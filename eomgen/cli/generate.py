@@ -53,7 +53,7 @@ def generate(
     as_json: bool,
     **reading: Any,
 ) -> None:
-    """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler.
+    """Write the model of a SCENE and its stepper as a folder of C that needs only a C99 compiler.
 
     The files serve all number types: eomgen_real is double without a macro, float with -DEOMGEN_REAL_FLOAT; functions
     without the stepper also take -DEOMGEN_REAL_COMPLEX (complex steps) and -DEOMGEN_REAL_LANES (several states at once,

@@ -1,4 +1,4 @@
-"""What ``info`` and ``simulate`` do with a Hamiltonian system."""
+"""Output of ``info`` and ``simulate`` for a Hamiltonian system."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from eomgen.hamiltonian.solution import HamiltonianSolution
     from eomgen.scene.hamiltonian.document import Hamiltonian
 
-#: What steps are that are not of drifts and kicks.
+#: Kinds of the steps that are not compositions of drifts and kicks.
 _KINDS = {"COLLOCATION": "implicit", "EXPLICIT": "explicit, not symplectic", "PAIR": "steps by a tolerance"}
-#: Options of runs that these systems have; what others are given is a mistake.
+#: Options of runs that these systems have; other options of ``simulate`` are refused.
 _TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "initial", "error_estimate", "tolerance")
 
 
 def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
-    """Print what ``info`` says of a system: its state, the parts of H, functions and method."""
+    """Print the output of ``info`` for a system: its state, the parts of H, functions and method."""
     from eomgen.hamiltonian.methods import method_for  # noqa: PLC0415  # imported when the arguments are fine
     from eomgen.pipeline.pipeline import derive  # noqa: PLC0415
 
@@ -134,7 +134,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
 
 
 def _numbers(option: str, given: Sequence[str], labels: Mapping[str, str]) -> dict[str, float]:
-    """Return numbers by name, those with a unit in that of the label. Raises UsageError where there is no label."""
+    """Return numbers by name, texts with a unit in the unit of the label. Raises UsageError if there is no label."""
     result: dict[str, float] = {}
     for name, value in assignments(option, given).items():
         if isinstance(value, str) and name in labels and not labels[name] and is_quantity(value):

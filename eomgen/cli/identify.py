@@ -70,7 +70,7 @@ _option = arguments_of("eomgen.studies:identify")
 def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Find parameters of a SCENE with which its runs fit measured ones best, and how certain they are.
 
-    Writes identification.json, estimates.csv, residuals and figures of each run where --out is given.
+    Writes identification.json, estimates.csv, residuals and figures of each run if --out is given.
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.studies import identify as study  # noqa: PLC0415
@@ -123,7 +123,7 @@ def _print(found: Identification) -> None:
     if found.combinations:
         print_table(
             "combinations",
-            ("what is determined of these", "estimate", f"{share} from", "to", "as"),
+            ("determined combination", "estimate", f"{share} from", "to", "as"),
             [(one.text, f"{one.value:.6g}", *_interval(one.low, one.high), one.form) for one in found.combinations],
             numeric=(1, 2, 3),
         )

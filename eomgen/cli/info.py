@@ -79,7 +79,7 @@ def info(
 
 
 def described(system: System) -> dict[str, Any]:
-    """Return what ``info`` shows, as JSON types."""
+    """Return the data shown by ``info``, as JSON types."""
     counts = {name: {**dataclasses.asdict(count), "flops": count.flops} for name, count in system.counts.items()}
     return {
         "scene": system.name,
@@ -146,7 +146,7 @@ def _jumps(discontinuities: Sequence[Discontinuity]) -> list[str]:
 
 
 def _states(system: System) -> list[dict[str, Any]]:
-    """Return the internal states, each with what its rate costs alone."""
+    """Return the internal states, each with the operations of its rate alone."""
     rates = system.functions["internal_rate"].refs if "internal_rate" in system.functions else [None] * system.nz
     return [
         {
@@ -234,7 +234,7 @@ def _print(data: dict[str, Any]) -> None:
         parts = [(row["what"], row["times"], *(row[key] for key in _OPERATIONS)) for row in step["parts"]]
         parts.append(("all of it", 1, *(step["total"][key] for key in _OPERATIONS)))
         title = f"A step of {step['method']}: {step['total']['flops']} flops, the same every time"
-        print_table(title, ("what", "times", "+", "*", "/", "sin, sqrt ..."), parts, numeric=tuple(range(1, 6)))
+        print_table(title, ("part", "times", "+", "*", "/", "sin, sqrt ..."), parts, numeric=tuple(range(1, 6)))
     if "base_parameters" in data:
         out.print()
         found = data["base_parameters"]
@@ -248,7 +248,7 @@ def _print(data: dict[str, Any]) -> None:
         out.print(f"Relative springs join {', '.join(names)}: {who}", markup=False)
     out.print()
     print_table(
-        "What simplification saves",
+        "Savings of simplifications",
         ("because of", "function", "flops", "flops without it"),
         [(item["what"], item["term"], item["operations"], item["without"]) for item in data["savings"]],
         numeric=(2, 3),
@@ -275,7 +275,7 @@ def _by_constraint(rows: list[str]) -> list[tuple[str, int, str]]:
 
 
 def _joined(names: Sequence[str]) -> list[str]:
-    """Return names where many that end in numbers one after the other are one, ``rope.1 to 40``, and those of all
+    """Return names, with runs of names that end in consecutive numbers joined, ``rope.1 to 40``, and names with all
     numbers within a range of each kind, too: ``knot_0_1.position to knot_9_10.position``."""
     by_text: dict[tuple[str, ...], list[str]] = {}
     for name in names:
@@ -292,7 +292,7 @@ def _joined(names: Sequence[str]) -> list[str]:
 
 
 def _text(name: str) -> tuple[str, ...]:
-    """Return what is before, between and behind the numbers in a name."""
+    """Return the parts of a name before, between and behind its numbers."""
     return tuple(re.split(r"\d+", name))
 
 
@@ -305,7 +305,7 @@ def _is_whole_range(names: Sequence[str]) -> bool:
 
 
 def _runs_joined(names: Sequence[str]) -> list[str]:
-    """Return names where many that end in numbers one after the other are one."""
+    """Return names, with long runs of names that end in consecutive numbers joined."""
     runs: dict[str, list[list[int]]] = {}
     for name in names:
         stem = name.rstrip("0123456789")

@@ -72,8 +72,8 @@ _POINTS = 600
 )
 @click.option("--orders", default=None, metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed.")
 @click.option("--whirl", multiple=True, metavar="X:Y", help="Deflections whose orbits tell the sense; may be repeated.")
-@click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else that of the scene.")
-@click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else that of the scene.")
+@click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else the scene's.")
+@click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else the scene's.")
 @profile_option
 @json_option
 @debug_option
@@ -132,7 +132,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
 
 
 class _Request:
-    """A scene and where its linear model is wanted."""
+    """A scene and the operating point of its linear model."""
 
     def __init__(self, path: str, options: dict[str, Any]) -> None:
         from eomgen.pipeline import pipeline  # noqa: PLC0415
@@ -150,7 +150,7 @@ class _Request:
             self.model: Model = pipeline.build(described, real="double", profile=options.pop("profile"))
 
     def linearized(self, changes: dict[str, float], before: Linearization | None) -> Linearization:
-        """Return the linear model with some parameters changed; equilibria are looked for where the last one was."""
+        """Return the linear model with some parameters changed; equilibria are searched for from the last one."""
         parameters = {**self.parameters, **changes}
         if isinstance(self.at, float):
             run = self.model.simulate(

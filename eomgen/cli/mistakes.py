@@ -1,4 +1,4 @@
-"""What to try after a mistake in the words of a command line."""
+"""Remedies for mistakes in the words of a command line."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import click
 
 from eomgen.text import nearest, shown
 
-#: What others call a verb.
+#: Names of verbs in other tools.
 _VERBS: Mapping[str, str] = {
     **dict.fromkeys(("run", "sim", "solve", "integrate", "start"), "simulate"),
     **dict.fromkeys(
@@ -25,7 +25,7 @@ _VERBS: Mapping[str, str] = {
     "help": "eomgen --help, or eomgen VERB --help",
     "version": "eomgen --version",
 }
-#: What others call an option.
+#: Names of options in other tools.
 _OPTIONS: Mapping[str, str] = {
     **dict.fromkeys(("--dt", "--timestep", "--time-step", "--step-size", "-h"), "--step"),
     **dict.fromkeys(("--tend", "--t_end", "--duration", "--time", "--end", "--tf"), "--t-end"),
@@ -37,7 +37,7 @@ _OPTIONS: Mapping[str, str] = {
     **dict.fromkeys(("--tol", "--rtol", "--atol", "--eps"), "--tolerance"),
     **dict.fromkeys(("--quiet", "--silent"), "2> /dev/null, since only results go to stdout"),
 }
-#: What a word for one of several is called elsewhere.
+#: Names of choices of options in other tools.
 _CHOICES: Mapping[str, str] = {
     **dict.fromkeys(("floating", "float", "freeflyer", "free_flyer", "6dof"), "free"),
     **dict.fromkeys(("base", "world", "ground"), "fixed"),
@@ -49,7 +49,7 @@ _CHOICES: Mapping[str, str] = {
 }
 _EXTRA = re.compile(r"unexpected extra arguments? \((.+)\)")
 _GIVEN = re.compile(r": '([^']*)' is ")
-#: What a missing argument or option is given as.
+#: Examples of arguments and options that are missing.
 _EXAMPLES: Mapping[str, str] = {
     "scene": "the path of a .toml or .urdf file",
     "folder": "--out results",
@@ -57,21 +57,21 @@ _EXAMPLES: Mapping[str, str] = {
 
 
 def of_verb(word: str, verbs: Collection[str]) -> str:
-    """Return what to try in place of a word that is no verb."""
+    """Return the remedy for a word that is no verb."""
     if word.endswith((".toml", ".urdf")):
         return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join(list(verbs)[:7])}"
     return _VERBS.get(word.lower()) or nearest(word, list(verbs))
 
 
 def what_of_usage(error: click.UsageError) -> str:
-    """Return what is wrong in the arguments of a verb, without click's own hints."""
+    """Return the fault in the arguments of a verb, without click's own hints."""
     if isinstance(error, click.NoSuchOption):
         return f"no such option {shown(error.option_name)}"
     return error.format_message().rstrip(".")
 
 
 def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
-    """Return what to try after an error in the arguments of a verb.
+    """Return the remedy for an error in the arguments of a verb.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
 
 
 def _of_value(param: click.Parameter, message: str) -> str:
-    """Return what an option may have in place of a value that it cannot have; empty where there is no example."""
+    """Return a value of an option in place of a value that it cannot have; empty if there is no example."""
     option = param.opts[0]
     given = (_GIVEN.search(message) or ("", ""))[1]
     if isinstance(param.type, click.Choice):
@@ -115,7 +115,7 @@ def _of_value(param: click.Parameter, message: str) -> str:
 
 
 def _of_extra(word: str, error: click.UsageError, path: str, words: Sequence[str]) -> str:
-    """Return what to try in place of a word that stands where no argument does."""
+    """Return the remedy for a word in excess of the arguments."""
     taken = [param for param in error.ctx.command.params if isinstance(param, click.Argument)] if error.ctx else []
     if not taken:
         return f"{path} alone: it takes no scene"

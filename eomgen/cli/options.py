@@ -100,7 +100,7 @@ set_option = click.option(
     "--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated."
 )
 initial_option = click.option(
-    "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
+    "--initial", multiple=True, metavar="NAME=VALUE", help="Initial value of a state or a joint; may be repeated."
 )
 
 
@@ -146,7 +146,7 @@ any_kind_option = click.option("--any-kind", is_flag=True, help="An unstable equ
 def debug_option(command: Command) -> Command:
     """Add ``--debug`` and ``--verbose``, which ``main`` looks for."""
     for names, text in (
-        (("-v", "--verbose"), "Say on stderr what is derived, compiled and run, and how long it takes."),
+        (("-v", "--verbose"), "Report derivations, compilations and runs on stderr, with their times."),
         (("--debug",), "Show tracebacks of errors."),
     ):
         command = click.option(*names, is_flag=True, expose_value=False, help=text)(command)
@@ -163,7 +163,7 @@ def scene_options(command: Command) -> Command:
             default=None,
             help="Joint or absolute coordinates; the scene's by default.",
         ),
-        click.option("--strict", is_flag=True, help="Refuse what an importer would leave out with a note."),
+        click.option("--strict", is_flag=True, help="Refuse elements that an importer would leave out with a note."),
         click.argument("scene", metavar="SCENE"),
     ):
         command = decorate(command)
@@ -183,7 +183,7 @@ def _source_option(source: Source, option: Option) -> Callable[[Command], Comman
 end_option = click.option(
     "--t-end", default=None, callback=_seconds, metavar="S", help="End of the run; the scene's by default."
 )
-#: What ``--method`` says of methods, and of those whose runs have derivatives.
+#: Methods in the help of ``--method``: any methods, and methods whose runs have derivatives.
 _ANY, _DERIVED = (
     "generalized_alpha, rk4, taylor, auto ...",
     "generalized_alpha, hht, wbz, newmark, trapezoidal, tdg1 ...",
@@ -251,7 +251,7 @@ def folder_option(command: Command) -> Command:
         "folder",
         required=True,
         metavar="DIR",
-        help="Folder to write to; it is made where it is missing.",
+        help="Folder to write to; it is made if it is missing.",
         callback=_folder,
     )(command)
 
@@ -268,7 +268,7 @@ def terms_option(command: Command) -> Command:
 
 
 def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
-    """Return what ``name=value`` texts say; a number with a unit stays a text. Raises UsageError."""
+    """Return the values of ``name=value`` texts; a number with a unit stays a text. Raises UsageError."""
     values: dict[str, float | str] = {}
     for text in texts:
         name, equals, number = text.partition("=")
@@ -295,7 +295,7 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
 def in_units(
     option: str, values: Mapping[str, float | str], owners: Iterable[Parameter | Input | Output | State]
 ) -> dict[str, float]:
-    """Return numbers, those with a unit converted to the unit of what they are given for. Raises UsageError."""
+    """Return numbers; texts with a unit are converted to the unit of their owner. Raises UsageError."""
     labels = {owner.name: owner.unit for owner in owners}
     return {
         name: in_label(f"{option} {name}={value}", value, labels.get(name, "")) if isinstance(value, str) else value

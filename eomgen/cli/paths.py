@@ -24,7 +24,7 @@ _FIGURES = (".png", ".svg", ".pdf")
 
 @dataclass(frozen=True)
 class PathRequest:
-    """What ``--path``, ``--over``, ``--plot``, ``--buckling`` and ``--out`` ask for."""
+    """Request of ``--path``, ``--over``, ``--plot``, ``--buckling`` and ``--out``."""
 
     along: tuple[str, float, float] | None
     over: tuple[str, ...]
@@ -36,7 +36,7 @@ class PathRequest:
     def read(
         cls, along: str | None, over: tuple[str, ...], figure: str | None, buckling: str | None, out: str | None
     ) -> PathRequest | None:
-        """Return the request; None where there is none. Raises UsageError for words that cannot be read."""
+        """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
         if along is None:
             if over:
                 raise UsageError(Problem("--over", "it belongs to a path", "--path load=0:10"))
@@ -64,8 +64,8 @@ class PathRequest:
     def answer(
         self, model: Model, initial: Mapping[str, Any], parameters: Any, time: float, inputs: Any, as_json: bool
     ) -> int:
-        """Print and write what is asked for. Raises NumericalError where a path does not arrive, when it is
-        written."""
+        """Print and write the requested path or buckling loads. Raises NumericalError if a path does not arrive, after
+        it is written."""
         given = {"initial": initial or None, "parameters": parameters, "t": time, "u": inputs}
         if self.buckling is not None:
             with waiting(f"{model.name}: buckling loads"):
@@ -89,7 +89,7 @@ class PathRequest:
         if path.interrupted:
             return INTERRUPTED
         if not path.success:
-            hint = "what is there, a smaller range, or more elements"
+            hint = "the part of the path that was found, a smaller range, or more elements"
             raise NumericalError(Problem("equilibrium --path", path.message, hint))
         return 0
 
@@ -119,7 +119,7 @@ class PathRequest:
             "modes": [dict(zip(model.v_names, mode, strict=True)) for mode in found.modes.T.tolist()],
         }
         if self.out is not None:
-            from eomgen.files import write_text  # noqa: PLC0415  # where a file is written
+            from eomgen.files import write_text  # noqa: PLC0415  # for files only
 
             write_text(Path(self.out), json_text(data) + "\n")
         if as_json:

@@ -16,7 +16,7 @@ _PLAIN_WIDTH = 120
 
 
 class _Console(Console):
-    """A console that leaves it to the caller what a closed pipe means."""
+    """A console that leaves the handling of a closed pipe to the caller."""
 
     def on_broken_pipe(self) -> None:
         raise BrokenPipeError
@@ -30,7 +30,8 @@ def console(*, stderr: bool = False) -> Console:
 
 @contextlib.contextmanager
 def building(name: str) -> Iterator[Callable[[str], None]]:
-    """Say that a model is being built, where stderr is a terminal; what is given takes down which of several it is."""
+    """Say that a model is being built, if stderr is a terminal; the callback takes the name of the variant being
+    built."""
     if not sys.stderr.isatty():
         yield lambda _: None
         return

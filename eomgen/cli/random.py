@@ -28,7 +28,7 @@ from eomgen.text import told_apart
 if TYPE_CHECKING:
     from eomgen.studies import RandomVibration
 
-#: What tables show of each method, in their order.
+#: Results of methods in tables, in their order.
 _SHOWN = (
     "first_order",
     "second_order",
@@ -129,7 +129,7 @@ def _print(found: RandomVibration) -> None:
             (f"{found.times[k]:.6g}", *(f"{values[k]:.6g}" for values in found.autocovariance.values())) for k in order
         ]
         heads = ("at t in s", *(name.replace("_", " ") for name in found.autocovariance))
-        title = f"covariance with that at t = {found.t:.6g} s"
+        title = f"covariance with the output at t = {found.t:.6g} s"
         print_table(title, heads, covariances, numeric=tuple(range(len(heads))))
     if found.first_passage:
         levels = told_apart(list(found.first_passage))

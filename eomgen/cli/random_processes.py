@@ -1,4 +1,4 @@
-"""What ``eomgen info`` shows of the random processes of a scene."""
+"""Output of ``eomgen info`` for the random processes of a scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def described_processes(inputs: Sequence[Input]) -> list[dict[str, Any]]:
-    """Return the random processes among inputs: their modes, and what part of the variance these capture."""
+    """Return the random processes among inputs: their modes, and the part of the variance that these capture."""
     return [
         {
             "name": item.name,
@@ -64,7 +64,7 @@ def print_processes(processes: list[dict[str, Any]]) -> None:
 
 
 def _kind(item: dict[str, Any]) -> str:
-    """Return what a random process is in words."""
+    """Return a description of a random process in words."""
     if item["follows"]:
         return f"follows {item['follows']}"
     if item["coherent_with"]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RideRequest:
-    """What ``--ride``, ``--classes``, ``--speeds`` and ``--band`` ask for."""
+    """Request of ``--ride``, ``--classes``, ``--speeds`` and ``--band``."""
 
     outputs: dict[str, str | None]
     classes: tuple[str, ...]
@@ -26,7 +26,7 @@ class RideRequest:
     def read(
         cls, rides: tuple[str, ...], classes: str | None, speeds: str | None, band: tuple[float, float] | None
     ) -> RideRequest | None:
-        """Return the request; None where there is none. Raises UsageError for words that cannot be read."""
+        """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
         if not rides:
             for option, given in (("--classes", classes), ("--speeds", speeds)):
                 if given is not None:
@@ -50,7 +50,7 @@ class RideRequest:
         return cls(outputs, chosen, _speeds(speeds), band)
 
     def table(self, lin: Linearization, excitation: RoadExcitation) -> RideTable:
-        """Return the root mean squares; on the road of the scene and at its speed where no others are asked for."""
+        """Return the root mean squares; by default on the road of the scene and at its speed."""
         classes = self.classes or ((excitation.road.road_class,) if excitation.road.road_class else ())
         return lin.ride_table(excitation, self.outputs, classes, self.speeds, self.band)
 

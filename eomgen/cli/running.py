@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
 
 _OF_SCENES = ("strict", "coordinates", *all_options())
-#: Options of a run that may be given again where it goes on.
+#: Options of a run that may be given again when it is resumed.
 _OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every", "error_estimate")
 
 
@@ -29,7 +29,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     Parameters
     ----------
     options : dict
-        Of ``scene_options`` and ``run_options``; those of the scene are taken out of it.
+        Of ``scene_options`` and ``run_options``; the scene's options are taken out of it.
 
     Returns
     -------

@@ -46,7 +46,7 @@ def sample(file: str, folder: str, resume: bool, plots: bool, as_json: bool, **o
     """Sample the fields of a FILE of kind "hamiltonian" with a [mesh] by Hamiltonian Monte Carlo.
 
     Writes samples.npz, trajectories.csv, scales.csv, summary.json, pictures, and checkpoint.npz, renewed once a minute.
-    Ctrl-C keeps what there is; the exit code is then 130, and --resume goes on.
+    Ctrl-C keeps the samples drawn so far; the exit code is then 130, and --resume goes on.
     """
     from eomgen.sampling import draw  # noqa: PLC0415
     from eomgen.sampling import sample as sampled  # noqa: PLC0415  # imported when the arguments are known to be fine

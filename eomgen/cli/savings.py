@@ -1,4 +1,4 @@
-"""``eomgen savings``: what a scene costs as it is asked, against the same scene with more than it asks for."""
+"""``eomgen savings``: costs of a scene with the functions that it needs, against variants with more functions."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def savings(
     as_json: bool,
     **reading: Any,
 ) -> None:
-    """Measure what a SCENE costs as it is asked: operations, bytes of C, seconds to build, time per step.
+    """Measure the costs of a SCENE as it is requested: operations, bytes of C, seconds to build, time per step.
 
-    Against the same scene with what a run alone calls, the terms of a step alone, all terms, all numbers tunable, a
+    Against the same scene with the terms of a run alone, the terms of a step alone, all terms, all numbers tunable, a
     base that moves in all six ways, absolute coordinates, and all of that. Every variant is built in an empty cache, so
     this takes a while.
     """

@@ -60,7 +60,7 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
     else:
         _print(solution, model, options["inputs"], times, loads)
     for note in dict.fromkeys(solution.metadata["notes"]):
-        if note not in solution.message and note not in described.notes:  # these are printed where the scene is read
+        if note not in solution.message and note not in described.notes:  # these are printed when the scene is read
             say(f"note: {note}")
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
     return outcome_code(solution)
@@ -188,7 +188,7 @@ def _print(
 
 
 def _times(events: Events, name: str) -> str:
-    """Return how often an event came, and when."""
+    """Return the number of times that an event came, and the times, in words."""
     count, times = events.counts[name], events[name].t
     if not len(times):
         return counted(count, "time")

@@ -1,4 +1,4 @@
-"""``eomgen tradeoff``: time and error of all configurations of a scene, its front, and what wrong runs say."""
+"""``eomgen tradeoff``: time and error of all configurations of a scene, its front, and warnings of wrong runs."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ def _time(seconds: float | None) -> str:
 
 
 def _remarks(study: Tradeoff) -> list[str]:
-    """Return what there is to say beside the table, a line each."""
+    """Return remarks below the table, a line each."""
     by, second = study.reference["by"], study.reference["held against"]
     result = [f"reference: {by}, known to {study.uncertainty:.1e} by {second}"]
     own = study.points[0] if study.points else None

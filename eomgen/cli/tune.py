@@ -1,4 +1,4 @@
-"""``eomgen tune``: the cheapest settings of a scene that meet a demand, or what a cycle of real time buys."""
+"""``eomgen tune``: the cheapest settings of a scene that meet a demand, or the best ones in a cycle of real time."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ _option = arguments_of("eomgen.studies:tune")
     "--real-time", default=None, metavar="CYCLE",
     help="In place of --error: motion of this time, 1ms, is to be computed within it in 99.99 % of the cycles.",
 )  # fmt: skip  # a table
-@click.option("--iterations", type=int, default=None, metavar="N", help="With --real-time: bound on those of a step.")
+@click.option("--iterations", type=int, default=None, metavar="N", help="With --real-time: most iterations of a step.")
 @_option("--output", metavar="NAME")
 @_option("--measure", metavar="largest|rms|final")
-@click.option("--axes", default=None, metavar="NAME,NAME", help="What may vary, as of tradeoff; all by default.")
+@click.option("--axes", default=None, metavar="NAME,NAME", help="Settings to vary, as of tradeoff; all by default.")
 @_option("--methods", default=None, metavar="NAME,NAME")
 @end_option
 @_option("--budget", type=float, metavar="S")
@@ -62,7 +62,7 @@ _option = arguments_of("eomgen.studies:tune")
 def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     """Find the cheapest method, step and settings of a SCENE that meet a demand on its error.
 
-    Verified on runs with other initial states, parameters and inputs. Exits with 6 where one of these misses the
+    Verified on runs with other initial states, parameters and inputs. Exits with 6 if one of these misses the
     demand.
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine

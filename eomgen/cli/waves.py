@@ -1,4 +1,4 @@
-"""What ``eomgen info`` shows of the waves and the hulls of a scene."""
+"""Output of ``eomgen info`` for the waves and the hulls of a scene."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def described_waves(scene: Scene) -> list[dict[str, Any]]:
-    """Return seas: their free waves, what their amplitudes come to, and the parameters that vary them."""
+    """Return seas: their free waves, the significant wave height, and the parameters that vary the amplitudes."""
     result = []
     for sea in scene.waves:
         free = sea.components[: sea.free]
@@ -39,7 +39,7 @@ def described_waves(scene: Scene) -> list[dict[str, Any]]:
 
 
 def described_hulls(scene: Scene) -> list[dict[str, Any]]:
-    """Return hulls: what they are part of, and in which water."""
+    """Return hulls: their bodies and their waves."""
     return [
         {
             "name": item.name,

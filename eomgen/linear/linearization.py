@@ -38,7 +38,7 @@ Complex = NDArray[np.complex128]
 class Reference:
     """The state about which a model is linear: t in s, q (nq,), v and a (nv,), z (nz,), u (nu,), multipliers (rows,).
 
-    ``what`` describes it in words: ``equilibrium``, ``steady motion``, ``initial state``, ``given state``.
+    ``what`` names it: ``equilibrium``, ``steady motion``, ``initial state``, ``given state``.
     """
 
     t: float

@@ -1,9 +1,9 @@
 """Linear models from sample to sample: inputs are held, so the exponential of a matrix is exact.
 
-With delays the input that holds in a sample is first that of an earlier sample, then the present one; inputs asked for
-for and has not yet come into effect is state (K. J. Åström and B. Wittenmark, Computer-Controlled Systems, 3rd ed.
-1997, section 2.3). The integrals of a quadratic cost and of white noise over a sample follow C. F. Van Loan
-(Computing integrals involving the matrix exponential, IEEE Transactions on Automatic Control 23, 1978).
+With delays the input that holds in a sample is first the input of an earlier sample, then the present one; an input
+that was requested and does not act yet is a state (K. J. Åström and B. Wittenmark, Computer-Controlled Systems, 3rd ed.
+1997, section 2.3). The integrals of a quadratic cost and of white noise over a sample follow C. F. Van Loan (Computing
+integrals involving the matrix exponential, IEEE Transactions on Automatic Control 23, 1978).
 """
 
 from __future__ import annotations

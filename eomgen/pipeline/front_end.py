@@ -47,7 +47,7 @@ class FrontEnd:
     start : returns q and v of the initial state at other values of tunable parameters, if they depend on them
     gains : finds parameters that ``prepared`` fills at other values of the others, if there are any
     every_row : evaluates the constraints with the rows that were left out as redundant, if there are any
-    content : all that determines the equations of a document; its ``content`` if nothing else is said
+    content : all data that determine the equations of a document; by default its ``content``
     """
 
     name: str

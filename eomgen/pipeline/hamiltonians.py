@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Keys above the tables of a Hamiltonian file; scenes have neither, so a misspelt kind is reported.
 _KIND = re.compile(r"^\s*(kind|hamiltonian)\s*=", re.MULTILINE)
 _TABLE = re.compile(r"^\s*\[", re.MULTILINE)
-#: Where it says that it is of fields.
+#: The mark of a file of fields: its table of the mesh.
 _MESH = re.compile(r"^\s*(\[\s*mesh\s*\]|mesh\s*[.=])", re.MULTILINE)
 #: Number of bytes at the start of a file that decide its kind.
 _HEAD = 20_000

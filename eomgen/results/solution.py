@@ -79,7 +79,7 @@ class ModelOfRun(Protocol):
 
 
 @checked_calls(
-    'eomgen.Solution.load("run.npz"), or what model.simulate returns',
+    'eomgen.Solution.load("run.npz"), or the result of model.simulate',
     **dict.fromkeys(("format", "fmt"), 'save("run.csv"), by the ending of the path (.npz, .csv or .mat)'),
     **dict.fromkeys(("fps", "frames", "interval", "speed"), "animate(path), whose page has its own control of speed"),
 )
@@ -208,7 +208,7 @@ class Solution:
     def poses_and_scenery(self) -> PosesAndScenery:
         """Poses and scenery together; see ``poses``."""
         if self.model is None:
-            fault = "it was stored without poses of bodies, so there is nothing to draw"
+            fault = "it was stored without poses of bodies, so it cannot be drawn"
             hint = "eomgen simulate, or model.simulate(...).save, with a model that has the term poses"
             raise UsageError(Problem("solution", fault, hint))
         return self.model.poses_and_scenery(self.t, self.q)

@@ -1,7 +1,7 @@
 """Consistent positions and velocities of many samples at once, by the steps of ``consistency``.
 
 The correction of a sample, and its end, follow from its own numbers alone; samples that are done wait.
-Corrections of least kinetic size are by singular values here, so last digits differ from those of ``consistency``.
+Corrections of least kinetic size are computed by singular values here, so last digits differ from ``consistency``.
 """
 
 from __future__ import annotations

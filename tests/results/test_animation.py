@@ -90,7 +90,7 @@ def test_a_solution_without_poses_says_what_to_do(tmp_path: Path) -> None:
     model = eomgen.build(pendulum_scene(), terms=["forward_dynamics"], profile="quick")
     run = model.simulate(0.1, 1e-2, method="rk4")
     again = eomgen.Solution.load(run.save(tmp_path / "run.npz"))
-    text = r"solution: it was stored without poses of bodies, so there is nothing to draw; try: eomgen simulate, or"
+    text = r"solution: it was stored without poses of bodies, so it cannot be drawn; try: eomgen simulate, or"
     with pytest.raises(eomgen.UsageError, match=text):
         again.animate(tmp_path / "run.html")
     assert list(tmp_path.iterdir()) == [tmp_path / "run.npz"]

@@ -234,7 +234,9 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
     assert "quadratic" in told.out and "adjoint runs" in told.out
     assert "tangents" in told.out and "projected" in told.out
     assert "x at t = 3 s has mean " in told.err
-    covariances = told.out.partition("covariance with that at t = 3 s")[2].partition("solutions of")[0].splitlines()
+    covariances = (
+        told.out.partition("covariance with the output at t = 3 s")[2].partition("solutions of")[0].splitlines()
+    )
     assert [line.split()[0] for line in covariances[2:4]] == ["1.5", "3"]
     data = json.loads((out / "random.json").read_text(encoding="utf-8"))
     rows = list(csv.DictReader((out / "distribution.csv").open(encoding="utf-8")))

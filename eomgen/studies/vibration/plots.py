@@ -100,7 +100,7 @@ def _covariance(found: Findings) -> Any:
     axes.set_xlabel("time in s")
     unit = f" in ({found.unit})²" if found.unit else ""
     axes.set_ylabel(f"covariance{unit}")
-    axes.set_title(f"{found.output}: covariance with that at t = {found.t:.6g} s", fontsize="medium")
+    axes.set_title(f"covariance of {found.output} with its value at t = {found.t:.6g} s", fontsize="medium")
     axes.grid(alpha=0.3)
     axes.margins(x=0.0)
     axes.legend(fontsize="small")
