@@ -143,7 +143,7 @@ class Curve:
         return float(self.y[0]), float(self.y[-1])
 
     def kinks(self) -> list[tuple[float, int]]:
-        """Return the places where the curve is not smooth: (x, lowest derivative that jumps); 0 for the value itself.
+        """Return the points at which the curve is not smooth: (x, lowest derivative that jumps); 0 for the value.
 
         A periodic curve has the kinks of one period, its start included. The ends of a curve of ``error`` are none: it
         is undefined beyond them. Derivatives of a spline jump from the third on, which methods do not notice.

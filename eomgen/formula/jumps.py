@@ -161,12 +161,12 @@ def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: fl
 def _described(law: Law, jump: Jump) -> tuple[str, str]:
     """Return the meaning of a jump, and a remedy."""
     unit = law.unit if jump.order == 0 else f"{law.unit}/s"
-    of = f"the {law.what}" if jump.order == 0 else f"the rate of the {law.what}"
-    what = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s"
-    what += ", and no motion can follow that" if jump.order == 0 else ", which takes an impulse that no step gives"
-    beside = 'smooth = "10 ms" beside the law, or ' if law.what.startswith("driven") else ""
+    of = f"the {law.quantity}" if jump.order == 0 else f"the rate of the {law.quantity}"
+    fault = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s"
+    fault += ", and no motion can follow that" if jump.order == 0 else ", which takes an impulse that no step gives"
+    beside = 'smooth = "10 ms" beside the law, or ' if law.quantity.startswith("driven") else ""
     return (
-        what,
+        fault,
         f'{beside}a law that is smooth there, such as a curve with interpolation = "quintic", or a force or an effort'
         " instead",
     )

@@ -18,7 +18,7 @@ class Law:
     """A formula of time that something must follow, with its location and description for messages, and its unit."""
 
     where: str
-    what: str
+    quantity: str
     unit: str
     formula: Formula
 

@@ -31,9 +31,9 @@ _SWITCHES = frozenset({"lt", "le", "sign", "abs", "min", "max"})
 class SmoothingError(Exception):
     """A jump that cannot be smoothed: its fault, and a remedy."""
 
-    def __init__(self, what: str, hint: str) -> None:
-        self.what, self.hint = what, hint
-        super().__init__(what)
+    def __init__(self, fault: str, hint: str) -> None:
+        self.what, self.hint = fault, hint
+        super().__init__(fault)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +108,8 @@ def _switch(formula: Operation, duration: float, value_of: Callable[[Symbol], fl
     lines = affine(first, value_of), affine(second, value_of)
     if lines[0] is None or lines[1] is None:
         names = {"lt": "a comparison", "le": "a comparison"}
-        what = f"{names.get(formula.name, f'{formula.name}()')} of something else than a straight line in t"
-        raise SmoothingError(f"the times are not known beforehand at which {what} jumps", _KNOWN)
+        jumping = f"{names.get(formula.name, f'{formula.name}()')} of something else than a straight line in t"
+        raise SmoothingError(f"the times are not known beforehand at which {jumping} jumps", _KNOWN)
     slope, offset = (a - b for a, b in zip(lines[0], lines[1], strict=True))
     if slope == 0.0:
         return formula
@@ -142,8 +142,8 @@ def _curve(used: Application, duration: float, value_of: Callable[[Symbol], floa
     if line is None or line[0] == 0.0:
         raise SmoothingError(f"the times are not known beforehand at which {curve.name} jumps", _KNOWN)
     if used.derivative:
-        what = f"a derivative of {curve.name} jumps, which cannot be smoothed by itself"
-        raise SmoothingError(what, f'interpolation = "quintic" of {curve.name}')
+        fault = f"a derivative of {curve.name} jumps, which cannot be smoothed by itself"
+        raise SmoothingError(fault, f'interpolation = "quintic" of {curve.name}')
     length = abs(line[0]) * duration
     return Application(_with_transitions(curve, rough, length, line[0] > 0.0), used.argument)
 
@@ -157,8 +157,8 @@ def _with_transitions(curve: Curve, rough: list[float], length: float, forward: 
     last = math.inf if held else (curve.end - places[-1] if forward else places[0] - curve.start)
     nearest = min(gaps.min(initial=math.inf), math.inf if periodic else last)
     if length > nearest * (1.0 + _ROUNDING):
-        what = f"corners of {curve.name} are {nearest:.6g} apart, less than a transition, {length:.6g}"
-        raise SmoothingError(what, "a shorter duration, or other points")
+        fault = f"corners of {curve.name} are {nearest:.6g} apart, less than a transition, {length:.6g}"
+        raise SmoothingError(fault, "a shorter duration, or other points")
     begins = places if forward else places - length
     ends = begins + length
     if periodic:  # one period from a transition on, so that none reaches into the next

@@ -62,7 +62,7 @@ def steep(
         if worst is None:
             continue
         fault = (
-            f"the {law.what} is too steep for a step of {step:.3g} s near t = {worst.time:.6g} s: over one step it "
+            f"the {law.quantity} is too steep for a step of {step:.3g} s near t = {worst.time:.6g} s: over one step it "
             f"changes by {worst.missed:.3g} {law.unit} more or less than its rates tell, "
             f"{100.0 * worst.part:.2g} % of its range"
         )

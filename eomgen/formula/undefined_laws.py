@@ -35,7 +35,7 @@ def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, en
             continue
         time = undefined_from(law.formula, values_of_parameters(law.formula, values), start, end)
         if time is not None:
-            fault = f"the {law.what} has no value behind t = {time:.6g} s"
+            fault = f"the {law.quantity} has no value behind t = {time:.6g} s"
             hint = f"a run that ends before, or a formula that has one up to t = {end:.6g} s"
             problems.append(Problem(law.where, f"{fault}: a root, a logarithm or a power of what is negative", hint))
     return problems

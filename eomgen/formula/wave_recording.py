@@ -86,9 +86,9 @@ def _full(
     return _times(waves, given, result)
 
 
-def _times(waves: WaveField, given: Sequence[Scalar], found: Scalar) -> Scalar:
+def _times(waves: WaveField, given: Sequence[Scalar], wave_sum: Scalar) -> Scalar:
     """Return a sum over free waves, times the factor of their amplitudes."""
-    return found if waves.factor is None else given[0] * found
+    return wave_sum if waves.factor is None else given[0] * wave_sum
 
 
 def _wave(

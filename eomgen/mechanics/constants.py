@@ -84,10 +84,10 @@ def _numbers(
             yield f"{field}_{indices}", unit * value, of_mass if folded else of_length, meaning
     for item, here in deformations(body.beam):
         factor = number(item.stiffness).constant
-        what = f"stiffness of {item.kind}" + (" by its property" if factor is None else "")
+        label = f"stiffness of {item.kind}" + (" by its property" if factor is None else "")
         for indices, value in _entries(integrals.k[here.start : here.stop, here.start : here.stop], here.start):
             in_si = "N m/rad" if item.kind == "torsion" else "N/m"
-            yield f"k_{indices}", value * (1.0 if factor is None else factor), "" if factor is None else in_si, what
+            yield f"k_{indices}", value * (1.0 if factor is None else factor), "" if factor is None else in_si, label
     polar = number(body.beam.polar_inertia).constant
     for field in ("t0", "t2"):
         for indices, value in _entries(getattr(integrals, field)):

@@ -306,8 +306,8 @@ class Derivation:
     def jacobians(self) -> list[Block]:
         """Return the twist of each body per unit of v, base at rest, in its axes, (bodies, 6, nv)."""
         values = body_jacobians(self.scene, self.tree)
-        what = "twist against the base per unit of v, angular first,"
-        return [self._of_bodies("J", (6, self.tree.nv), values, what)]
+        description = "twist against the base per unit of v, angular first,"
+        return [self._of_bodies("J", (6, self.tree.nv), values, description)]
 
     def energies(self) -> dict[str, Scalar]:
         """Return ``kinetic``, ``potential``, J, and ``power``, ``base_power``, W, of the inertial motion."""
@@ -321,8 +321,8 @@ class Derivation:
         """Return the energies and powers as one block, (4,)."""
         energies_by_name = self.energies()
         values = [energies_by_name[name] for name in ("kinetic", "potential", "power", "base_power")]
-        what = "kinetic, potential (J), non-conservative power, power of base and drivers (W)"
-        return [self.block("energy", (4,), values, what)]
+        description = "kinetic, potential (J), non-conservative power, power of base and drivers (W)"
+        return [self.block("energy", (4,), values, description)]
 
     def elastic(self) -> list[Block]:
         """Return structural stiffness and damping, and geometric stiffness of the present motion, (nv, nv) each."""
@@ -425,9 +425,9 @@ class Derivation:
     def _matrix(self, name: str, rows: Sequence[Sequence[Scalar]], description: str) -> Block:
         return self.block(name, (len(rows), self.tree.nv), [value for row in rows for value in row], description)
 
-    def _of_bodies(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], what: str) -> Block:
+    def _of_bodies(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], description: str) -> Block:
         names = [body.name for body in self.scene.bodies]
-        return self.block(name, (len(names), *shape), values, f"{what} of {', '.join(names)}")
+        return self.block(name, (len(names), *shape), values, f"{description} of {', '.join(names)}")
 
     def block(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], description: str) -> Block:
         return Block(name, shape, tuple(ZERO if value.is_zero else value.ref for value in values), description)

@@ -116,8 +116,8 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
     functions |= _drivers(derivation, order, taken)
     angles = angle_labels(scene)
     if angles:
-        what = "angles of joints over all turns, which steppers let the references in q follow"
-        of_angles = Function("joint_angles", what, ("p", "q", "v", "base"), tuple(derivation.joint_angles()))
+        description = "angles of joints over all turns, which steppers let the references in q follow"
+        of_angles = Function("joint_angles", description, ("p", "q", "v", "base"), tuple(derivation.joint_angles()))
         of_blocks = {symbol.block for symbol in tape.depends_on(of_angles.refs)}
         functions[of_angles.name] = _pruned(derivation, of_angles, of_blocks, timed)
     facts = _facts(derivation, made)
@@ -190,15 +190,15 @@ def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, F
         drivers["base"] = Function("base", "motion of the base at time t", inputs, (block,))
         if "base_rates" in taken:
             of_base = base_rates(derivation.tape, law, order)
-            what = "further derivatives of the base's twist at time t"
-            drivers["base_rates"] = Function("base_rates", what, inputs, (of_base,))
+            text = "further derivatives of the base's twist at time t"
+            drivers["base_rates"] = Function("base_rates", text, inputs, (of_base,))
     if any(item.given for item in scene.inputs):
         values = [input_signal(derivation.quantities, item) for item in scene.inputs]
         block = derivation.block("u", (len(values),), values, "inputs")
         drivers["inputs"] = Function("inputs", "inputs given by the scene", inputs, (block,))
         if "u_dot" in taken:
-            what = "time derivatives of the inputs given by the scene"
-            drivers["input_rates"] = Function("input_rates", what, inputs, input_rates(derivation.tape, values, order))
+            text = "time derivatives of the inputs given by the scene"
+            drivers["input_rates"] = Function("input_rates", text, inputs, input_rates(derivation.tape, values, order))
     return drivers
 
 

@@ -91,15 +91,15 @@ def laws_of(scene: Scene) -> Iterator[Law]:
     rotation of the base."""
     where = Report(scene.name, scene.source).where
     for joint in scene.joints:
-        for number, (formula, (what, unit)) in enumerate(
+        for number, (formula, (meaning, unit)) in enumerate(
             zip(joint.drive, joint.kind.coordinates.items(), strict=False)
         ):
             key = key_of("joints", joint.name, *(("drive",) if len(joint.drive) == 1 else ("drive", number)))
-            yield Law(where(key), f"driven {what}", unit, formula)
+            yield Law(where(key), f"driven {meaning}", unit, formula)
     for constraint in scene.constraints:
         if constraint.drive is not None:
-            key, what = where(key_of("constraints", constraint.name, "drive")), constraint.kind.drive
-            yield Law(key, f"driven {what}", DRIVE_UNITS[what], constraint.drive)
+            key, meaning = where(key_of("constraints", constraint.name, "drive")), constraint.kind.drive
+            yield Law(key, f"driven {meaning}", DRIVE_UNITS[meaning], constraint.drive)
         elif constraint.prescribed is not None:
             key = where(key_of("constraints", constraint.name, "length"))
             yield Law(key, "driven distance", "m", constraint.prescribed)

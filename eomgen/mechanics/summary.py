@@ -35,8 +35,8 @@ def kept_and_dropped(
         note(not lacking, f"{', '.join(lacking)} of beam {name}", "the scene asks for none")
     for element in scene.elements:
         if isinstance(element, CosseratBeam):
-            what = ", ".join(strain.replace("_", " along ") for strain in CONSTRAINED[element.beam.model])
-            without = f", without {what}: {len(element.beam.constrained)} rows for each" if what else ""
+            strain_names = ", ".join(strain.replace("_", " along ") for strain in CONSTRAINED[element.beam.model])
+            without = f", without {strain_names}: {len(element.beam.constrained)} rows for each" if strain_names else ""
             kept.append(
                 f"beam {element.beam.name}: model {element.beam.model}, {element.beam.elements} elements{without}"
             )

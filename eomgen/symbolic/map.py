@@ -175,16 +175,16 @@ class Map:
 
         Each loop comes with the numbers of the loops that it replaces, and the positions of their first results.
         """
-        found: list[tuple[Map, dict[int, int]]] = []
+        joined: list[tuple[Map, dict[int, int]]] = []
         for number, loop in loops.items():
-            for place, (other, starts) in enumerate(found):
+            for place, (other, starts) in enumerate(joined):
                 both = other.joined(loop)
                 if both is not None:
-                    found[place] = (both, {**starts, number: len(other.sums)})
+                    joined[place] = (both, {**starts, number: len(other.sums)})
                     break
             else:
-                found.append((loop, {number: 0}))
-        return found
+                joined.append((loop, {number: 0}))
+        return joined
 
     @cached_property
     def key(self) -> tuple[object, ...]:

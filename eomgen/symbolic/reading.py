@@ -57,7 +57,7 @@ def block_to_sympy(
     ValueError
         When the shape has more than two axes or does not hold as many entries as there are references.
     """
-    import sympy  # noqa: PLC0415  # imported only where SymPy is asked for
+    import sympy  # noqa: PLC0415  # imported only for expressions in SymPy
 
     rows, columns = (*shape, 1, 1)[:2]
     if len(shape) > 2 or rows * columns != len(refs):

@@ -29,11 +29,11 @@ class Branch:
 
     Attributes
     ----------
-    what : in words: ``a sign in effort friction``
+    description : for messages: ``a sign in effort friction``
     symbols : the components of input blocks that the argument depends on
     """
 
-    what: str
+    description: str
     symbols: frozenset[InputSymbol]
 
 
@@ -89,8 +89,8 @@ class Branches:
             if op not in _COMPARED and jumps is None:
                 continue
             operands: tuple[Ref, ...] = (tape.a[node],) if jumps is not None else tape.operands(node)
-            what, label = _COMPARED.get(op) or f"the curve {tape.curves[tape.b[node]][0].name}", tape.label(node)
-            branch = Branch(f"{what} in {label}" if label else what, frozenset(tape.depends_on(operands)))
+            operation, label = _COMPARED.get(op) or f"the curve {tape.curves[tape.b[node]][0].name}", tape.label(node)
+            branch = Branch(f"{operation} in {label}" if label else operation, frozenset(tape.depends_on(operands)))
             result.append((branch, operands, jumps))
         return result
 
@@ -104,10 +104,10 @@ class Branches:
         """Continuous operations with slopes that jump: absolute, smallest and largest values."""
         tape, result = self._tape, []
         for node in tape.live(self._equations):
-            if (what := _KINKED.get(tape.op[node])) is None:
+            if (operation := _KINKED.get(tape.op[node])) is None:
                 continue
             label, symbols = tape.label(node), frozenset(tape.depends_on(tape.operands(node)))
-            result.append(Branch(f"{what} in {label}" if label else what, symbols))
+            result.append(Branch(f"{operation} in {label}" if label else operation, symbols))
         return result
 
     def arguments(self, values: Values) -> NDArray[np.float64]:

@@ -72,12 +72,12 @@ class Limit:
 
     Attributes
     ----------
-    what : in words: ``the travel of joint slider``
+    subject : coordinate and joint, for messages: ``the travel of joint slider``
     coordinate : its name among the coordinates q: ``q.slider``
     stiffness : of the stop, N/m or N m/rad
     """
 
-    what: str
+    subject: str
     coordinate: str
     unit: str
     lower: Formula | None
@@ -97,7 +97,7 @@ class Limit:
             if depth > rounding:
                 effort = f"{value(self.stiffness) * depth:.3g} {'N m' if self.unit == 'rad' else 'N'}"
                 return (
-                    f"{self.what} starts at {position:.4g} {self.unit}, beyond its {side} limit {limit:.4g}"
+                    f"{self.subject} starts at {position:.4g} {self.unit}, beyond its {side} limit {limit:.4g}"
                     f" {self.unit}: the stop pushes back with up to {effort}; try an initial position within the limits"
                 )
         return ""
@@ -276,9 +276,9 @@ class Wheel:
         depth = road + radius - height
         if not depth > 0.5 * radius > 0.0:
             return ""
-        what = f"the tyre {self.name} starts {depth:.4g} m deep in its road, with a radius of {radius:.4g} m"
+        start = f"the tyre {self.name} starts {depth:.4g} m deep in its road, with a radius of {radius:.4g} m"
         force = f"{stiffness * depth / 1e3:.3g} kN push it out"
-        return f"{what}: {force}; its centre belongs about {radius:.4g} m above the road"
+        return f"{start}: {force}; its centre belongs about {radius:.4g} m above the road"
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
     M(q) vdot + h(q, v) + b(q, v, t) + B(q, t)^T lam = Q(q, v, t, u)
     qdot = q * tilde(v),   Phi(q, t) = 0,   zdot = Z(q, v, z, t, u)
 
-A front end fills a System; a back end (C, integrators, linearisation, rates, studies) needs nothing else. The residual
-comes first; M, h, b, Q, B, Phi and Z are projections of it that are present only if they were asked for.
+A front end fills a System; back ends (C, integrators, linearisation, rates, studies) read only the System. The residual
+comes first; M, h, b, Q, B, Phi and Z are projections of it, present only on request.
 """
 
 from __future__ import annotations
@@ -493,7 +493,7 @@ class System:
     def latex(self, term: str, name: str = "", *, shortest: bool = False) -> str:
         """Return a block as LaTeX, ``name = matrix``; a long one after its intermediates, see ``sympy``.
 
-        The expression is that of the computation; with ``shortest`` products are multiplied out if an
+        The expression has the operations of the computation; with ``shortest`` products are multiplied out if an
         entry gets shorter, for example since terms of the coupling vector cancel.
 
         Raises

@@ -68,9 +68,9 @@ def to_unit(quantity: Quantity, unit: str, *, over_time: bool = False) -> float:
     size, dimension = measure(quantity.factors)
     wanted_size, wanted = measure(read_unit(unit))
     if not _matches(dimension, wanted):
-        what = f"{shown(quantity.text)} is {_words(quantity.factors)}, {_expected(unit)}"
+        fault = f"{shown(quantity.text)} is {_words(quantity.factors)}, {_expected(unit)}"
         value = _finite(quantity, quantity.number * size)
-        raise UnitError(what, _hint(quantity, wanted, unit, value, over_time=over_time))
+        raise UnitError(fault, _hint(quantity, wanted, unit, value, over_time=over_time))
     return _finite(quantity, quantity.number * size / wanted_size)
 
 

@@ -48,6 +48,6 @@ def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple
     try:
         read_unit(label)
     except UnitError:
-        what = f"its label {shown(label)} in the scene is not a unit that numbers could be converted to"
-        raise UnitError(what, "a plain number") from None
+        fault = f"its label {shown(label)} in the scene is not a unit that numbers could be converted to"
+        raise UnitError(fault, "a plain number") from None
     return to_unit(quantity, label), label

@@ -51,12 +51,12 @@ Factors = tuple[tuple[str, int], ...]
 
 
 class UnitError(DescriptionError):
-    """A unit string that cannot be taken: ``what`` and ``hint`` are its fault and remedy."""
+    """A unit string that cannot be read: ``what`` and ``hint`` are its fault and remedy."""
 
-    def __init__(self, what: str, hint: str = "") -> None:
-        self.what = what
+    def __init__(self, fault: str, hint: str = "") -> None:
+        self.what = fault
         self.hint = hint
-        super().__init__(Problem("unit", what, hint))
+        super().__init__(Problem("unit", fault, hint))
 
 
 @dataclass(frozen=True)
@@ -185,22 +185,22 @@ class _Unit:
         self.check(match[1])
         exponent = int(match[2] or 1)
         if not 1 <= abs(exponent) <= LARGEST_EXPONENT:
-            what = f"an exponent in {shown(self.text)} is not a whole number from 1 to {LARGEST_EXPONENT}"
-            raise UnitError(what, "m^2, or s^-1")
+            fault = f"an exponent in {shown(self.text)} is not a whole number from 1 to {LARGEST_EXPONENT}"
+            raise UnitError(fault, "m^2, or s^-1")
         self.place = match.end()
         return [(match[1], sign * exponent)]
 
     def check(self, name: str) -> None:
         if name in names():
             if name in self.known:
-                what = f"in {shown(self.text)}, {name} can be the unit or the scene's own {name}"
+                fault = f"in {shown(self.text)}, {name} can be the unit or the scene's own {name}"
                 raise UnitError(
-                    what, f"another name for the scene's own, a number in SI, or in a formula a * before {name}"
+                    fault, f"another name for the scene's own, a number in SI, or in a formula a * before {name}"
                 )
             return
         if name in REFUSED:
-            what, _, hint = REFUSED[name].partition("|")
-            raise UnitError(f"{shown(name)} is not accepted as a unit: {what}", hint)
+            fault, _, hint = REFUSED[name].partition("|")
+            raise UnitError(f"{shown(name)} is not accepted as a unit: {fault}", hint)
         if name in self.known or name in RESERVED:
             raise UnitError(f"{shown(name)} is not a unit", f"a * before {name}")
         close = difflib.get_close_matches(name, self.known, n=1, cutoff=0.7)
@@ -212,11 +212,11 @@ class _Unit:
             return UnitError(f"{shown(rest[0])} is not part of a unit", _ADVICE[rest[0]])
         if rest[:1] in ("+", "*", "<", ">", "["):
             number = self.text[: len(self.text.rstrip(" \t")) - len(self.unit)].strip()
-            what = (
+            fault = (
                 f"more follows {shown(f'{number} {self.unit[: self.place].strip()}')}, and units are not read within"
                 " formulas"
             )
-            return UnitError(what, _parameter(number, self.unit[: self.place].strip()))
+            return UnitError(fault, _parameter(number, self.unit[: self.place].strip()))
         where = f"at {shown(rest[:20])}" if rest else "at its end"
         return UnitError(f"{shown(self.text)} is not a number with a unit: it is not well formed {where}", '"2.5 kN/m"')
 

@@ -71,7 +71,7 @@ def test_each_coordinate_of_a_joint_has_its_drive() -> None:
         'outputs.efforts = { formula = ["drive_effort.guide[0]", "drive_effort.guide[1]"] }\n'
     )
     assert scene.joints[0].initial_position == (0.0, 0.1) and scene.joints[0].initial_velocity == (0.0, 0.0)
-    assert [(law.what, law.unit) for law in laws_of(scene)] == [("driven angle", "rad"), ("driven travel", "m")]
+    assert [(law.quantity, law.unit) for law in laws_of(scene)] == [("driven angle", "rad"), ("driven travel", "m")]
     system = derive(scene, TERMS)
     assert system.multipliers == ("guide: driven angle", "guide: driven travel")
     evaluate = tape_evaluator(system)
@@ -126,7 +126,7 @@ def test_a_winch_pulls_by_the_length_of_its_rope() -> None:
     """m (g + 0.6) upwards, in the guide that carries nothing; the effort is minus the tension."""
     scene = load_toml(ROPE.format(length='"1.5 - 0.2 * t - 0.3 * t**2"'))
     (law,) = laws_of(scene)
-    assert (law.what, law.unit) == ("driven distance", "m")
+    assert (law.quantity, law.unit) == ("driven distance", "m")
     evaluate = tape_evaluator(derive(scene, TERMS))
     state = {"q": np.array([[1.5]]), "v": np.array([[-0.2]]), "t": np.zeros((1, 1))}
     assert np.abs(evaluate("constraint_velocity", state)["w"]).max() <= 1e-15

@@ -44,8 +44,8 @@ class ConstrainedStrains:
             length = self.elements.sections[first].length
             size = sum(places, length)
             for strain, value in zip(beam.constrained, gap, strict=True):
-                what = STRAINS[strain].replace("_", " along ")
-                name = f"{beam.name}: no {what} of element {number}"
+                strain_name = STRAINS[strain].replace("_", " along ")
+                name = f"{beam.name}: no {strain_name} of element {number}"
                 result.append(Row(name, value, "m", size, length, length, group=self, number=len(result)))
         return result
 

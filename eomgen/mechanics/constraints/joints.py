@@ -181,13 +181,13 @@ def driven_rows(quantities: Quantities) -> list[Row]:
     """Return one constraint equation for each coordinate of a joint that a drive prescribes: coordinate = law."""
     rows = list[Row]()
     for joint in quantities.scene.joints:
-        for index, (drive, (what, unit)) in enumerate(zip(joint.drive, joint.kind.coordinates.items(), strict=False)):
+        for index, (drive, (kind, unit)) in enumerate(zip(joint.drive, joint.kind.coordinates.items(), strict=False)):
             with quantities.algebra.tape.block(f"drive of joint {joint.name}"):
                 pair = frame_pair(quantities, Frame(joint.parent, joint.position), Frame(joint.child))
                 law, angle = quantities.formula(drive), unit == "rad"
                 value = quantities.beyond(joint.name, index, law, turns=angle and not smooth(drive))
                 size = (quantities.algebra.one if angle else pair.size) + magnitude(law)
-            name = f"{joint.name}: driven {what}"
+            name = f"{joint.name}: driven {kind}"
             rows.append(Row(name, value, "1" if angle else "m", size, pair.lever, pair.path_length, joint, index))
     return rows
 

@@ -309,15 +309,15 @@ def _loop(
     section = Section.of([columns.number(entries) for entries in of_sections])
     rest = [algebra.zero] * (_POSE + _TWIST - size)
     first, second = (Node.of([*half, *rest]) for half in (numbers[:size], numbers[size : 2 * size]))
-    found = tuple(value.ref for value in results(Element(algebra, section, first, second), *numbers[2 * size :]))
+    outputs = tuple(value.ref for value in results(Element(algebra, section, first, second), *numbers[2 * size :]))
     loop = Map(
         kernel,
         len(pairs),
         elements=tuple(columns.elements),
         shared=tuple(columns.shared),
         gather=tuple(columns.gather),
-        sums=found if summed else (),
-        stacked=() if summed else found,
+        sums=outputs if summed else (),
+        stacked=() if summed else outputs,
         label=label,
     )
     # a gathered value without use (twists, by results of strains alone) would count as an argument of the loop

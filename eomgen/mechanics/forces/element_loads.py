@@ -38,12 +38,12 @@ def loads_on_halves(quantities: Quantities, beam: Cosserat, fields: Fields) -> l
     loads = (item for item in quantities.scene.elements if isinstance(item, DistributedLoad))
     for item in loads:
         if item.beam == beam.name:
-            for number, found in enumerate(wrenches_per_length(item, quantities)):
+            for number, per_length in enumerate(wrenches_per_length(item, quantities)):
                 before, beyond = item.nodes[number].halves
                 if number > 0:
-                    _add(halves[number - 1], 1, [before * entry for entry in found])
+                    _add(halves[number - 1], 1, [before * entry for entry in per_length])
                 if number < beam.elements:
-                    _add(halves[number], 0, [beyond * entry for entry in found])
+                    _add(halves[number], 0, [beyond * entry for entry in per_length])
     return halves
 
 

@@ -162,7 +162,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
         for change in _changes(algebra, accelerations):
             columns.add("change", change)
     inputs = LoopInputs(inner, [])
-    given = {name: [inputs.number(column) for column in result] for name, result in columns.found.items()}
+    given = {name: [inputs.number(column) for column in result] for name, result in columns.columns.items()}
     names = ("axis", "velocity", "water", "acceleration", "gravity", "arm", "change")
     d, velocity, water, acceleration, gravity, arm, change = (inner.vector(given[name]) for name in names)
     (z,), (surface,), (drag,) = given["z"], given["surface"], given["drag"]
@@ -180,7 +180,7 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
     couple = cross(d, minus(righting, scaled(volume * (width * (1.0 / 3.0)) * share / size, change)))
     loop = Map(
         kernel,
-        len(columns.found["z"][0]),
+        len(columns.columns["z"][0]),
         tuple(inputs.elements),
         tuple(inputs.shared),
         tuple(inputs.gather),
@@ -235,13 +235,13 @@ def _changes(algebra: Algebra, accelerations: Sequence[Vector]) -> list[Vector]:
 
 
 class _Columns:
-    """Numbers of slices by name: ``found[name][k]`` has the k-th number of each slice."""
+    """Numbers of slices by name: ``columns[name][k]`` has the k-th number of each slice."""
 
     def __init__(self) -> None:
-        self.found: dict[str, list[list[Scalar]]] = {}
+        self.columns: dict[str, list[list[Scalar]]] = {}
 
     def add(self, name: str, values: Sequence[Scalar]) -> None:
-        for column, value in zip(self.found.setdefault(name, [[] for _ in values]), values, strict=True):
+        for column, value in zip(self.columns.setdefault(name, [[] for _ in values]), values, strict=True):
             column.append(value)
 
 

@@ -104,17 +104,17 @@ class _Group:
         inputs = LoopInputs(algebra, list(zip(*rows, strict=True)))
         node = Node.of(algebra.block("gather", len(rows[0])))
         patterns = [pattern((*load.force, *load.moment)) for load in self.nodes]
-        numbers = [self._column(inputs, column) for column in zip(*(found for _, found in patterns), strict=True)]
+        numbers = [self._column(inputs, column) for column in zip(*(values for _, values in patterns), strict=True)]
         weight = self._column(inputs, (load.weight for load in self.nodes))
         base = [inputs.number([number]) for number in _numbers_of_base(quantities)]
 
         def resolved(symbol: Symbol) -> Scalar:
             return numbers[symbol.index] if symbol.kind == "number" else inputs.number([quantities(symbol)])
 
-        found = _wrench(algebra, node, base, patterns[0][0], weight, resolved, own_axes=self._own_axes)
+        results = _wrench(algebra, node, base, patterns[0][0], weight, resolved, own_axes=self._own_axes)
         if kernel.maps:  # waves, which are a loop themselves
             return None
-        *wrench, power = (value.ref for value in found)
+        *wrench, power = (value.ref for value in results)
         columns = tuple(inputs.elements), tuple(inputs.shared), tuple(inputs.gather)
         wrenches = Map(kernel, len(rows), *columns, stacked=tuple(wrench), label=self.item.label)
         return wrenches, Map(kernel, len(rows), *columns, sums=(power,), label=f"power of {self.item.label}")

@@ -129,11 +129,11 @@ class _Kind:
         x, y, z, *force = (Scalar(self.quantities.algebra.tape, ref) for ref in refs)
         return (x, y, z), (force[0], force[1], force[2])
 
-    def _sum(self, what: str, term: Scalar) -> Scalar:
+    def _sum(self, label: str, term: Scalar) -> Scalar:
         tape = self.quantities.algebra.tape
-        return Scalar(tape, add_map(tape, self._loop(what, sums=[term])).sums[0])
+        return Scalar(tape, add_map(tape, self._loop(label, sums=[term])).sums[0])
 
-    def _loop(self, what: str, *, sums: Sequence[Scalar] = (), stacked: Sequence[Scalar] = ()) -> Map:
+    def _loop(self, label: str, *, sums: Sequence[Scalar] = (), stacked: Sequence[Scalar] = ()) -> Map:
         first, last = self.members[0][0].name, self.members[-1][0].name
         loop = Map(
             self.kernel,
@@ -143,7 +143,7 @@ class _Kind:
             tuple(self.inputs.gather),
             sums=tuple(value.ref for value in sums),
             stacked=tuple(value.ref for value in stacked),
-            label=f"{what} of {len(self.members)} springs, {first} to {last}",
+            label=f"{label} of {len(self.members)} springs, {first} to {last}",
         )
         # among gathered values, twists are needed by dampers alone
         return compact(loop, ())

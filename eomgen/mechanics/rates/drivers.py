@@ -16,8 +16,8 @@ def base_rates(tape: Tape, law: Sequence[Scalar], order: int) -> Block:
     start = base_place("omega_dot")
     paths = _over_time(tape, law[start : start + 6], order)
     refs = tuple(path[k] for k in range(1, order + 1) for path in paths)
-    what = "time derivatives of the components of omega and velocity, from the second on"
-    return Block("base_rates", (order, 6), refs, what)
+    description = "time derivatives of the components of omega and velocity, from the second on"
+    return Block("base_rates", (order, 6), refs, description)
 
 
 def input_rates(tape: Tape, values: Sequence[Scalar], order: int) -> tuple[Block, ...]:

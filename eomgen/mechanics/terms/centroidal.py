@@ -53,8 +53,8 @@ def centroidal_drift(derivation: Derivation) -> list[Block]:
     return [derivation.block("drift", (6,), values, "dA/dt v of the centroidal momentum matrix")]
 
 
-def _matrix(derivation: Derivation, name: str, rows: int, values: list[Scalar], what: str) -> Block:
-    return derivation.block(name, (rows, derivation.tree.nv), values, what)
+def _matrix(derivation: Derivation, name: str, rows: int, values: list[Scalar], description: str) -> Block:
+    return derivation.block(name, (rows, derivation.tree.nv), values, description)
 
 
 CENTROIDAL_RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {

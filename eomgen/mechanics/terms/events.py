@@ -37,8 +37,8 @@ def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
     rows = []
     for event, value, place in zip(scene.events, _values(derivation), starts, strict=False):
         blocks = {symbol.block for symbol in derivation.tape.depends_on([value.ref])}
-        if event.action == "impact" and (found := blocks - _POSITIONS):
-            fault = f"the impact needs a formula of positions and time, and this one depends on {_words(found)}"
+        if event.action == "impact" and (other_blocks := blocks - _POSITIONS):
+            fault = f"the impact needs a formula of positions and time, and this one depends on {_words(other_blocks)}"
             raise ModelError([Problem(event.place, fault, 'a distance, such as "q.ball"')])
         if not blocks - {"p"}:
             fault = "the formula does not change along a run: nothing of the motion and no time is left in it"
@@ -123,9 +123,9 @@ def _values(derivation: Derivation) -> list[Scalar]:
     return _recorded(derivation, [event.when for event in derivation.scene.events], "functions of the events")
 
 
-def _recorded(derivation: Derivation, formulas: Sequence[Formula], what: str) -> list[Scalar]:
+def _recorded(derivation: Derivation, formulas: Sequence[Formula], label: str) -> list[Scalar]:
     derivation.energies()
-    with derivation.tape.block(what):
+    with derivation.tape.block(label):
         return [derivation.quantities.formula(formula) for formula in formulas]
 
 

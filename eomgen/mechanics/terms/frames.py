@@ -81,19 +81,19 @@ def _dot(derivation: Derivation, x: list[Scalar], y: list[Scalar]) -> Scalar:
 
 
 def _recorded(
-    derivation: Derivation, name: str, shape: tuple[int, ...], of: Callable[[Mount], list[Scalar]], what: str
+    derivation: Derivation, name: str, shape: tuple[int, ...], of: Callable[[Mount], list[Scalar]], description: str
 ) -> Block:
     values: list[Scalar] = []
     for frame in derivation.scene.frames_of_terms():
         mount = frame_mount(derivation, frame)
-        with derivation.tape.block(f"{what} of frame {frame.name}"):
+        with derivation.tape.block(f"{description} of frame {frame.name}"):
             values += of(mount)
-    return _block(derivation, name, shape, values, what)
+    return _block(derivation, name, shape, values, description)
 
 
-def _block(derivation: Derivation, name: str, shape: tuple[int, ...], values: list[Scalar], what: str) -> Block:
+def _block(derivation: Derivation, name: str, shape: tuple[int, ...], values: list[Scalar], description: str) -> Block:
     names = [frame.name for frame in derivation.scene.frames_of_terms()]
-    return derivation.block(name, (len(names), *shape), values, f"{what} of {', '.join(names)}")
+    return derivation.block(name, (len(names), *shape), values, f"{description} of {', '.join(names)}")
 
 
 def _by_reference(record: Callable[..., list[Block]], name: str) -> dict[str, Callable[[Derivation], list[Block]]]:

@@ -83,11 +83,11 @@ def jacobian_values(derivation: Derivation) -> list[Block]:
     return [_nonzeros(derivation, "B", entries, "B: constraint Jacobian, left-trivialised")]
 
 
-def _nonzeros(derivation: Derivation, name: str, entries: Entries, what: str) -> Block:
+def _nonzeros(derivation: Derivation, name: str, entries: Entries, description: str) -> Block:
     """Return the entries of a matrix, row by row, and keep their positions."""
     indices, refs = pattern({index: ref for index, ref in entries.items() if ref != ZERO})
     derivation.patterns[name] = indices
-    return Block(name, (len(refs),), refs, f"nonzeros of {what}")
+    return Block(name, (len(refs),), refs, f"nonzeros of {description}")
 
 
 def _packed(derivation: Derivation, block: Block) -> Block:

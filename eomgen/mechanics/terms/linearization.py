@@ -51,11 +51,11 @@ def output_partials(derivation: Derivation) -> list[Block]:
     multipliers = 0 if derivation.constraints is None else len(derivation.constraints.tangents)
     sizes = {"q": tree.nv, "v": tree.nv, "a": tree.nv, "z": len(derivation.scene.states), "lam": multipliers}
     blocks = []
-    for block, what in _OF_STATE:
+    for block, differential in _OF_STATE:
         plain: Seeds = {InputSymbol(block, k): {k: ONE} for k in range(sizes[block])}
         seeds = configuration_directions(tree) if block == "q" else plain
         with tape.block(f"partials of outputs in {block}"):
-            blocks += _matrix(derivation, values, seeds, sizes[block], f"Y{block}", f"d outputs / {what}")
+            blocks += _matrix(derivation, values, seeds, sizes[block], f"Y{block}", f"d outputs / {differential}")
     with tape.block("partials of outputs in inputs and disturbances"):
         return blocks + Columns(derivation).of(values, "Yu", "Yw", "d outputs")
 

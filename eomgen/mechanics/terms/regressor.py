@@ -21,9 +21,9 @@ def regressor_blocks(derivation: Derivation) -> list[Block]:
     zero = (tree.algebra.zero_vector, tree.algebra.zero_vector)
     wrenches = generalized(tree, [zero if load is None else load for load in loads.wrenches], "other forces")
     left = [-(x + y) for x, y in zip(wrenches, loads.efforts, strict=True)]
-    what = f"tau per unit of {', '.join(names)}"
+    description = f"tau per unit of {', '.join(names)}"
     return [
-        derivation.block("Y", (tree.nv, len(names)), [value for row in rows for value in row], what),
+        derivation.block("Y", (tree.nv, len(names)), [value for row in rows for value in row], description),
         derivation.block("tau0", (tree.nv,), left, "what of tau no parameter of the regressor is a factor of"),
     ]
 

@@ -21,8 +21,8 @@ def samples(derivation: Derivation) -> list[Block]:
 def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
     """Return the sampled states of a scene, in their order.
 
-    A state with a formula of another sampled state takes the value which that one takes at the same time; itself, and
-    what is delayed, are what they were. What a controller gives comes after its signals.
+    A formula that reads another state sampled at the same time takes that state's new value; it takes the previous
+    value of its own state and of delayed states. Outputs of a controller come after the controller's signals.
 
     Raises
     ------
@@ -41,8 +41,8 @@ def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
             called = derivation.scene.sampled[controllers[item.controller]]
             asked[number] = {numbers[name] for name in called.signal_states}
             continue
-        found = {symbol.index for symbol in derivation.tape.depends_on([ref]) if symbol.block == "z"}
-        asked[number] = {k for k in found if k in sampled and k != number and not sampled[k].register}
+        states = {symbol.index for symbol in derivation.tape.depends_on([ref]) if symbol.block == "z"}
+        asked[number] = {k for k in states if k in sampled and k != number and not sampled[k].register}
         if item.register:
             asked[number] = set()
     levels: dict[int, int] = {}

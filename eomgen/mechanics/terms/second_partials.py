@@ -1,13 +1,12 @@
-"""Second derivatives of a weighted sum of the equations and outputs, along one direction: what adjoints of second
-order take of each state.
+"""Second derivatives of a weighted sum of equations and outputs along one direction, for second-order adjoints.
 
     g = d (w . (M a + h + b - Q + B^T lam, zdot, Phi, B v + Phi_t, B a + g, outputs)) / d (q, v, a, z, lam, p, u),
     Hd = dg along d.
 
 g by one reverse sweep, its change along d by one forward sweep over that (Griewank and Walther, Evaluating Derivatives
-(2008), section 5.4), so the cost is a small multiple of that of the equations whatever the number of variables. In q
-both are left-trivialised: first the gradient, then its change along d, which on rotations do not commute. Time is held;
-given inputs and the base follow their laws in p, and u changes inputs beside that.
+(2008), section 5.4), so the cost is a small multiple of the cost of the equations for any number of variables. In q
+both are left-trivialised: first the gradient, then its change along d; on rotations the two do not commute. Time is
+held; given inputs and the base follow their laws in p, and u adds to the given inputs.
 """
 
 from __future__ import annotations
@@ -28,9 +27,9 @@ from eomgen.system.system import Block
 def second_partials(derivation: Derivation) -> list[Block]:
     """Return Hd, in the parts of ``SecondBlocks.direction``."""
     tape = derivation.tape
-    found = _values(derivation)
-    blocks = _blocks(derivation, found)
-    values = [ref for name in blocks.weights for ref in found[name]]
+    values_by_name = _values(derivation)
+    blocks = _blocks(derivation, values_by_name)
+    values = [ref for name in blocks.weights for ref in values_by_name[name]]
     seeds, size = _directions(derivation, blocks), sum(blocks.direction.values())
     weights = [tape.input("weights", number) for number in range(len(values))]
     with tape.block("gradient of the weighted equations and outputs"):
@@ -42,14 +41,14 @@ def second_partials(derivation: Derivation) -> list[Block]:
                 gradient[direction] = tape.add(gradient[direction], tape.mul(ref, adjoints[key]))
     with tape.block("its change along the direction"):
         changes = jacobian_vector(tape, gradient, {key: _along(tape, tangent) for key, tangent in seeds.items()})
-    what = (
+    description = (
         "change along d of the gradient of w . (residual, zdot, Phi, rates and accelerations of constraints, outputs)"
     )
-    return [Block("Hd", (size,), tuple(changes), what)]
+    return [Block("Hd", (size,), tuple(changes), description)]
 
 
 def _values(derivation: Derivation) -> dict[str, Sequence[Ref]]:
-    """Return what is weighted, by the names of ``SecondBlocks.weights``."""
+    """Return the weighted rows (residual, rates, constraints, outputs) by the names of ``SecondBlocks.weights``."""
     (residual,) = derivation.residual()
     result: dict[str, Sequence[Ref]] = {"r": residual.refs, **dict.fromkeys(("zdot", "Phi", "w", "wdot", "y"), ())}
     if derivation.scene.states:

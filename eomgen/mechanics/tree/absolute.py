@@ -43,12 +43,12 @@ FreeLink = tuple[Link, Factor]
 
 
 def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str]) -> Tree:
-    """Return the free bodies of a scene; bodies on fixed joints are merged into what carries them.
+    """Return the free bodies of a scene; bodies on fixed joints are merged into the body that carries them.
 
     Parameters
     ----------
     groups : mapping from body to ``SE3`` or ``R3xSO3``
-        ``SE3`` where a body is not named.
+        ``SE3`` for bodies that the mapping does not name.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Added mass of slender hulls: what of the water moves with a body, across the axis of each of its hulls.
+"""Added mass of slender hulls: the water that moves with a body, across the axis of each hull.
 
 The inertia of a uniform member across its axis is a second moment, so two places by Gauss and Legendre's rule, each
 with half of it, have the same inertia as the member.
@@ -53,7 +53,7 @@ class Member:
 
 
 def member_of(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar]) -> Member:
-    """Return a hull in numbers; ``number`` gives that of a formula of parameters."""
+    """Return a hull in numbers; ``number`` evaluates a formula of parameters."""
     start, end = (algebra.vector([number(part) for part in place]) for place in (hull.start, hull.end))
     span = minus(end, start)
     length = algebra.call(Op.SQRT, dot(span, span))

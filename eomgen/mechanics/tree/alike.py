@@ -29,14 +29,14 @@ MANY = 64
 FEWEST = 8
 #: A number that is not zero in a smaller part of the links makes these differ from the others.
 RARE = 0.02
-#: A sequence repeats, in links, where so large a part of them is like the one so many before it at most.
+#: Links are regular if, for some period up to LONGEST_PERIOD, this part of them equal the link one period before.
 REGULAR, LONGEST_PERIOD = 0.9, 6
 
 
 def is_irregular(scene: Scene, tree: Tree, grouped: Tree) -> bool:
     """Return whether a long tree has many links whose numbers differ in zeros and signs without regularity.
 
-    Where each is like the one before it, or like the second, third to sixth before it, loops are found as it is.
+    Links that equal the link one to six places before them are regular: loops over them need no change of axes.
     """
     if not _long(scene):
         return False
@@ -59,7 +59,7 @@ def _pattern(link: Link, grouped: Inertia, mount: Mount | None) -> tuple[object,
 
 
 def joints_along_z(scene: Scene) -> frozenset[str]:
-    """Return the joints whose axis becomes the z of their links: those of each type whose axes differ."""
+    """Return the joints whose axis becomes the z of their links: all joints of a type with several axis directions."""
     kinds: dict[str, list[Joint]] = {}
     for joint in scene.joints:
         if joint.kind.turned_about or any(motion.axes for motion in joint.kind.chain):
@@ -115,7 +115,7 @@ def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
 
 
 def generic_rows(
-    algebra: Algebra, members: Sequence[int], rows: Sequence[Sequence[Scalar]], what: str
+    algebra: Algebra, members: Sequence[int], rows: Sequence[Sequence[Scalar]], label: str
 ) -> list[list[Scalar]]:
     """Return rows of numbers, one of each member, with generic constants in columns that differ.
 
@@ -128,7 +128,7 @@ def generic_rows(
             continue
         columns.append(
             [
-                Scalar(algebra.tape, algebra.tape.generic(entry.number or 0.0, what, member, place))
+                Scalar(algebra.tape, algebra.tape.generic(entry.number or 0.0, label, member, place))
                 for member, entry in zip(members, column, strict=True)
             ]
         )
@@ -136,12 +136,12 @@ def generic_rows(
 
 
 def _kind(link: Link, has_body: bool) -> tuple[object, ...]:
-    """Return what links have in common that may be one loop."""
+    """Return the properties in which links must agree to be members of one loop."""
     turn = None if link.turn is None else link.turn.place
     return (link.kind, link.joint.type, len(link.columns), turn, link.parent == ROOT, link.elastic is None, has_body)
 
 
-#: Where a link's numbers are: its orientation, position, inertia, grouped inertia and pitch; then rotors and the mount.
+#: Slices of a link's row of numbers: orientation, position, inertia, grouped inertia, pitch; rotors and mount follow.
 _ORIENTATION, _POSITION, _INERTIA, _GROUPED, _PITCH = slice(0, 9), slice(9, 12), slice(12, 22), slice(22, 32), 32
 _UPPER = [(i, j) for i in range(3) for j in range(i, 3)]
 
@@ -160,7 +160,8 @@ def _flat(A: Matrix) -> list[Scalar]:
 
 
 def _of_one_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
-    """Return the members that have no number where nearly all others have zero, or a parameter where they have none."""
+    """Return the members left after those with a number where nearly all members have zero, or with a parameter where
+    nearly all have none, are dropped."""
     members = list(numbers)
     for _ in range(len(members)):
         rows = [numbers[index] for index in members]
@@ -183,7 +184,7 @@ def _of_one_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
 
 
 def _differ(rows: Sequence[Sequence[Scalar]]) -> bool:
-    """Return whether numbers differ in more than their value: in what a tape, or a rule for equal moments, looks at."""
+    """Return whether numbers differ in a property that the tape or the rule for equal moments looks at (sign, zero)."""
     return len({tuple(map(_looked_at, row)) + tuple(_equal_moments(row)) for row in rows}) > 1
 
 

@@ -50,7 +50,7 @@ class BaseMotion:
 class BaseState:
     """Pose and twist of the base on the tape; without rotations the orientation is the identity by structure.
 
-    ``struct`` holds the components in the order of BASE_LAYOUT; those that the base's law keeps at zero are zero by
+    ``struct`` holds the components in the order of BASE_LAYOUT; components that the law keeps at zero are zero by
     structure, ``zeros`` says which.
     """
 
@@ -116,14 +116,14 @@ def base_state(algebra: Algebra, scene: Scene, gravity: Vector, *, disturbed: bo
 
 
 def _zeros(scene: Scene, base: Base) -> tuple[int, ...]:
-    """Return the components of the base struct that its law keeps at zero, whatever time and tunable parameters are."""
+    """Return the components of the base struct that its law keeps at zero for all times and tunable parameters."""
     algebra = Algebra(Tape())
     law = base_law(algebra, base, parameter_scalars(algebra, scene))
     return tuple(k for k, value in enumerate(law) if value.is_zero)
 
 
 def _accelerations(*, turning: bool) -> range:
-    """Return where the base struct holds the accelerations: of a base that may turn the angular ones, too."""
+    """Return the places of the accelerations in the base struct; angular ones, too, for a base that may turn."""
     return range(base_place("omega_dot" if turning else "velocity_dot"), BASE_SIZE)
 
 

@@ -1,6 +1,6 @@
 """Distributed inertia of a deformed beam: its wrench on the frame, and the rows of its elastic coordinates.
 
-Sections turn with the frame and, where torsion is asked for, about the frame's x axis with their polar inertia.
+Sections turn with the frame and, if torsion is requested, about the frame's x axis with their polar inertia.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class ElasticBody:
     # -- inertia -------------------------------------------------------------------------------------------------------
 
     def deformed(self, rigid: Inertia) -> Inertia:
-        """Return the shape integrals of the deformed body about the frame's origin, given those of the rigid body."""
+        """Return the shape integrals of the deformed body about the frame's origin from those for the rigid body."""
         s = self.deflections.position()
         first = self.algebra.vector([self.density * self.mass.first(component) for component in s])
         upper = {(i, j): self.density * self.mass.product(s[i], s[j]) for i in range(3) for j in range(i, 3)}
@@ -151,7 +151,7 @@ class ElasticBody:
         return self.twist[k] * angular_acceleration + self._weighted(self.twists[k], accelerations)
 
     def kinetic_energy(self, omega: Vector, velocity: Vector) -> Scalar:
-        """Return the kinetic energy, J, beyond that of the deformed body in rigid motion with the inertial twist."""
+        """Return the kinetic energy, J, less the kinetic energy of the deformed body in rigid motion with the twist."""
         own = self.deflections
         s, rates = own.position(), own.velocity()
         values = {}

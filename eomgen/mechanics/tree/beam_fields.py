@@ -49,11 +49,10 @@ class DistributedMass:
 
     Attributes
     ----------
-    unit : what multiplies shape integrals here: mass per length if it is a constant, else 1
+    unit : factor of the shape integrals: mass per length if it is a constant, else 1
     second_order : whether products of weight 3 and 4 are kept
-    beyond : (n, n) what is added to the integrals of products of shape functions, where coordinates of one kind have
-        more inertia
-        among themselves than their mass; None if none has
+    beyond : (n, n) added to the integrals of products of shape functions, for coordinates of a kind that has more
+        inertia among themselves than their mass; None if no kind has
     """
 
     algebra: Algebra
@@ -129,7 +128,7 @@ class Deflections:
 
     Attributes
     ----------
-    integrals : which coordinates deflect where
+    integrals : integrals of the shape functions of the coordinates
     shortens : whether the axis keeps its length when it bends
     q, v, a : (n,) elastic coordinates, velocities, accelerations
     """
@@ -176,7 +175,7 @@ class Deflections:
         return (Component(0.0, axes[0]), Component(0.0, axes[1]), Component(0.0, axes[2]))
 
     def _pairs(self, *pairs: tuple[float, Amplitudes, Amplitudes]) -> tuple[tuple[float, Amplitudes, Amplitudes], ...]:
-        """Return pairs in which coordinates that shorten nothing count as zero; none without shortening."""
+        """Return pairs in which coordinates without shortening count as zero; an empty tuple without shortening."""
         if not self.shortens:
             return ()
         return tuple((weight, self._bending(a), self._bending(b)) for weight, a, b in pairs)

@@ -1,7 +1,7 @@
 """Stations: frames on a beam to which something is attached, moved by deflection and slope.
 
-A station at x sits at (x + u - shortening, v, w) and is turned by exp of (twist, -w', v'). Both are kept whole: what
-an attached body transmits then stiffens the beam by itself (Kane, Ryan and Banerjee 1987 for the shortening).
+A station at x sits at (x + u - shortening, v, w) and is turned by exp of (twist, -w', v'). Both are kept whole: the
+load from an attached body then stiffens the beam without further terms (Kane, Ryan and Banerjee 1987, shortening).
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def station_motion(
 
 
 def _turned(algebra: Algebra, angle: Vector) -> tuple[Rotation, Matrix | None]:
-    """Return exp(angle) and its tangent; no tangent where the axis of turning is fixed."""
+    """Return exp(angle) and its tangent; no tangent if the axis of turning is fixed."""
     axes = [k for k in range(3) if not angle[k].is_zero]
     if not axes:
         return Rotation(()), None

@@ -43,7 +43,7 @@ def build_tree(
     Parameters
     ----------
     given : values in place of components of q, v and a, by block and number
-    apart : fixed joints whose bodies keep links of their own, which do not move against those that carry them
+    apart : fixed joints whose bodies keep links of their own, at rest relative to the links that carry them
     along_z : joints whose axis is the z of their links, although it may be another coordinate axis of the body
 
     Raises

@@ -1,7 +1,7 @@
-"""Coordinates of joints on the tape: components of q, v and a, or those of the leader of a dependent (mimic) joint.
+"""Coordinates of joints on the tape: components of q, v and a; a dependent (mimic) joint uses its leader's.
 
-A coordinate that follows, q = ratio q_leader + offset, is no unknown. What its joint does enters the leader's equation
-by virtual work, multiplied, so motion subspaces, inertia and forces need no more than the ratio of each joint.
+A coordinate that follows, q = ratio q_leader + offset, is no unknown. Efforts of its joint enter the leader's equation
+by virtual work, times the ratio, so motion subspaces, inertia and forces need only the ratio of each joint.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Coordinates of one joint, recorded where they are used.
+    """Coordinates of one joint, recorded on the tape as they are read.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ from eomgen.symbolic.scalar import (
 
 @dataclass(frozen=True)
 class AddedMass:
-    """What of the water moves with a place of a body: M a is the force that the acceleration a of the place takes.
+    """Added mass of the water at one place of a body: an acceleration a of the place takes the force M a.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Inertia:
         return Inertia(self.mass + other.mass, plus(self.first, other.first), second, self.added + other.added)
 
     def moved(self, R: Matrix, p: Vector) -> Inertia:
-        """Return the integrals about another frame, where this frame has orientation R, (3, 3), and origin p, (3,)."""
+        """Return the integrals about another frame; this frame has orientation R, (3, 3), and origin p, (3,), in it."""
         first = apply(R, self.first)
         added = tuple(
             AddedMass(apply(R, item.position), multiply(multiply(R, item.matrix), transpose(R))) for item in self.added

@@ -28,7 +28,7 @@ class Motion:
     ----------
     kind : turn, travel (along one or more axes), screw, ball or free
     axes : unit vectors in the axes of the links
-    components : those of the joint's velocity that drive the columns, in order
+    components : components of the joint's velocity that drive the columns, in order
     """
 
     kind: MotionKind
@@ -58,7 +58,7 @@ def quaternion_matrix(algebra: Algebra, quaternion: list[Scalar]) -> Matrix:
 def motions_of(joint: Joint, *, along_z: bool = False) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]:
     """Return a joint's elementary motions from parent to child, with their axes in child axes.
 
-    Where ``along_z``, its axis is the z of its links in any case.
+    With ``along_z`` the joint's axis becomes the z of its links.
 
     Between two motions of a joint there is a massless link. One screw with two columns would serve a cylindrical
     joint; it needs as many operations, and more in partials.
@@ -66,8 +66,8 @@ def motions_of(joint: Joint, *, along_z: bool = False) -> tuple[tuple[Direction,
     Returns
     -------
     axes : the axes of the joint's links in child axes, as columns: the body's own, unless a rotation axis is skew; then
-        that axis is the links' z, and of two axes both are coordinate axes. Where the axes are within tolerance of
-        coordinate axes, the links' axes differ as little from the body's
+            this axis is the links' z, and of two axes both are coordinate axes. If the axes are within tolerance of
+            coordinate axes, the links' axes differ as little as possible from the body's
     motions : with axes in link axes; none for a fixed joint
     """
     axes, axis, second = (frame_of(joint), IDENTITY[2], IDENTITY[0]) if along_z else _link_axes(joint)

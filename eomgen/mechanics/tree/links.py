@@ -1,8 +1,8 @@
 """Trees of links, and the mounts of a scene's bodies on them.
 
-A *link* is a rigid body together with everything fixed to it. Its frame sits on its joint; where the joint's axis is
-no coordinate axis of the body, the link's frame is the body's turned so that the axis is its z. A *mount* says where
-a body sits on its link.
+A *link* is a rigid body together with everything fixed to it. Its frame sits on its joint; if the joint's axis is no
+coordinate axis of the body, the link's frame is the body's turned so that the axis is its z. A *mount* is the pose of
+a body in the frame of its link.
 """
 
 from __future__ import annotations
@@ -33,10 +33,9 @@ WORLD_NAME = "world"
 class Mount:
     """Constant pose of a body's frame in a link's frame.
 
-    ``link`` is ROOT for what is fixed to the base that carries the tree, CARRIER for what is fixed to a base that does
-    not:
-    in absolute coordinates links hang in the world and the base moves past them. WORLD is what rests while the base
-    moves.
+    ``link`` is ROOT for bodies fixed to the base that carries the tree, CARRIER for bodies fixed to a base that does
+    not: in absolute coordinates links hang in the world and the base moves past them. WORLD is for bodies at rest
+    while the base moves.
     """
 
     link: int
@@ -52,15 +51,15 @@ class Link:
     ----------
     kind : the elementary motion that carries it
     rotation, position : pose in the parent link's frame (base frame at the root), functions of q
-    neutral_position, travel : where its origin is at neutral coordinates, and how far they have moved it from there
+    neutral_position, travel : its origin at neutral coordinates, and its displacement from there
     columns : motion subspace in this frame
     coordinates, velocities, accelerations : of the elementary motion, one velocity component per column
     inertia : shape integrals about this frame's origin
     rotor_inertias : one for each column
-    balanced : whether it turns about the centre of mass of all that it carries, so that what moves its origin is not
-        coupled
-    elastic : how it deforms, None if it is rigid; ``inertia`` is then that of the deformed body
-    station : how elastic coordinates move it, where it is a place on a beam; else its motion subspace is constant
+    balanced : whether it turns about the centre of mass of all that it carries, so that motion of its origin is
+        uncoupled from it
+    elastic : its deformation, None if it is rigid; ``inertia`` is then the inertia of the deformed body
+    station : its motion by elastic coordinates if it is a place on a beam; None if its motion subspace is constant
     turn : the coordinate axis that it turns about, None if it does not turn about one axis
     motion, pitch : of a joint; the pitch in m/rad
     """
@@ -109,7 +108,7 @@ class Tree:
     factors : of the configuration, in the order of the links that they move
     coordinates : of all moving joints by name, dependent ones included, and of beams
     stations : the link at the station x of a beam, by (body, x)
-    alike : groups of links that are recorded with the same operations, whatever their numbers are
+    alike : groups of links that are recorded with the same operations, for any numbers
     """
 
     algebra: Algebra
@@ -128,7 +127,7 @@ class Tree:
 
     @property
     def rigid(self) -> bool:
-        """Whether all inertia is that of rigid bodies: nothing deforms, and no water moves with them."""
+        """Whether all inertia is rigid: no link deforms, and no added mass of water moves with them."""
         return not self.elastic and not any(link.inertia.added for link in self.links)
 
     def without_water(self) -> Tree:
@@ -137,7 +136,7 @@ class Tree:
         return replace(self, links=tuple(links))
 
     def mount_at(self, body: str, r: Vector) -> Mount:
-        """Return the mount of a body's frame at its point r; on a beam that of the station there."""
+        """Return the mount of a body's frame at its point r; on a beam the mount of the station there."""
         mount, x = self.mounts[body], r[0].constant
         link = None if x is None else self.stations.get((body, x))
         if link is None or link == mount.link:
@@ -193,8 +192,8 @@ class Tree:
         return tuple(parents)
 
     def _nearest_above(self) -> tuple[int, ...]:
-        """Return for each velocity component the nearest one towards the root, where all of a path are coupled."""
-        highest: list[int] = []  # of a link and of those that carry it
+        """Return, by velocity component, the nearest one towards the root; all components of a path are coupled."""
+        highest: list[int] = []  # largest component of each link and the links that carry it
         joints: dict[str, tuple[int, list[int]]] = {}
         for link in self.links:
             above = highest[link.parent] if link.parent != ROOT else -1

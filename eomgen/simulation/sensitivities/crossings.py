@@ -78,7 +78,7 @@ def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
     for one, shifts in zip(jumps, _shifts(run, branches, jumps), strict=True):
         if shifts.max(initial=0.0) > _MOVED:
             t, moved = float(one.after["t"][0]), names[int(np.argmax(shifts))]
-            by = branches.branches[one.branch].what
+            by = branches.branches[one.branch].description
             fault = f"forces jump near t = {t:.6g} s by {by}, at a moment that {moved} moves"
             if one.change == 0.0:
                 fault = f"the run stays where forces jump by {by}, near t = {t:.6g} s, and {moved} moves it off"

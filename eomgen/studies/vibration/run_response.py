@@ -120,7 +120,8 @@ class RunResponse:
             return []
         moving = {"q", "v", "z"}
         result = self.model.branches().kinks
-        return list(dict.fromkeys(one.what for one in result if moving & {symbol.block for symbol in one.symbols}))
+        kinks = (kink for kink in result if moving & {symbol.block for symbol in kink.symbols})
+        return list(dict.fromkeys(kink.description for kink in kinks))
 
     def expansion(self, point: Array) -> Expansion:
         """Return the output with its gradient (n,) and Hessian (n, n): one run, its tangents in all directions, and one
