@@ -77,8 +77,8 @@ def _with_sections(kind: type[SceneBuilder]) -> type[SceneBuilder]:
 class SceneBuilder(SectionMethods):
     """Collects the entries of a scene; ``build`` checks them all at once.
 
-    Every method returns the builder. Numbers may be formulas, or texts with a unit such as "250 mm", wherever a scene
-    file takes them; plain numbers are in SI, and the meaning of each key is that of the scene file.
+    Every method returns the builder. Numbers may be formulas, or texts with a unit such as "250 mm", as in a scene
+    file; plain numbers are in SI, and keys have the meaning of the scene file's keys.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class SceneBuilder(SectionMethods):
     terms : sequence of str
         The terms wanted; none means all that are needed.
     coordinates : str
-        ``joint``, or ``absolute`` where every body moves on its own and joints become constraints.
+        ``joint``, or ``absolute``: every body moves on its own and joints become constraints.
     task_frames : sequence of str
         Bodies and frames that the terms of frames give; none means all.
 
@@ -159,7 +159,7 @@ class SceneBuilder(SectionMethods):
         )
 
     def _enter(self, section: str, name: str, /, **values: Any) -> Self:
-        """Store an entry of a section (or the section itself, where it has no named entries), and the caller's line."""
+        """Store an entry of a section (or the section itself if it has no named entries), and the caller's line."""
         place = _caller()
         key = key_of(section, str(name)) if name != "" or section not in ("base", "simulation") else section
         entry = {field: _plain(value) for field, value in values.items() if value is not None}

@@ -27,7 +27,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 Builder = TypeVar("Builder")
 
-#: What a caller may give for a kind of value, where it is not what the kind is made of.
+#: Types that a caller may pass for a kind of value, if they differ from the kind's own type.
 _TYPES: tuple[tuple[Any, str], ...] = (
     (kinds.Value, "Value"),
     (kinds.Values, "Value | Sequence[Value]"),
@@ -152,7 +152,7 @@ def _default(field: FieldInfo) -> Any:
 
 
 def _meaning(name: str, words: str, field: FieldInfo) -> str:
-    """Return what the documentation of a method says of a key."""
+    """Return the documentation of a key in a method's docstring."""
     words = words.removesuffix(" | None")
     units = " or ".join(every_unit(meaning_of(field)))
     inner = inner_table(field.annotation)

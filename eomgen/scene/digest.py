@@ -17,7 +17,7 @@ def digest_of(data: Mapping[str, Any]) -> bytes:
     Raises
     ------
     TypeError
-        For a value of a class that no Scene is made of: what is not read could not tell two scenes apart.
+        For a value of a class that no Scene has: its unread parts could differ between two scenes.
     """
     total = hashlib.sha256()
     for part in _parts(data):
@@ -26,7 +26,7 @@ def digest_of(data: Mapping[str, Any]) -> bytes:
 
 
 def _parts(value: Any) -> Iterator[bytes]:
-    """Yield what tells a value from any other of any class that a Scene is made of."""
+    """Yield bytes that differ for any two different values of the classes in a Scene."""
     if value is None or isinstance(value, bool | int | float | complex | Fraction | str | bytes):
         yield f"{type(value).__name__}:{value!r}".encode()
     elif isinstance(value, np.ndarray):

@@ -15,7 +15,7 @@ from eomgen.scene.joints.model import Joint
 from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, Parameter, State
 
-#: What a scene may have, in the order in which it is told, and what one of it is called.
+#: Parts of a scene in the order of the summary, with their singular and plural.
 _PARTS = (
     ("bodies", "body", "bodies"), ("joints", "joint", "joints"), ("constraints", "constraint", "constraints"),
     ("elements", "force element", "force elements"), ("controllers", "controller", "controllers"),
@@ -26,7 +26,7 @@ _PARTS = (
 
 
 class Shown(Protocol):
-    """What is shown of a ``Scene``: see there."""
+    """The fields of a ``Scene`` that its summary shows."""
 
     @property
     def name(self) -> str: ...

@@ -29,9 +29,9 @@ ConstraintType = Literal[
     "rolling",
 ]
 MotionKind = Literal["turn", "travel", "screw", "ball", "free"]
-#: What is used of a constraint's frame besides its origin; "any" takes the body's own axes where nothing is said.
+#: Axes of a constraint's frame that its rows use in addition to its origin; "any": the body's own axes by default.
 Need = Literal["nothing", "z", "x and z", "any"]
-#: What joint types are called elsewhere.
+#: Names of joint types in other tools.
 JOINTS_ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("hinge", "pin", "continuous", "rotational", "rotary"), "revolute"),
     **dict.fromkeys(("slider", "slide", "linear", "translational"), "prismatic"),
@@ -43,7 +43,7 @@ JOINTS_ELSEWHERE: Mapping[str, str] = {
 }
 #: Directions of a joint, orthonormal and right-handed.
 AXIS, SECOND_AXIS, THIRD_AXIS = 0, 1, 2
-#: Units of what a constraint drives.
+#: Units of the coordinates that a constraint may drive.
 DRIVE_UNITS: Mapping[str, str] = {"angle": "rad", "travel": "m"}
 #: Groups of elementary motions whose coordinates are not plain numbers.
 GROUPS: Mapping[str, str] = {"ball": "SO3", "free": "SE3"}
@@ -68,7 +68,7 @@ class ElementaryMotion:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Unit of what each component is the rate of."""
+        """Unit of the integral of each velocity component."""
         count = len(self.components)
         return (
             ("rad", "rad", "rad", "m", "m", "m")
@@ -90,18 +90,18 @@ _BALL, _FREE = ElementaryMotion("ball", (), (0, 1, 2)), ElementaryMotion("free",
 
 @dataclass(frozen=True)
 class Connection:
-    """A type of joint, of constraint, or of both: what it leaves free between two frames.
+    """A type of joint, of constraint, or of both, by the relative motion that it allows between two frames.
 
     Attributes
     ----------
     chain : elementary motions from the parent to the child, travels first; components of the velocity are angular ones
         first
-    meanings : of coordinates that are plain numbers, where "angle" and "travel" do not tell them apart
+    meanings : of coordinates that are plain numbers, if "angle" and "travel" do not tell them apart
     drive : the coordinate that a constraint of the type may prescribe
     urdf : names of the type in URDF
-    light : what to try where a joint carries no inertia, with ``{}`` for the body
+    light : hint for a joint that carries no inertia, with ``{}`` for the body
     equations : numbers of holonomic and velocity rows of a constraint that no chain describes
-    needs : what such a constraint uses of its two frames
+    needs : axes of its two frames that the rows of such a constraint use
     keys : of constraints of this type alone
     rod : whether it is drawn as a rod between the origins
     """
@@ -119,7 +119,7 @@ class Connection:
 
     @cached_property
     def units(self) -> tuple[str, ...]:
-        """Unit of what each velocity component is the rate of: rad or m."""
+        """Unit of the integral of each velocity component: rad or m."""
         result = {k: unit for motion in self.chain for k, unit in zip(motion.components, motion.units, strict=True)}
         return tuple(result[k] for k in range(len(result)))
 
@@ -129,7 +129,7 @@ class Connection:
 
     @property
     def group(self) -> str:
-        """Factor of the configuration space: R, SO3 or SE3; empty where nothing moves."""
+        """Factor of the configuration space: R, SO3 or SE3; empty for a fixed joint."""
         return next((GROUPS[motion.kind] for motion in self.chain if motion.kind in GROUPS), "R" if self.chain else "")
 
     @property
@@ -147,8 +147,7 @@ class Connection:
 
     @cached_property
     def coordinates(self) -> Mapping[str, str]:
-        """Unit of each coordinate by its meaning, where coordinates are plain numbers: these may have springs and
-        limits."""
+        """Unit of each coordinate by its meaning, if all are plain numbers: these may have springs and limits."""
         if self.group != "R":
             return {}
         meanings = self.meanings or tuple("angle" if unit == "rad" else "travel" for unit in self.units)
@@ -181,7 +180,7 @@ class Connection:
 
     @property
     def travels(self) -> tuple[int, ...]:
-        """Directions that it travels along, without those of screws."""
+        """Directions of its translations, without screws."""
         return tuple(axis for motion in self.chain if motion.kind == "travel" for axis in motion.axes)
 
     def has(self, kind: MotionKind) -> bool:
@@ -218,7 +217,7 @@ class Connection:
 
     @property
     def uses(self) -> tuple[Need, Need]:
-        """What its rows use of the first and of the second frame."""
+        """Axes of the first and of the second frame that its rows use."""
         if self.needs is not None or not self.chain:
             return self.needs or ("any", "any")
         if self.has("ball"):
@@ -266,7 +265,7 @@ CONSTRAINTS: Mapping[str, Connection] = {name: TYPES[name] for name in get_args(
 
 
 def by_component(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
-    """Return the unit of what belongs to each velocity component, by type of joint: one unit where all are alike."""
+    """Return the units of values by velocity component, by type of joint: one unit for types with equal ones."""
     result: dict[str, str | tuple[str, ...]] = {}
     for name, row in JOINTS.items():
         units = tuple(angular if unit == "rad" else linear for unit in row.units)

@@ -33,11 +33,11 @@ def load(
     path : str or Path
         The file; its ending says the kind.
     strict : bool
-        Refuse what an importer would leave out with a note.
+        Raise an error for elements that an importer would leave out with a note.
     coordinates : str, optional
-        ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
+        ``joint`` or ``absolute``, in place of the file's choice (joint for a URDF).
     task_frames : sequence of str
-        Bodies and frames that the terms of frames give, in place of what the file says (a URDF says all).
+        Bodies and frames that the terms of frames give, in place of the file's choice (all for a URDF).
     options
         Of the source: for URDF ``root``, ``lock``, ``limits``, ``friction``,
         ``actuated``, ``transmissions`` and ``tunable``.
@@ -110,7 +110,7 @@ def load_toml(
 ) -> Scene:
     """Read a scene from the text of a TOML file.
 
-    ``file`` is the name for messages, ``coordinates`` as in ``load``, ``folder`` where the paths of tables start.
+    ``file`` is the name for messages, ``coordinates`` as in ``load``, ``folder`` is the base of relative paths.
 
     Raises
     ------
@@ -176,17 +176,17 @@ def from_data(
     data : mapping
         As ``tomllib`` reads a scene file.
     file, lines : str, mapping
-        Where the data came from, for messages: the line of each dotted key, or ``file:line``.
+        Origin of the data, for messages: the line of each dotted key, or ``file:line``.
     problems : sequence of Problem
-        Found before, to be reported together with what is found here.
+        Known problems, to be reported together with further ones.
     notes, metadata
         Handed on to the scene.
     inertias_checked : bool
-        True where the source has checked the inertias already.
+        Whether the source has checked the inertias already.
     coordinates : str, optional
-        ``joint`` or ``absolute``, in place of what the data say.
+        ``joint`` or ``absolute``, in place of the data's choice.
     folder : Path, optional
-        Where the paths of tables start; the current folder by default.
+        Folder of relative paths of tables; the current folder by default.
 
     Raises
     ------

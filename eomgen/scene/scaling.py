@@ -1,9 +1,9 @@
 """A scene with tunable factors: units of length, mass and time, stiffness, damping, gravity, one body's inertia, the
 place of the origin.
 
-Every number whose key has a unit is multiplied as the unit says. Formulas are evaluated in the scene's own units: what
-they take of the motion is divided by its unit, and what they give is multiplied by that of their key. So the same
-motion in other units follows, whatever formulas are.
+Every number of a key with a unit is multiplied by the factor of its unit. Formulas are evaluated in the scene's own
+units: quantities of the motion in them are divided by the factor of their unit, and their value is multiplied by the
+factor of their key. So the same motion in other units follows for any formulas.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from eomgen.units.parser import read_unit
 
 Data = Mapping[str, Any]
 
-#: Factors: the parameter of each, 1 or 0 where the scene is its own.
+#: Factors: the parameter of each, 1 or 0 for the unchanged scene.
 LENGTH, MASS, TIME = "unit_length", "unit_mass", "unit_time"
 STIFFNESS, DAMPING, GRAVITY = "factor_of_stiffness", "factor_of_damping", "factor_of_gravity"
 RATIO, RATIO_LAST, ORIGIN = "factor_of_first_inertia", "factor_of_last_inertia", "place_of_origin"
@@ -43,14 +43,14 @@ _OF_POINTS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 @dataclass(frozen=True)
 class UnitsOf:
-    """What one unit of length, mass and time of a scene is, in m, kg and s."""
+    """The units of length, mass and time of a scene, in m, kg and s."""
 
     length: float = 1.0
     mass: float = 1.0
     time: float = 1.0
 
     def size(self, unit: str) -> float:
-        """Return by what a number with a unit string grows."""
+        """Return the factor of a number with a unit string."""
         result = 1.0
         for name, power in _powers(unit).items():
             result *= {LENGTH: self.length, MASS: self.mass, TIME: self.time}[UNITS[name]] ** power
@@ -84,7 +84,7 @@ def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
 
 
 def used_factors(scene: Data, wanted: Sequence[str]) -> frozenset[str]:
-    """Return which factors the numbers of a scene ``with_factors`` have: what is not there or zero has none."""
+    """Return the factors in the numbers of a scene ``with_factors``: absent and zero numbers have none."""
     texts = list(_texts({key: value for key, value in scene.items() if key != "parameters"}))
     return frozenset(name for name in wanted if any(name in text for text in texts))
 

@@ -1,7 +1,7 @@
 """The Scene: a validated description in SI units, the input of mechanics.
 
-All vectors are tuples of formulas; a plain number is a ``Number``. Where a field may hold a formula, its comment says
-of what. Frames: the *world* is inertial; the *base* is the frame that carries the tree and moves as prescribed (it is
+All vectors are tuples of formulas; a plain number is a ``Number``. Comments at fields give the symbols that formulas
+may have. Frames: the *world* is inertial; the *base* is the frame that carries the tree and moves as prescribed (it is
 the world when ``Scene.base`` is None). A body's frame coincides with its joint's frame at q = 0.
 """
 
@@ -30,7 +30,7 @@ from eomgen.system.motions import Motion
 from eomgen.system.samples import SampledController
 from eomgen.system.signals import Input, Output, Parameter, State
 
-if TYPE_CHECKING:  # a Scene needs none of what reads files
+if TYPE_CHECKING:  # a Scene needs no reader of files
     from eomgen.scene.forces.bushings import Bushing
     from eomgen.scene.forces.efforts import Effort
     from eomgen.scene.forces.forces import Force
@@ -39,7 +39,7 @@ if TYPE_CHECKING:  # a Scene needs none of what reads files
     from eomgen.scene.forces.torsion_springs import TorsionSpring
     from eomgen.scene.forces.tyres import Tyre
 
-#: In world axes, m/s^2, where a scene says nothing.
+#: Default, in world axes, m/s^2.
 GRAVITY = (0.0, 0.0, -9.81)
 #: Fields that no equation follows from.
 _SAID = frozenset({"source", "notes", "metadata", "description"})
@@ -67,30 +67,29 @@ class Scene:
     Attributes
     ----------
     bodies, joints : tuples of equal length; ``joints[i]`` carries ``bodies[i]``.
-    elements : the force elements; those of a kind are in ``springs``, ``bushings``, ...
-    curves : those that formulas can name, and those that inputs are made of.
+    elements : the force elements; by kind in ``springs``, ``bushings``, ...
+    curves : the curves that formulas can name, and the curves in inputs.
     feedback : the state feedbacks among the controllers, whose gains a calibration may fill.
     sampled : controllers whose functions are called at samples
-    constraints : what closes loops, besides the joints of the tree.
-    reactions : places and axes of the reactions that are not to be had as every joint and constraint has them.
+    constraints : loop closures, in addition to the joints of the tree.
+    reactions : points and axes of reactions that differ from the default of every joint and constraint.
     references : motions that formulas ask inverse dynamics about.
     motions : the inputs that are motions, which are no inputs of the equations; they are polynomials of time whose
         coefficients are tunable parameters
     modes : numbers that only events change; their values are the tunable parameters ``mode_...``
     events : roots of formulas that stop a run, are counted, or change the state, in their order
-    coordinates : ``joint``, or ``absolute`` where every body moves on its own and joints are constraints.
-    groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. ``SE3`` where
-        nothing
-        is said: a lower-pair joint to ground or to slow bodies then holds exactly along a step. ``R3xSO3`` is for
+    coordinates : ``joint``, or ``absolute``: every body moves on its own and joints are constraints.
+    groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. With ``SE3``, the
+        default, a lower-pair joint to ground or to slow bodies holds exactly along a step. ``R3xSO3`` is for
         bodies that spin fast and freely.
     points : the origins of frames among them, under the frames' names.
     frames : frames of bodies by name.
     task_frames : the bodies and frames that the terms of frames give; empty means all.
-    requirements : what its values must be that tunable parameters decide; checked where these are given.
+    requirements : rules for values that depend on tunable parameters; checked when these are given.
     terms : the terms the scene asks for; empty means all that its users may need.
     source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.
     content : bytes that determine the scene as it was described (canonical JSON of its data).
-    notes : what an importer converted, merged, snapped or left out; one sentence each.
+    notes : on elements that an importer converted, merged, snapped or left out; one sentence each.
     """
 
     name: str
@@ -138,16 +137,16 @@ class Scene:
 
     @cached_property
     def digest(self) -> bytes:
-        """What caches know the scene by: of its content and its data, so that ``dataclasses.replace`` makes another.
+        """Key of a scene in caches, of its content and its data, so that ``dataclasses.replace`` makes another.
 
-        Empty where the content is: nobody checked such a scene.
+        Empty if the content is empty: such a scene is unchecked.
         """
         data = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in _SAID}
         return digest_of(data) if self.content else b""
 
     @property
     def leading_joints(self) -> tuple[Joint, ...]:
-        """The joints that move and follow no other: those with coordinates of their own."""
+        """The joints with coordinates of their own: they move and follow no other joint."""
         return tuple(joint for joint in self.joints if joint.mimic is None and joint.kind.moves)
 
     def frames_of_terms(self) -> tuple[FixedFrame, ...]:

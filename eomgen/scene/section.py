@@ -110,7 +110,7 @@ class Section:
         return "", ""
 
     def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:
-        """Return names that entries add to those that formulas call, with descriptions for messages."""
+        """Return names that entries add for formulas, with descriptions for messages."""
         return {}
 
     def parameters(self, entries: Mapping[str, Any]) -> Sequence[Parameter]:
@@ -143,7 +143,7 @@ class Section:
 
 
 class Reading:
-    """The state of reading one scene: what is known so far, for the readers of further sections.
+    """The state of reading one scene: items read so far, for the readers of further sections.
 
     Parameters
     ----------

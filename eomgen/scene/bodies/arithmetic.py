@@ -1,4 +1,4 @@
-"""Products and sums of formulas that stay numbers where all their parts are."""
+"""Products and sums of formulas that are numbers if all operands are numbers."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def product(*formulas: Formula) -> Formula:
 
 
 def total(first: Formula, second: Formula) -> Formula:
-    """Return a sum, which is a number where both summands are."""
+    """Return a sum, which is a number if both summands are numbers."""
     if isinstance(first, Number) and isinstance(second, Number):
         return Number(first.value + second.value)
     return first + second
 
 
 def folded(formula: Formula) -> Formula:
-    """Return a formula of numbers as a number, NaN where it has no value."""
+    """Return a formula of numbers as a number; NaN if it has no value."""
     try:
         return substituted(formula, lambda _: None)
     except ArithmeticError:

@@ -1,7 +1,7 @@
 """Euler-Bernoulli beams: bodies with bending, stretch and torsion as requested.
 
-The beam lies along its frame's x axis, from x = ``start`` to x = ``start + length``; its frame is where its joint
-carries it. A material point of the axis sits at (x + u - shortening, v, w), with u, v, w sums of shape functions times
+The beam lies along its frame's x axis, from x = ``start`` to x = ``start + length``; its joint carries its frame. A
+material point of the axis sits at (x + u - shortening, v, w), with u, v, w sums of shape functions times
 elastic coordinates.
 """
 
@@ -21,7 +21,7 @@ Normalisation = Literal["natural", "mean_square", "unit"]
 #: Order in which the elastic coordinates of a beam come.
 KINDS: tuple[DeformationKind, ...] = ("bending_y", "bending_z", "stretch", "torsion")
 
-#: Of the length of a beam: what is this little beyond one of its ends is at that end.
+#: Tolerance in parts of the length of a beam: places beyond an end by less than this count as at that end.
 AT_END = 1e-6
 
 #: Nodal coordinates held at the ends; negative ones are counted from the last.
@@ -40,7 +40,7 @@ class Deformation:
     ----------
     kind : ``bending_y`` deflects along the beam's y axis, ``bending_z`` along z, ``stretch`` along x, ``torsion`` turns
         about x
-    shapes : where the shape functions come from
+    shapes : family of the shape functions
     modes : number of elastic coordinates
     elements : of the mesh behind ``finite_elements``, else 0
     ends : conditions at the ends for ``polynomial`` and ``finite_elements``: ``clamped_free``, ``free_free``,
@@ -55,9 +55,8 @@ class Deformation:
     normalisation : ``natural`` is the family's own; ``mean_square`` makes int f^2 = 1 over s = 0 .. 1; ``unit`` makes
         the
         deflection of a free second end 1, else the greatest one
-    masses : (x, mass, inertia) of what the modes of a mesh are found with, x in m, the others by ``mass_per_length``
-        (by
-        ``polar_inertia`` of torsion) at its default; they are no mass of the beam
+    masses : (x, mass, inertia) added to the mesh to find its modes, x in m, factors of ``mass_per_length`` (of
+        ``polar_inertia`` for torsion) at its default; they add no mass to the beam
     """
 
     kind: DeformationKind
@@ -93,7 +92,7 @@ class Deformation:
 
 @dataclass(frozen=True)
 class Beam:
-    """The elastic part of a body; the body's mass, centre and inertia are those of the beam undeformed.
+    """The elastic part of a body; the body's mass, centre and inertia are the undeformed beam's.
 
     Attributes
     ----------
@@ -101,8 +100,7 @@ class Beam:
     mass_per_length : rho A, kg/m; a profile multiplies it
     polar_inertia : rho I_p of the sections about the axis, kg m
     profiles : of ``mass``, ``bending_y``, ``bending_z``, ``stretch``, ``torsion`` and ``polar``: coefficients, constant
-        first, of
-        a polynomial in s = (x - start) / length that multiplies the property along the beam; absent where it is uniform
+        first, of a polynomial in s = (x - start) / length that multiplies the property along the beam; absent: 1
     deformations : at most one of each kind, in the order of ``KINDS``
     order : 1 keeps the kinetic energy to second order in elastic coordinates and their rates, so that their own
         equations are

@@ -21,7 +21,7 @@ _IN_PLACE_OF: Mapping[str, Sequence[str]] = {
 
 @dataclass(frozen=True)
 class Keys:
-    """A beam as it is written, and one of its parts where it is about that: what a part does not say is the beam's.
+    """Keys of a beam, or of one of its parts; a key that the part does not give is read from the beam.
 
     Attributes
     ----------

@@ -32,7 +32,7 @@ _UNIFORM = (1.0,)
 
 
 def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
-    """Return the body that a beam is; what is wrong with it goes to the report of ``values``."""
+    """Return the body of an entry of [beams]; faults go to the report of ``values``."""
     key = key_of("beams", name)
     start = values.constant(f"{key}.start", entry.start)
     if entry.length is None:

@@ -1,4 +1,4 @@
-"""Schema of elastic beams: section, material, and what their deformation is described by."""
+"""Schema of elastic beams: section, material, and the description of their deformation."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _COEFFICIENTS = "list of values of fixed parameters, constant first"
 
 
 class Section(Table):
-    """What a beam is made of: the stiffnesses and masses of its deformations follow from it."""
+    """Material and dimensions of a section, from which stiffnesses and masses follow."""
 
     elastic_modulus: Value = key("Young's modulus", unit="Pa", names=PARAMETERS)
     density: Value = key("of the material", unit="kg/m^3", names=PARAMETERS)
@@ -148,7 +148,7 @@ class Torsion(Deformation):
 
 
 class SectionStiffness(Table):
-    """Stiffness of the sections of a geometrically exact beam, by what it resists."""
+    """Stiffness of the sections of a geometrically exact beam, by strain."""
 
     stretch: Value | None = of_parameters("EA", unit="N", shown_default="required, but for `inextensible`")
     shear_y: Value | None = of_parameters(
@@ -172,7 +172,7 @@ class SectionDamping(Table):
 
 
 class SectionStrain(Table):
-    """Strains of the sections of a geometrically exact beam, by what resists them."""
+    """Strains of the sections of a geometrically exact beam, by kind."""
 
     stretch: Value = key("elongation along x", 0.0, names=PARAMETERS)
     shear_y: Value = key("shear along y", 0.0, names=PARAMETERS)
@@ -183,7 +183,7 @@ class SectionStrain(Table):
 
 
 class BeamPart(Table):
-    """A part of a geometrically exact beam; what it does not say is that of the beam."""
+    """A part of a geometrically exact beam; keys that it does not give are taken from the beam."""
 
     length: Value = key("undeformed", unit="m", names=FIXED_PARAMETERS)
     elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] = key(

@@ -17,7 +17,7 @@ from eomgen.scene.bodies.model import Body
 
 Rows = tuple[tuple[Formula, ...], ...]
 
-#: Strains of a section in their order, by what resists them. A deflection along y is a rotation about z.
+#: Strains of a section in their order, by the stiffness that resists them. Deflection along y is rotation about z.
 STRAINS = ("torsion", "bending_z", "bending_y", "stretch", "shear_y", "shear_z")
 #: Models of geometrically exact beams, each with the strains that it does not have.
 CONSTRAINED: Mapping[str, tuple[str, ...]] = {
@@ -28,7 +28,7 @@ CONSTRAINED: Mapping[str, tuple[str, ...]] = {
 #: Numbers of an element: strain, mean load, wrenches on its two nodes, loads of its first and of its last section, 6
 #: each, rotations and moments first.
 SECTION_ROW = 36
-#: By kind of output: where its three numbers begin, at the first and at the last section.
+#: By kind of output: index of its three numbers at the first and at the last section.
 SECTION_PARTS: Mapping[str, tuple[int, int]] = {
     "section_curvature": (0, 0),
     "section_strain": (3, 3),
@@ -39,7 +39,7 @@ SECTION_PARTS: Mapping[str, tuple[int, int]] = {
 
 @dataclass(frozen=True)
 class BeamSection:
-    """What the sections of an element resist with, and what they weigh.
+    """Stiffness, damping and mass of the sections of an element.
 
     Attributes
     ----------

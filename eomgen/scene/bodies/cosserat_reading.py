@@ -1,4 +1,4 @@
-"""Reading of geometrically exact beams: their parts, and what the sections of each element have."""
+"""Reading of geometrically exact beams: their parts, and the section data of each element."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _OF_EXACT = (
 )  # fmt: skip  # a table
 #: Bounds of numbers whose products are numbers, too.
 _LEAST, _MOST = 1e-150, 1e150
-#: What nothing can be made of goes on with these.
+#: Section values used after a fault, so that reading goes on.
 _SECTION_UNKNOWN = (Number(math.nan),) * 6
 
 
@@ -89,11 +89,11 @@ _COUNTERPARTS: Mapping[str, str] = {
 
 
 def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequence[float] = ()) -> Cosserat:
-    """Return a geometrically exact beam; what is wrong with it goes to the report of ``values``.
+    """Return a geometrically exact beam; faults go to the report of ``values``.
 
     Parameters
     ----------
-    stations : x of the places where something is attached, m, which are nodes; those beyond the beam are left out
+    stations : x of the places of attachments, m, which become nodes; places beyond the beam are left out
     """
     key = key_of("beams", name)
     whole = Keys(key, entry)
@@ -123,7 +123,7 @@ def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequ
 
 
 def _beyond_numbers(beam: Cosserat, values: Values) -> str:
-    """Return what of an element is beyond numbers that products can be made of; empty where nothing is."""
+    """Return the quantity of an element whose size is out of the range of products; empty if all are in range."""
     for part in dict.fromkeys(beam.parts):
         length, mass = float(part.length), values.value(part.section.mass_per_length)
         stiffness = max((abs(values.value(entry)) for row in part.section.stiffness for entry in row), default=0.0)
@@ -156,7 +156,7 @@ def _equal(length: Fraction, count: int) -> tuple[Fraction, ...]:
 
 
 def _pieces(whole: Keys, shape: Shape | None, values: Values) -> list[_Piece]:
-    """Return the parts of a beam, one where it has none."""
+    """Return the parts of a beam; one part if it has no list of parts."""
     entry, report = whole.entry, values.report
     if not entry.parts:
         if entry.elements is None:
@@ -186,7 +186,7 @@ def _pieces(whole: Keys, shape: Shape | None, values: Values) -> list[_Piece]:
 
 
 def _with_nodes(whole: Keys, pieces: Sequence[_Piece], stations: Sequence[float], values: Values) -> list[_Piece]:
-    """Return pieces with a node at every station, by as many elements as before where these are enough."""
+    """Return pieces with a node at every station, with more elements only if the given number is too small."""
     result: list[_Piece] = []
     start, tolerance = Fraction(0), Fraction(AT_END) * sum((piece.length for piece in pieces), Fraction(0))
     for piece in pieces:
@@ -230,7 +230,7 @@ def _positive(key: str, what: str, given: float | str, values: Values) -> Fracti
 
 
 def _sections(keys: Keys, places: Sequence[float], values: Values) -> list[BeamSection]:
-    """Return the sections at places from 0 to 1 along the beam: one and the same where nothing varies."""
+    """Return the sections at places from 0 to 1 along the beam; all the same one if no value varies."""
     result: list[BeamSection] = []
     varied = True
     for place in places:
@@ -294,7 +294,7 @@ def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Row
 
 
 def _given(key: str, table: written.SectionStiffness, free: Sequence[str], values: Values) -> list[Formula]:
-    """Return the stiffness by each strain, 0 for those that the beam does not have."""
+    """Return the stiffness by each strain, 0 for strains that the model constrains."""
     for strain in free:
         if getattr(table, strain) is None:
             values.report.add(key, f"the key {strain} is missing", f"{strain} = ...")
@@ -329,7 +329,7 @@ def _prestrain(keys: Keys, values: Values) -> tuple[Formula, ...]:
 
 
 def _by_strain(keys: Keys, field: str, values: Values) -> list[Formula]:
-    """Return the entries of a table by the kind of strain, zeros where there is none."""
+    """Return the entries of a table by the kind of strain, zeros if there is no table."""
     given = keys[field]
     if given is None:
         return [ZERO] * 6

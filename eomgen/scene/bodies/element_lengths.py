@@ -9,9 +9,9 @@ from itertools import pairwise
 
 
 def widths_between(places: Sequence[Fraction], count: int) -> tuple[Fraction, ...]:
-    """Return the lengths of ``count`` elements, or of one between each two places where these are more.
+    """Return the lengths of ``count`` elements with nodes at ``places``; at least one element between two places.
 
-    The longest element is as short as can be: each further element goes to where elements are longest.
+    The longest element is as short as possible: each further element splits the piece with the longest elements.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Reading of what the sections of geometrically exact beams weigh: key by key, by a section, or as a matrix."""
+"""Reading of section inertia of geometrically exact beams: key by key, from a section, or as a matrix."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NONE = SectionInertia(ZERO, (ZERO, ZERO, ZERO))
 
 
 def read_inertia(keys: Keys, section: SectionReader | None, values: Values) -> SectionInertia:
-    """Return the inertia of a section; what is missing or wrong goes to the report of ``values``."""
+    """Return the inertia of a section; missing and faulty values go to the report of ``values``."""
     if keys["inertia_matrix"] is not None:
         return _of_matrix(keys, values)
     mass = _mass_per_length(keys, section, values)

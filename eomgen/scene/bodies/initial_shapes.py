@@ -36,14 +36,14 @@ class Shape(Protocol):
     def length(self) -> float: ...
 
     def between(self, start: Fraction, end: Fraction) -> tuple[Array, float]:
-        """Return the logarithm, (6,), of the pose of the section at x = ``end`` m in that at x = ``start`` m, and the
-        angle by which the sections turn between them, rad, which may be above half a turn."""
+        """Return the logarithm, (6,), of the pose of the section at x = ``end`` m relative to the section at x =
+        ``start`` m, and the angle of the turn between them, rad, which may be above half a turn."""
         ...
 
 
 @dataclass(frozen=True)
 class Bent:
-    """A shape by its curvature, (3,), 1/m, section axes, at each x; ``constant`` where it is the same from x to x."""
+    """A shape by its curvature, (3,), 1/m, section axes, at x; ``constant`` tells whether it is the same on a range."""
 
     length: float
     curvature: Callable[[float], Array]
@@ -164,8 +164,7 @@ def _hermite(points: Array, slopes: Array, width: float) -> tuple[Array, Array]:
 
 
 def _least_turning(axis: Array, tangents: Array) -> Array:
-    """Return frames, (count, 7), with x along a curve, which turn about it as little as can be; the first is that of
-    the beam."""
+    """Return frames, (count, 7), with x along a curve and the least turn about it; the first is the beam's frame."""
     along = tangents / np.linalg.norm(tangents, axis=1)[:, np.newaxis]
     across = np.array([0.0, 1.0, 0.0])
     poses = [IDENTITY]

@@ -13,7 +13,7 @@ from eomgen.scene.reading.rotations import Rotation
 class Base:
     """Prescribed motion of the base: position in world axes and intrinsic rotations, formulas of t and parameters.
 
-    ``tilts``: how many of the rotations, the first ones, are those of a surface that it follows.
+    ``tilts``: number of leading rotations that follow the slope of a surface.
     """
 
     position: Vector = ZERO_VECTOR
@@ -25,8 +25,8 @@ class Base:
 class Body:
     """A body. Inertia (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes; products as tensor entries.
 
-    ``beam``: how it deforms; then mass, centre of mass and inertia are those of the beam undeformed. None where it is
-    rigid. ``node_of``: the geometrically exact beam of which it is a node.
+    ``beam``: its elastic part, None for a rigid body; mass, centre of mass and inertia are then the undeformed beam's.
+    ``node_of``: the geometrically exact beam of which the body is a node.
     """
 
     name: str

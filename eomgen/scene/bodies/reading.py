@@ -20,7 +20,7 @@ from eomgen.text import key_of
 
 
 def read_base(base: written.Base | None, values: Values) -> Base | None:
-    """Return the motion of the base; what depends on time in it must have accelerations."""
+    """Return the motion of the base; its formulas of time must be twice differentiable."""
     if base is None:
         return None
     position = values.vector("base.position", base.position, MOTION)
@@ -58,7 +58,7 @@ def read_body(name: str, body: written.Body, values: Values) -> Body:
 
 
 def read_body_frame(name: str, frame: written.BodyFrame, bodies: Collection[str], values: Values) -> FixedFrame:
-    """Return a frame of a body; ``bodies`` are the names of what can carry it."""
+    """Return a frame of a body; ``bodies`` are the names of bodies that can carry it."""
     key = key_of("frames", name)
     if frame.body not in bodies:
         report.check_reference(f"{key}.body", frame.body, [BASE, WORLD, *bodies], "body", values.report)
@@ -68,7 +68,7 @@ def read_body_frame(name: str, frame: written.BodyFrame, bodies: Collection[str]
 
 
 def read_point(name: str, point: written.Point, bodies: Collection[str], values: Values) -> Point:
-    """Return a point; ``bodies`` are the names of what can carry it."""
+    """Return a point; ``bodies`` are the names of bodies that can carry it."""
     key = key_of("points", name)
     if point.body not in bodies:
         report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *bodies], "body", values.report)

@@ -1,4 +1,4 @@
-"""The inertia of sections of geometrically exact beams: the form that a 6 x 6 matrix has, and what it tells."""
+"""Inertia of sections of geometrically exact beams: the form of its 6 x 6 matrix, and the values read from it."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from eomgen.scene.bodies.arithmetic import folded
 from eomgen.scene.bodies.section_stiffness import unlike
 from eomgen.scene.geometry.inertia import NO_INERTIA, impossible
 
-#: Part of its size by which a block of a matrix may miss its form: what is written has few digits.
+#: Part of its size by which a block of a matrix may miss its form: written matrices have few digits.
 _ROUNDING = 1e-6
 _FORM = "[[J, S], [-S, m]], of rotary inertia J, mass m, and S = m [[0, -z, y], [z, 0, 0], [-y, 0, 0]]"
 
 
 @dataclass(frozen=True)
 class SectionInertia:
-    """What a section weighs, as ``BeamSection`` has it."""
+    """Inertia of a section, with the fields of ``BeamSection``."""
 
     mass_per_length: Formula
     rotary_inertia: tuple[Formula, Formula, Formula]
@@ -59,7 +59,7 @@ class MovesAsRigidSection:
 
 
 def _fault(matrix: Array) -> tuple[str, str]:
-    """Return what is wrong with an inertia and what to try, empty where nothing is."""
+    """Return the fault of an inertia matrix and a hint, both empty for a valid one."""
     if not np.all(np.isfinite(matrix)):
         return "", ""
     if (pair := unlike(matrix)) is not None:

@@ -1,4 +1,4 @@
-"""Reading of the sections of beams: what is given of them, and what follows from their shape."""
+"""Reading of the sections of beams: the keys given, and the values that follow from their shape."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SIZES = tuple(dict.fromkeys(size for shape in SHAPES.values() for size in shape
 
 
 class SectionReader:
-    """What a section has; None for what it has not, and what is wrong with it goes to the report of ``values``."""
+    """Properties of a section; None for a property not given. Faults go to the report of ``values``."""
 
     def __init__(self, key: str, section: written.Section, values: Values) -> None:
         self.key, self.section, self.values = key, section, values
@@ -58,7 +58,7 @@ class SectionReader:
 
     @cached_property
     def shear_factors(self) -> tuple[Formula, Formula] | None:
-        """Return the given ones, else those of the shape."""
+        """Return the given shear factors, else the shape's."""
         if self._shape is not None and self.section.shear_factors is None:
             return self._shape.shear_factors
         return self._pair("shear_factors")
@@ -105,7 +105,7 @@ class SectionReader:
         return self._missing(field) if value is None else value
 
     def needed_pair(self, field: str) -> tuple[Formula, Formula]:
-        """Return two values of the section; those that are not there are reported."""
+        """Return two values of the section; missing ones are reported."""
         pair: tuple[Formula, Formula] | None = getattr(self, field)
         return (self._missing(field),) * 2 if pair is None else pair
 
@@ -117,7 +117,7 @@ class SectionReader:
         return ZERO
 
     def _check_shape(self) -> None:
-        """Report keys that the shape of the section does not have, or has by itself, and those that it lacks."""
+        """Report keys that the shape of the section does not take, or computes itself, and keys that it lacks."""
         section, report = self.section, self.values.report
         given = [size for size in _SIZES if getattr(section, size) is not None]
         if section.shear_modulus is not None and section.poisson_ratio is not None:

@@ -1,7 +1,7 @@
 """Shapes of sections: area, second moments, torsion constant and shear factors by their sizes and Poisson's ratio.
 
-Torsion of a rectangle is Saint-Venant's series (Timoshenko and Goodier, Theory of Elasticity, 1970, section 109); shear
-factors are those of Cowper, J. Appl. Mech. 33 (1966) 335.
+Torsion of a rectangle is Saint-Venant's series (Timoshenko and Goodier, Theory of Elasticity, 1970, section 109);
+shear factors follow Cowper, J. Appl. Mech. 33 (1966) 335.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 from eomgen.formula.nodes import Formula, Number, Operation
 
-#: Terms of the series of a rectangle: what is left of it is below 1e-16 where its first side is the longer one.
+#: Terms of the series of a rectangle: its remainder is below 1e-16 if the first side is the longer one.
 _TERMS = 6
 _ZETA_OF_FIVE_ODD = 1.0045237627951396  # the sum of 1/k^5 over odd k
 
 
 @dataclass(frozen=True)
 class ShapeValues:
-    """What follows from the shape of a section.
+    """Properties of a section that follow from its shape.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class ShapeValues:
     shear_factors: tuple[Formula, Formula]
 
 
-#: From sizes, m, Poisson's ratio, and what gives the number of a formula, to what follows from them.
+#: Map from sizes, m, Poisson's ratio and an evaluator of formulas to the properties of the section.
 Law = Callable[[Sequence[Formula], Formula, Callable[[Formula], float]], ShapeValues]
 
 

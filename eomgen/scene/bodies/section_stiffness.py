@@ -1,4 +1,4 @@
-"""What the stiffness of a section must be: symmetric, so that it has a potential, and positive definite."""
+"""Conditions on the stiffness of a section: symmetric, so that it has a potential, and positive definite."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.arrays import Array, Flags, Numbers
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS
 
-#: Part of the largest entry by which entries across the diagonal may differ: what is written has few digits.
+#: Part of the largest entry by which entries across the diagonal may differ: written matrices have few digits.
 _ROUNDING = 1e-9
 #: Eigenvalue of a matrix scaled to a diagonal of 1 that is none.
 _NONE = 1e-12
@@ -36,14 +36,14 @@ class ResistsItsStrains:
 
 
 def unlike(matrix: Array) -> tuple[int, int] | None:
-    """Return the first entry of a matrix that differs from the one across the diagonal, None where none does."""
+    """Return the first entry of a matrix that differs from its mirror across the diagonal; None if it is symmetric."""
     result = np.argwhere(np.abs(matrix - matrix.T) > _ROUNDING * float(np.max(np.abs(matrix))))
     return (int(result[0][0]), int(result[0][1])) if len(result) else None
 
 
 def _fault(matrix: Array, model: str) -> tuple[str, str]:
-    """Return what is wrong with a stiffness and what to try, empty where nothing is: one without a potential, or that
-    does not resist some strain, or resists one that the beam does not have."""
+    """Return the fault of a stiffness matrix and a hint, both empty for a valid one: a matrix without a potential, one
+    that does not resist some strain, or one that resists a strain that the model constrains."""
     if not np.all(np.isfinite(matrix)):
         return "", ""
     if (pair := unlike(matrix)) is not None:

@@ -22,12 +22,12 @@ _AT_ORIGIN = 1e-9
 _BEHIND = 0.5 * math.pi
 #: Least distance of a bend between chords from a reversal by half a turn, rad; nearer bends have no defined side.
 _FOLDED = math.radians(5.0)
-#: Angle from x by which a piece between frames may go, rad, and that from which on a note says so.
+#: Largest angle from x of a piece between frames, rad, and the angle from which on a note reports it.
 _OFF_AXIS, _OBLIQUE = math.radians(40.0), math.radians(3.0)
 
 
 def read_shape(whole: Keys, values: Values) -> Shape | None:
-    """Return the shape through given points or frames; None where there is none, or none that can be."""
+    """Return the shape through given points or frames; None without a valid one."""
     given = whole.entry.shape
     if given is None:
         return None
@@ -98,8 +98,8 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
 
 
 def _turn_about_one_axis(before: Sequence[tuple[Array, float]], after: Sequence[tuple[Array, float]]) -> float:
-    """Return the angle between two rotations that are given as one about the same axis each, which may be above half a
-    turn; 0 where they are not."""
+    """Return the angle between two rotations about one common axis, which may be above half a turn; 0 for other
+    rotations."""
     given = [*before, *after]
     if not given or len(before) > 1 or len(after) > 1:
         return 0.0
@@ -114,7 +114,7 @@ def _turn_about_one_axis(before: Sequence[tuple[Array, float]], after: Sequence[
 
 
 def _several(key: str, what: str, places: Array, values: Values) -> bool:
-    """Tell whether there are places, one apart from the next, from the beam's origin on; report what is not so."""
+    """Tell whether a list has two places or more, neighbours apart, the first at the beam's origin; report faults."""
     report = values.report
     if len(places) < 2:
         report.add(key, f"a shape needs two {what} at least, not {len(places)}", "[0, 0, 0], and where the beam goes")
@@ -136,7 +136,7 @@ def _several(key: str, what: str, places: Array, values: Values) -> bool:
 
 
 def bent_shape(pieces: Sequence[tuple[float, Keys]], values: Values) -> Shape:
-    """Return the shape of given curvature; ``pieces``: where each ends, m, and its keys."""
+    """Return the shape of given curvature; ``pieces``: end of each piece, m, and its keys."""
     ends = [end for end, _ in pieces]
     length = ends[-1]
     straight = np.zeros(3)

@@ -26,7 +26,7 @@ from eomgen.text import key_of
 
 
 def read_controller(name: str, entry: Written, values: Values) -> tuple[list[State], Controller]:
-    """Return the states and the output of a controller with memory; what is wrong is reported."""
+    """Return the states and the output of a controller with memory; faults are reported."""
     key = key_of("controllers", name)
     e = UNKNOWN if entry.signal is None else values.formula(f"{key}.signal", entry.signal, STATE)
 
@@ -106,7 +106,7 @@ def _tracking(key: str, entry: Written, kp: Formula, ki: Formula, values: Values
 
 
 def algebraic_loop(depends: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return a cycle among what uses what without a state between, its first member again at its end; or nothing."""
+    """Return a cycle in ``depends`` without a state, its first member repeated at the end; empty without a cycle."""
     try:
         TopologicalSorter(depends).prepare()
     except CycleError as error:
@@ -158,7 +158,7 @@ _KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "skyhook": ((), ("spring", "damping", "groundhook", "clipped", "minimum_damping", "maximum_damping", "width")),
 }
 _OPTIONAL = tuple(dict.fromkeys(field for needed, allowed in _KEYS.values() for field in (*needed, *allowed)))
-#: The states that each type makes, by what is put behind the controller's name.
+#: The states that each type makes, by the suffix after the controller's name.
 SUFFIXES: Mapping[str, tuple[str, ...]] = {
     "pi": ("integral",), "pid": ("integral", "filtered"), "low_pass": ("filtered",), "lead_lag": ("filtered",),
     "state_feedback": (), "skyhook": (), "sampled": (),
@@ -185,7 +185,7 @@ def states_of_controllers(entries: Mapping[str, Written]) -> list[str]:
 
 
 def outputs_of_controllers(entries: Mapping[str, Written]) -> list[str]:
-    """Return the names by which formulas call what controllers give."""
+    """Return the names of controller outputs in formulas."""
     return [
         output
         for name, entry in entries.items()
@@ -201,7 +201,7 @@ def made_parameters(entries: Mapping[str, Written]) -> list[Parameter]:
 
 @dataclass
 class Controllers:
-    """What the controllers of a scene are made of."""
+    """States, outputs and records of the controllers of a scene."""
 
     states: list[State] = field(default_factory=list)
     outputs: list[Controller] = field(default_factory=list)
@@ -216,7 +216,7 @@ def read_controllers(
     values: Values,
     folder: Path,
 ) -> Controllers:
-    """Return the states and outputs of all controllers; what is wrong is reported.
+    """Return the states and outputs of all controllers; faults are reported.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def read_controllers(
     outputs : collection of str
         Names of the scene's outputs, for weights.
     folder : Path
-        That of the scene file, for C files.
+        Folder of the scene file, for C files.
     """
     result = Controllers()
     ends = {name: (spring.first, spring.second) for name, spring in springs.items()}
@@ -256,7 +256,7 @@ def read_controllers(
 
 
 def _check_keys(name: str, entry: Written, values: Values) -> None:
-    """Report the keys that a type of controller does not take, and those that it needs."""
+    """Report keys that a type of controller does not take, and required keys that are missing."""
     key, report = key_of("controllers", name), values.report
     needed, allowed = _KEYS[entry.type]
     given = [option for option in _OPTIONAL if getattr(entry, option) is not None]
@@ -270,7 +270,7 @@ def _check_keys(name: str, entry: Written, values: Values) -> None:
     if entry.initial and entry.type == "lead_lag":
         report.add(f"{key}.initial", "a lead_lag controller starts from initial_filtered", "initial_filtered = ...")
     if not SUFFIXES[entry.type]:
-        sampled = entry.type == "sampled"  # its function limits what it gives
+        sampled = entry.type == "sampled"  # its function limits its outputs
         for option in ("signal", "minimum", "maximum") if sampled else ("signal", "initial"):
             if getattr(entry, option) not in (None, 0.0):
                 report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type}", f"no {option}")

@@ -34,11 +34,11 @@ class StateFeedback:
     ----------
     name : of the entry in the scene.
     outputs : (m,) names of the controllers that it makes.
-    signals : (r,) formulas y; positions of ``coordinates``, their velocities, then what the user has named.
+    signals : (r,) formulas y; positions of ``coordinates``, their velocities, then the user's signals.
     labels : (r,) ``q.body``, ``v.body`` or the user's name of each signal.
     gains : (m, r) names of parameters.
-    references : (r,) names of the parameters y_ref that a calibration fills; empty where there is none.
-    calibration : how gains are found; None where the user gives them.
+    references : (r,) names of the parameters y_ref that a calibration fills; empty names without one.
+    calibration : method of the gains; None if the user gives them.
     """
 
     name: str
@@ -58,7 +58,7 @@ class StateFeedback:
 
 @dataclass(frozen=True)
 class Controller:
-    """What a controller gives, by its name: a formula of its states and of its signal."""
+    """Output of a controller, by its name: a formula of its states and of its signal."""
 
     name: str
     output: Formula

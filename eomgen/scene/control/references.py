@@ -1,4 +1,4 @@
-"""Reference motions, for which formulas ask what inverse dynamics needs: ``tau.elbow(servo)``."""
+"""Reference motions, for which formulas read inverse dynamics: ``tau.elbow(servo)``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _BY_JOINT = "table of values by joint"
 
 
 class ReferenceEntry(Table):
-    """Coordinates, velocities and accelerations of joints, in place of those that they have."""
+    """Coordinates, velocities and accelerations of joints, in place of the present ones."""
 
     position: dict[str, Value] = key(
         "of joints of one coordinate, rad or m; others are where they are",

@@ -29,7 +29,7 @@ _KEYWORDS = re.compile(
 
 @dataclass(frozen=True)
 class MadeBySampled:
-    """The names that a sampled controller makes: what formulas call its outputs, and its states."""
+    """The names that a sampled controller makes: its outputs in formulas, and its states."""
 
     outputs: tuple[str, ...]
     signals: tuple[str, ...]
@@ -55,12 +55,12 @@ def made_by_sampled(name: str, entry: Written) -> MadeBySampled:
 def read_sampled_controller(
     name: str, entry: Written, values: Values, folder: Path
 ) -> tuple[list[State], SampledController]:
-    """Return the states of a sampled controller, and what is called at its samples; what is wrong is reported.
+    """Return the states of a sampled controller, and the function called at its samples; faults are reported.
 
     Parameters
     ----------
     folder : Path
-        That of the scene file, from which ``source`` counts.
+        Folder of the scene file, to which ``source`` is relative.
     """
     key, report = key_of("controllers", name), values.report
     made = made_by_sampled(name, entry)
@@ -103,7 +103,7 @@ def read_sampled_controller(
 
 
 def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource | None:
-    """Return the C file of a controller; None where the caller gives its function, or what is wrong is reported."""
+    """Return the C file of a controller; None if the caller gives its function, or if a fault is reported."""
     if entry.source is None:
         if entry.function is not None:
             report.add(f"{key}.function", "function is the name of one in a C file", 'source = "controller.c"')
@@ -154,6 +154,6 @@ SIGNATURE = "double t, const double *signals, double *values, double *memory"
 
 
 def sources_digest(controllers: Sequence[SampledController]) -> bytes:
-    """Return what the C files of controllers add to the content of a scene: their names and their text."""
+    """Return the names and texts of the C files of controllers, which are part of the content of a scene."""
     sources = [item.source for item in controllers if item.source is not None]
     return b"".join(f"\0{source.name}\0{source.text}".encode() for source in sources)

@@ -1,6 +1,6 @@
 """Skyhook and groundhook control of a spring as formulas: ideal, or clipped to the range of a damper.
 
-The laws are those of ``tests.oracles.semi_active``, where their sources are.
+``tests.oracles.semi_active`` has the same laws, with their sources.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def _along(spring: str, first: str, second: str, point: str) -> Formula:
 
 
 def _clipped(wanted: Formula, rate: Formula, least: Formula, most: Formula) -> Formula:
-    """Return the wanted tension held between those of the softest and of the hardest damper."""
+    """Return the wanted tension, limited to the range between the softest and the hardest damper."""
     soft, hard = least * rate, most * rate
     high = Operation("max", (soft, hard))
     return Operation("max", (Operation("min", (soft, hard)), Operation("min", (high, wanted))))

@@ -21,13 +21,13 @@ from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
 
 @dataclass(frozen=True)
 class Made:
-    """Names that a state feedback makes, beside that of its entry.
+    """Names that a state feedback makes in addition to its own.
 
     Attributes
     ----------
     outputs : of its controllers.
     gains : of parameters, by output, in the order of signals.
-    references : of parameters, by signal; empty for velocities, and where the user gives the reference.
+    references : of parameters, by signal; empty for velocities, and if the user gives the reference.
     """
 
     outputs: tuple[str, ...]
@@ -93,7 +93,7 @@ def parameters_of(name: str, entry: Written) -> list[Parameter]:
 def read_state_feedback(
     name: str, entry: Written, values: Values, outputs: Collection[str]
 ) -> tuple[list[Formula], StateFeedback]:
-    """Return what each output of a state feedback is, and its record; ``outputs`` are those of the scene."""
+    """Return the formula of each output of a state feedback, and its record; ``outputs`` are the scene's outputs."""
     key, report = key_of("controllers", name), values.report
     coordinates, signals = entry.coordinates or (), entry.signals or {}
     if not coordinates and not signals:
@@ -196,7 +196,7 @@ def read_calibration(
     values: Values,
     outputs: Collection[str],
 ) -> Calibration:
-    """Return a calibration; what is wrong with it is reported."""
+    """Return a calibration; faults are reported."""
     report, method = values.report, written.method
     for field in dict.fromkeys(field for fields in _TAKEN.values() for field in fields):
         if getattr(written, field) is not None and field not in _TAKEN[method]:

@@ -37,7 +37,7 @@ def assemble(
     coordinates: Literal["joint", "absolute"] | None,
     folder: Path,
 ) -> Scene:
-    """Check the data of a scene, those of included files among them, and return the scene; arguments as of
+    """Check the data of a scene, included files among them, and return the scene; arguments as for
     ``load.from_data``.
 
     Raises

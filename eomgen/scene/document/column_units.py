@@ -41,7 +41,7 @@ class ColumnUnits:
         if not self.of(column):
             try:
                 unit = _in_si(read_quantity(text).factors)
-            except UnitError:  # reported where the quantity is converted
+            except UnitError:  # reported by the conversion of the quantity
                 return ""
             setattr(self, column, unit)
         return self.of(column)

@@ -1,4 +1,4 @@
-"""Notes on springs and dampers that are allowed, and hardly ever meant: they push away, or move nothing."""
+"""Notes on springs and dampers that are allowed but hardly ever meant: they push away, or have no effect."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _below_zero(document: Document, field: str) -> Iterator[tuple[str, float]]:
 
 
 def springs_within_bodies(document: Document) -> list[str]:
-    """Return a note on each spring between two points of one body, which changes nothing of its motion."""
+    """Return a note on each spring between two points of one body, which has no effect on its motion."""
     notes = []
     points = {**document.section("frames"), **document.section("points")}
     for name, spring in document.section("springs").items():

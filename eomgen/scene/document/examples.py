@@ -1,4 +1,4 @@
-"""Examples of what a key holds where something else stands."""
+"""Examples of values for a key that has a value of a wrong kind."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _BETWEEN_POINTS = ("springs",)
 
 
 def example(location: tuple[str | int, ...], given: object) -> str:
-    """Return what may stand at a place where something else does; empty where there is no example."""
+    """Return an example of a value for a place that has a wrong one; empty without an example."""
     last, section = str(location[-1]), str(location[0])
     if last == "gravity" and isinstance(given, int | float) and not isinstance(given, bool):
         return f"gravity = [0, 0, {-abs(given):g}]"
@@ -94,16 +94,16 @@ def example(location: tuple[str | int, ...], given: object) -> str:
 
 
 def required(location: tuple[str | int, ...]) -> str:
-    """Return what to write for a key that is missing."""
+    """Return an example of a line for a missing key."""
     last, table = str(location[-1]), str(location[-2]) if len(location) > 1 else ""
     return f"{last} = {_REQUIRED.get((table, last), '...')}"
 
 
 def is_file(given: object) -> bool:
-    """Return whether what stands there is the name of a table's file."""
+    """Return whether a value is the name of a file with a table."""
     return isinstance(given, str) and given.lower().endswith(_FILES)
 
 
 def quoted(given: object) -> str:
-    """Return what stands there as a scene file writes it."""
+    """Return a value as a scene file writes it."""
     return f'"{shown(given)[1:-1]}"' if isinstance(given, str) else f"{given}"

@@ -21,7 +21,7 @@ _AXES = ("x", "y", "z")
 
 
 def child_hint(data: Mapping[str, Any]) -> str:
-    """Return which body a joint without a child may be meant to carry: one that no other joint carries."""
+    """Return hints of bodies for a joint without a child: bodies that no other joint carries."""
     bodies, beams, joints = (data.get(section, {}) for section in ("bodies", "beams", "joints"))
     if not (isinstance(bodies, Mapping) and isinstance(beams, Mapping) and isinstance(joints, Mapping)):
         return "child = ..."
@@ -38,7 +38,7 @@ def explained(
     table: type[BaseModel] = Document,
     depth: int = 0,
 ) -> tuple[str, str]:
-    """Return what pydantic found at a place, in the words of the scene file, and a hint; the part of the location from
+    """Return pydantic's message about a place in the words of the scene file, and a hint; the part of the location from
     ``depth`` on is within ``table``."""
     last = str(location[-1])
     if kind == "extra_forbidden":

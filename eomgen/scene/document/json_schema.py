@@ -14,7 +14,7 @@ def schema() -> dict[str, Any]:
     """Return the JSON Schema of scene files; ``x-unit`` and ``x-names`` say the unit of a key and the scope of its
     formulas.
 
-    It holds what draft 4 and later ones read alike, because that is what editors of TOML know.
+    It holds keywords that draft 4 and later drafts read alike, since editors of TOML know draft 4.
     """
     document = every_document()
     description = document.model_json_schema()
@@ -44,7 +44,7 @@ def _of_every_draft(node: Any) -> Any:
 
 
 def _annotate(entry: dict[str, Any], meaning: Meaning) -> None:
-    """Add to the JSON Schema of a key what its meaning says."""
+    """Add the unit, names and references of a key to its JSON Schema."""
     units = every_unit(meaning)
     if units:
         entry["x-unit"] = " or ".join(units)

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 from eomgen.scene.document.examples import is_file, quoted
 
-#: What keys are called elsewhere; the first of the names that a table has is meant.
+#: Names of keys in other tools; the first of the keys that a table has is meant.
 _KEYS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("dt", "time_step", "timestep", "step_size", "h"), ("step", "sample")),
     **dict.fromkeys(("t_end", "tend", "end", "end_time", "stop_time", "t_final"), ("duration",)),
@@ -66,7 +66,7 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
 
 
 def key_meant(name: str, keys: Collection[str], given: object) -> str:
-    """Return which key, or keys, are called otherwise elsewhere; empty where none is."""
+    """Return the key, or keys, for a name from another tool; empty without one."""
     if "table" in keys and (name in ("file", "csv", "path", "data", "filename") or is_file(given)):
         return f"table = {{ file = {quoted(given)} }}"
     if name in ("frequency", "freq", "f") and "period" in keys and isinstance(given, int | float) and given > 0:

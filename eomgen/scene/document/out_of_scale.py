@@ -19,19 +19,19 @@ from eomgen.text import key_of
 
 #: How many times as large as the scene a length has to be to be doubted.
 _FACTOR = 100.0
-#: The same of a radius of gyration, where enough arms say how large the scene is: kg cm^2 make it ten times as large.
+#: The same for a radius of gyration, if enough arms give the size of the scene: kg cm^2 make it ten times as large.
 _OF_GYRATION, _ARMS = 10.0, 3
 #: Density of steel, kg/m^3.
 _DENSEST = 8_000.0
 #: Least number of arms for a check of masses against densities.
 _OF_A_BODY = 2
-#: Arms below this, m, say nothing of the size of a scene.
+#: Arms below this, m, give no scale of a scene.
 _SHORTEST = 1e-3
 
 
 class _Arm(NamedTuple):
-    """A place in a body: its key, what it is, its distance from the body's origin in m, and whether it is carried by
-    what moves."""
+    """A place in a body: its key, its description, its distance from the body's origin in m, and whether its body
+    moves."""
 
     key: str
     what: str
@@ -49,7 +49,7 @@ def out_of_scale(
     values: Values,
 ) -> list[str]:
     """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre and place in a body that is
-    far beyond the other arms in the scene, at the default parameters; none where no place is apart from another.
+    far beyond the other arms in the scene, at the default parameters; empty for a scene without arms.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """The tables of ``docs/scene.md``, made from the schema: ``python -m eomgen.scene.document.reference docs/scene.md``
 renews them.
 
-A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of the schema; that of units
-between ``<!-- units -->`` and ``<!-- end -->``. All else on the page is written by hand.
+A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of the schema; the table of
+units stands between ``<!-- units -->`` and ``<!-- end -->``. All else on the page is written by hand.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ _KINDS: tuple[tuple[Any, str], ...] = (
 
 
 def tables() -> dict[str, type[Table]]:
-    """Return every class of the schema by name, an entry of force elements by what it describes."""
+    """Return every class of the schema by name, an entry of force elements by its element's name."""
     found = tables_of(every_document()).values()
     parts = (part for table in found for part in table.__mro__ if issubclass(part, Table) and part is not Table)
     return {part.__name__.removesuffix("Entry"): part for part in parts}

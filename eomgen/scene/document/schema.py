@@ -1,6 +1,6 @@
 """The shape of a scene file, as pydantic models: which keys exist, what kind of value each takes and what it means.
 
-What needs more than one key to judge is in ``checks``; the tables of ``docs/scene.md`` are made from here by
+Checks of several keys together are in ``checks``; the tables of ``docs/scene.md`` are made from here by
 ``reference``.
 """
 
@@ -153,7 +153,7 @@ def _document(rows: tuple[Section, ...]) -> type[Document]:
     return made
 
 
-class Document(Table, BaseModel):  # the linter knows the children of BaseModel only where it is named
+class Document(Table, BaseModel):  # the linter knows the children of BaseModel only if it is a direct base
     """A scene file of eomgen."""
 
     format: Literal[1] = key("version of this format", kind="1")

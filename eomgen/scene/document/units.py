@@ -1,6 +1,6 @@
 """Conversion of unit strings in scene data to SI, by the unit of each key, before any other validation.
 
-What cannot be converted is reported and becomes a ``Refused`` text, which later checks pass over.
+A quantity that cannot be converted is reported and becomes a ``Refused`` text, which later checks pass over.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from eomgen.units.table import names
 
 _DEPTH = 4  # of lists in a value: a matrix has two
 _NUMBER_AND_UNIT = re.compile(r"[-+0-9.eE \t]+([A-Za-z%].*)", re.DOTALL)
-#: Labels of what has no unit.
+#: Labels of numbers without a unit.
 _WITHOUT_UNIT = frozenset({"-", "1", "--", "none", "dimensionless"})
 #: A number with a unit, times the time.
 _WITH_TIME = re.compile(r"([^*]*[^* \t])[ \t]*\*[ \t]*t[ \t]*")
 
 
 def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list[str]]:
-    """Return the data of a scene with numbers in place of unit strings, and notes on labels that convert nothing.
+    """Return the data of a scene with numbers in place of unit strings, and notes on labels that do not convert.
 
     Parameters
     ----------
     data : mapping
-        As ``tomllib`` reads a scene file; what is not well formed is left as it is.
+        As ``tomllib`` reads a scene file; malformed parts are left as they are.
     report : Report
-        Takes what cannot be converted.
+        Takes quantities that cannot be converted.
     """
     converter = _Converter(data, report)
     return converter.table(document_for(data), "", data, None), converter.notes
@@ -131,7 +131,7 @@ class _Converter:
             result["argument_unit"] = unit
 
     def label(self, key: str, data: Mapping[str, Any], result: dict[str, Any], name: str) -> None:
-        """Give the label of what has any unit: that of SI where a unit string was converted, else the one that is
+        """Set the label of a value with any unit: the SI unit if a unit string was converted, else the label as
         written."""
         written, number = data.get(name), result.get(name)
         label = data.get("unit", "")
@@ -203,13 +203,13 @@ class _Converter:
         return value
 
     def name_alone(self, unit: Units, key: str, name: str) -> Refused | None:
-        """Refuse a parameter that stands alone where a quantity of another dimension is expected; note the same of
-        labels, and of angles.
+        """Refuse a parameter that stands alone if its dimension is not the expected one; note the same of labels and
+        of angles.
 
         Returns
         -------
         Refused or None
-            In place of the name, where it is refused.
+            In place of the name, if it is refused.
         """
         factors = _factors(self.labels.get(name, ""))
         if not factors or not isinstance(unit, str) or unit in ("", ANY_UNIT) or factors == _factors(unit):
@@ -281,7 +281,7 @@ class _Converter:
 
 
 def _unit(meaning: Meaning, kind: object, index: object) -> Units:
-    """Return the unit of a key in an entry of a kind; of one component where the entry says which."""
+    """Return the unit of a key in an entry of a kind; the unit of one component if the units differ by component."""
     unit = meaning.unit
     if isinstance(unit, Mapping):
         unit = unit.get(kind, "") if isinstance(kind, str) else ""

@@ -15,7 +15,7 @@ from eomgen.text import key_of
 
 
 def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, dict[str, set[str]]]:
-    """Bring nested data to a Document; what cannot be taken is reported and left out.
+    """Turn nested data into a Document; invalid entries are reported and left out.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Events of a Scene: formulas and what they act on."""
+"""Events of a Scene: formulas and the targets of their actions."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Event:
     resets : pairs of a coordinate, a velocity or an internal state, and its new value; of ``reset``
     restitution : of ``impact``
     mode, value : of ``switch``
-    least_interval : s; 0 where none is given
-    place : where ``when`` is written, for messages
+    least_interval : s; 0 by default
+    place : file, line and key of ``when``, for messages
     """
 
     name: str

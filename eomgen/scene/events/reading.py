@@ -16,7 +16,7 @@ from eomgen.scene.reading.requirements import Row, from_zero_to_one
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.text import key_of, shown
 
-#: What a reset may set.
+#: Quantities that a reset may set.
 _TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joint"', frozenset({"q", "v", "state"}))
 #: Keys that belong to one action, and whether it needs them.
 _KEYS = {"reset": ("reset",), "impact": ("restitution",), "switch": ("mode", "to")}
@@ -41,7 +41,7 @@ def read_event(
 
     Parameters
     ----------
-    joints : those that are known, by name
+    joints : joints without faults, by name
     modes : names of all modes
     absolute : whether joints have no coordinates of their own
     """
@@ -115,7 +115,7 @@ def _restitution(key: str, value: float | str | None, values: Values) -> Formula
 
 
 def _fault(symbol: Formula, target: str, joints: Mapping[str, Joint], absolute: bool) -> tuple[str, str] | None:
-    """Return why a number cannot be set, and what to try; None where it can."""
+    """Return the reason why a quantity cannot be set, and a hint; None if it can be set."""
     if symbol is UNKNOWN:
         return None
     if not isinstance(symbol, Symbol) or symbol.kind not in ("q", "v", "state"):

@@ -14,7 +14,7 @@ from eomgen.system.events import LEAST_INTERVAL
 
 
 class Event(Table):
-    """What happens at the roots of a formula along a run."""
+    """Action at the roots of a formula along a run."""
 
     when: Value = key("the event is at the roots of this formula", unit=ANY_UNIT, names=EVERYTHING)
     direction: Literal["rising", "falling", "both"] = key("how the formula passes zero", "both")

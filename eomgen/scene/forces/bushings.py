@@ -82,7 +82,7 @@ class Bushing(ForceElement):
 
 
 def read_bushing(name: str, entry: BushingEntry, site: Site) -> Bushing:
-    """Return a checked bushing; what is wrong with it goes to the report of ``values``."""
+    """Return a checked bushing; faults go to the report of ``values``."""
     key, values = key_of("bushings", name), site.values
     first, second = (
         read_frame(f"{key}.{side}", "bushing", frame, "any", site.bodies, site.points, values)

@@ -1,4 +1,4 @@
-"""Geometrically exact beams as force elements: what holds a chain of equal frames on SE(3) together.
+"""Geometrically exact beams as force elements: the elastic forces in a chain of equal frames on SE(3).
 
 The nodes are bodies of the scene; this is the elasticity between neighbours.
 """

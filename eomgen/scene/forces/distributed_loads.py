@@ -66,7 +66,7 @@ class DistributedLoad(ForceElement):
     ----------
     start, length : of the beam, m
     profile : coefficients of the polynomial in s = (x - start) / length, constant first
-    axes : ``beam`` are those of its undeformed frame, and of each section of a geometrically exact one
+    axes : ``beam``: axes of its undeformed frame, or of each section of a geometrically exact beam
     nodes : of a geometrically exact beam, which bears all of it there
     """
 

@@ -1,4 +1,4 @@
-"""The contract of a force element: what the rest of the package asks of an element of a Scene."""
+"""The contract of a force element: attributes and methods that the package calls on an element of a Scene."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Attach = Callable[[tuple[str, ...], str, Vector], tuple[str, Vector]]
 
 @dataclass(frozen=True)
 class ForceElement:
-    """A force element of a Scene. What a kind does not have, it leaves as it is here.
+    """A force element of a Scene. A kind overrides only the properties that it has.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class ForceElement:
 
     @property
     def label(self) -> str:
-        """What messages and comments call it: ``torsion spring t``."""
+        """Name in messages and comments: ``torsion spring t``."""
         return f"{self.section.removesuffix('s').replace('_', ' ')} {self.name}"
 
     def formulas(self) -> Iterator[tuple[Formula, int]]:
@@ -38,16 +38,16 @@ class ForceElement:
         yield from ()
 
     def passive(self) -> Self | None:
-        """Return the element without what its formulas push, which has no potential; None where nothing is left."""
+        """Return the element without its formula forces, which have no potential; None if it has no other part."""
         return self
 
     @property
     def moves_water(self) -> bool:
-        """Whether water moves with what it is on, as added mass."""
+        """Whether the element adds mass of water to its body."""
         return False
 
     def lengths(self) -> tuple[Formula, ...]:
-        """Return what it measures, m: a free length, a radius, the components of a place at rest."""
+        """Return its lengths, m: a free length, a radius, the components of a place at rest."""
         return ()
 
     def frames(self) -> tuple[Frame, Frame] | None:
@@ -61,7 +61,7 @@ class ForceElement:
             yield (side, "position"), frame.body, frame.position
 
     def attached(self, at: Attach) -> Self:
-        """Return the element with its places on bodies where ``at`` puts them."""
+        """Return the element with its places on bodies moved to the results of ``at``."""
         frames = self.frames()
         if frames is None:
             return self
@@ -76,5 +76,5 @@ class ForceElement:
         return ()
 
     def drawn(self) -> Line | Wheel | None:
-        """Return what a picture shows of it."""
+        """Return the line or wheel that pictures draw for it; None for an element without one."""
         return None

@@ -51,7 +51,7 @@ class Hull(ForceElement):
 
     Attributes
     ----------
-    area : None for that of the circle
+    area : None for the area of the circle
     waves : None for water at rest
     wet : None for the whole length
     """
@@ -122,7 +122,7 @@ _WITHIN = Row(("hulls.wet",), _too_long, _told_too_long, "the distance of its en
 
 
 def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
-    """Return a checked hull; what is wrong with it goes to the report of the site's values."""
+    """Return a checked hull; faults go to the report of the site's values."""
     key, values, report = key_of("hulls", name), site.values, site.values.report
     if entry.body in (BASE, WORLD):
         why = "its motion is prescribed" if entry.body == BASE else "it rests"

@@ -67,13 +67,13 @@ class Slip:
 
 @dataclass(frozen=True)
 class Tyre(ForceElement):
-    """A point contact between a wheel and a road of given height; it lifts off where the road falls away.
+    """A point contact between a wheel and a road of given height; it lifts off if the road falls away.
 
     Attributes
     ----------
     center : point, the centre of the wheel
     road : height of the road in the world, formula of time, inputs and the centre's x and y
-    road_rate : its rate from time and inputs; None where it follows from the formula
+    road_rate : its rate from time and inputs; None if it follows from the formula
     moving_road : whether time or inputs move the road
     """
 
@@ -104,7 +104,7 @@ class Tyre(ForceElement):
 
 
 def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
-    """Return a checked tyre; what is wrong with it goes to the report of ``values``."""
+    """Return a checked tyre; faults go to the report of ``values``."""
     key, values, points, report = key_of("tyres", name), site.values, site.points, site.values.report
     known = values.point(f"{key}.center", entry.center)
     if known and entry.center in points and points[entry.center].body in (BASE, WORLD):

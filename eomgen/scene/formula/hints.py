@@ -1,4 +1,4 @@
-"""What to write in formulas in place of names, functions and signs that other languages have."""
+"""Hints for names, functions and signs of other languages in formulas."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _STEP = "1 if t > 1 else 0"
 _LIMITS = "min(max(x, low), high)"
 _TABLE = "a curve through points: [curves.NAME], and NAME(x)"
 _RATE = "v.joint of a coordinate, or derivative.curve(t) of a curve"
-#: Functions of other languages, and what does the same.
+#: Functions of other languages, with the expression for each.
 _FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(("step", "heaviside", "unit_step"), _STEP),
     **dict.fromkeys(("where", "ifelse", "iif", "select"), "a if x > 0 else b"),
@@ -45,13 +45,13 @@ _AXES = "xyz"
 
 
 def of_function(name: str, curves: Iterable[str], functions: Iterable[str]) -> str:
-    """Return what to write in place of a function that formulas do not have."""
+    """Return the expression in place of a function that formulas do not have."""
     known = [*curves, *functions]
     return name.lower() if name.lower() in known else _FUNCTIONS.get(name.lower()) or nearest(name, known)
 
 
 def of_kind(kind: str, name: str, names: Names, kinds: Iterable[str]) -> str:
-    """Return what to write in place of ``kind.name``, where no quantity has this kind."""
+    """Return a hint in place of ``kind.name`` if no quantity has this kind."""
     every = list(kinds)
     if name in every and (kind in names.joints or kind in names.beams or kind in names.points):
         return f"{name}.{kind}"
@@ -64,7 +64,7 @@ def of_kind(kind: str, name: str, names: Names, kinds: Iterable[str]) -> str:
 
 
 def of_name(name: str, names: Names, scope: Scope, known: Iterable[str]) -> str:
-    """Return what to write in place of a name that nothing has."""
+    """Return a hint for a name that does not exist."""
     every = list(known)
     if name.lower() in ("time", "seconds"):
         return "t"
@@ -83,7 +83,7 @@ def of_name(name: str, names: Names, scope: Scope, known: Iterable[str]) -> str:
 
 
 def of_parts(names: Names, word: str, part: str) -> str:
-    """Return what to write in place of parts such as ``position.tip.x`` and ``q[0]``, given what stands before them."""
+    """Return a hint in place of parts such as ``position.tip.x`` and ``q[0]``, from the word before them."""
     if part and part in _AXES and word:
         return f"{word}[{_AXES.index(part)}]"
     if word in names.points:

@@ -1,6 +1,6 @@
 """Namespaces of included files: formulas are parsed in the names of their file, then their symbols are renamed.
 
-So a message quotes what the file says, and no text is ever edited.
+So a message quotes the file's text, and no text is ever edited.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _NOTHING_KNOWN = Symbol("parameter", "")
 
 @dataclass(frozen=True, eq=False)
 class Namespace:
-    """What the names of an included file are in the file that includes it.
+    """Translation of the names of an included file to names of the file that includes it.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Included(str):
     spaces: tuple[Namespace, ...]
 
     def __new__(cls, text: str, space: Namespace) -> Included:
-        """Return a text one namespace further out: what an included file includes has two."""
+        """Return a text one namespace further out: a file included by an included file has two."""
         included = super().__new__(cls, text)
         included.spaces = (*spaces_of(text), space)
         return included
@@ -57,7 +57,7 @@ def spaces_of(text: str) -> tuple[Namespace, ...]:
 
 
 def read_included(text: str, names: Names, scope: Scope) -> Formula:
-    """Read a formula in the names of its own file, and return it in those of the scene, ``names``.
+    """Read a formula in the names of its own file, and return it in the scene's names, ``names``.
 
     Raises
     ------
@@ -71,8 +71,8 @@ def read_included(text: str, names: Names, scope: Scope) -> Formula:
 
 
 def _by_parameters(symbol: Symbol, names: Names, scope: Scope) -> Formula:
-    """Return a mode as the tunable parameter that holds its value, a motion as its polynomial, a random process as the
-    input that it is, or, where inputs have no place, as its formula; others as they are."""
+    """Return a mode as the tunable parameter that holds its value, a motion as its polynomial, a random process as its
+    input or, in scopes without inputs, as its formula; other symbols unchanged."""
     if symbol.kind == "random":
         return Symbol("input", symbol.name) if "input" in scope.kinds else names.random[symbol.name]
     if symbol.kind == "input" and symbol.name in names.motions:
@@ -81,7 +81,7 @@ def _by_parameters(symbol: Symbol, names: Names, scope: Scope) -> Formula:
 
 
 def known_there(text: str, names: Collection[str]) -> frozenset[str]:
-    """Return what the names of entries of the scene are in the file that a text is from, as far as it knows them."""
+    """Return the names of the scene's entries in the file of a text, for the entries that the file knows."""
     spaces = spaces_of(text)
     if not spaces:
         return frozenset(names)
@@ -123,7 +123,7 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
 
 
 def _locally(space: Namespace, section: str, known: Collection[str]) -> dict[str, str]:
-    """Return the names of a section that are known, by what the file of a namespace calls them."""
+    """Return the known names of a section by their names in the file of a namespace."""
     return {local: name for local, name in space.names.get(section, {}).items() if name in known}
 
 
@@ -145,8 +145,8 @@ class _Renamed(Mapping[str, Entry]):
 
 
 def _bound(value: str, spaces: tuple[Namespace, ...], names: Names) -> Formula:
-    """Return what a parameter of an included file is in the scene: nothing known where that cannot be read and is
-    reported."""
+    """Return the scene's formula of a parameter of an included file; a nameless symbol if it cannot be read, which is
+    reported elsewhere."""
     try:
         return _read(value, spaces, names, PARAMETERS)
     except FormulaError:
@@ -154,13 +154,13 @@ def _bound(value: str, spaces: tuple[Namespace, ...], names: Names) -> Formula:
 
 
 def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Formula:
-    """Return what a symbol of a file is in the scene."""
+    """Return the scene's formula for a symbol of a file."""
     for place, space in enumerate(spaces):
         if symbol.kind == "parameter" and symbol.name in space.values:
             return _bound(space.values[symbol.name], spaces[place + 1 :], names)
         section = names.section_of(symbol.kind)
         if section == "joints" and symbol.name in space.names["beams"]:
-            section = "beams"  # whose elastic coordinates are called like those of joints
+            section = "beams"  # their elastic coordinates are named like coordinates of joints
         if section in ("reactions", "drives"):
             section = space.section_with(symbol.name, REACTING if section == "reactions" else DRIVEN)
         if section:

@@ -54,14 +54,14 @@ def read_formula(text: str, names: Names, scope: Scope) -> Formula:
     text : str
         At most 2000 characters and 50 levels.
     names : Names
-        What the scene declares.
+        Names that the scene declares.
     scope : Scope
         Which kinds of symbols may occur here.
 
     Raises
     ------
     FormulaError
-        With the column and what to try.
+        With its column and a hint.
     """
     return _Reader(text, names, scope).read()
 
@@ -92,7 +92,7 @@ class _Reader:
         return FormulaError(what, self.text.column(node.col_offset), hint)
 
     def convert(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
-        """Return the formula of a node, and its value where it is a constant."""
+        """Return the formula of a node, and its value if it is a constant."""
         if depth > DEPTH:
             raise self.error(node, f"{TOO_DEEP} (each term of a long sum counts)", "brackets around groups of terms")
         if isinstance(node, ast.Constant) and type(node.value) in (int, float):
@@ -228,7 +228,7 @@ class _Reader:
 
     def water(self, node: ast.expr, call: ast.expr, depth: int) -> WaveQuantity:
         """Return a quantity of waves at a place and the present time: ``water_velocity.sea(x, y, z)[2]``."""
-        assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # what ``_of_waves`` has found
+        assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # checked by ``_of_waves``
         assert isinstance(call.func.value, ast.Name)  # the same
         kind, name = call.func.value.id.removeprefix(PREFIX), call.func.attr.removeprefix(PREFIX)
         count, components = OF_WAVES[kind]
@@ -254,8 +254,8 @@ class _Reader:
         return quantity_of_waves(kind, self.names.waves[name], tuple(place), index)
 
     def tau(self, node: ast.Call) -> Symbol:
-        """Return what inverse dynamics asks of a joint for a reference motion: ``tau.elbow(servo)``."""
-        assert isinstance(node.func, ast.Attribute | ast.Subscript)  # what ``call`` has found
+        """Return the joint's component of inverse dynamics for a reference motion: ``tau.elbow(servo)``."""
+        assert isinstance(node.func, ast.Attribute | ast.Subscript)  # checked by ``call``
         joint = self.quantity(node.func, called=True)
         label = f"tau.{joint.name}"
         one = node.args[0] if len(node.args) == 1 and not node.keywords else None
@@ -398,7 +398,7 @@ class _Reader:
 
     def reaction(self, node: ast.expr, inner: ast.Attribute, index: int | None) -> Symbol:
         """Return a component of the reaction of a joint or a constraint: ``reaction.hinge.force[2]``."""
-        assert isinstance(inner.value, ast.Attribute)  # what ``_is_reaction`` has found
+        assert isinstance(inner.value, ast.Attribute)  # checked by ``_is_reaction``
         name, part = inner.value.attr.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         label = f"reaction.{name[:64]}"
         if "reaction" not in self.scope.kinds:
@@ -473,7 +473,7 @@ def _before(node: ast.expr) -> tuple[str, str]:
 
 
 def _plain_hint(word: str, name: str) -> str:
-    """Return what to write in place of ``word.name(...)``, which Python's modules have and formulas do not."""
+    """Return a hint in place of ``word.name(...)``, a call of a module of Python, which formulas do not have."""
     if word in _MODULES and name in FUNCTIONS:
         return f"{name}(...)"
     if word in _MODULES and re.fullmatch(r"u?int\d*|float\d*|longdouble|double|single|half", name):
@@ -488,5 +488,5 @@ _MODULES = ("np", "numpy", "math")
 
 
 def _words(section: str) -> str:
-    """Return what an entry of a section is called; an energy has none."""
+    """Return the noun for an entry of a section; ``energy`` for a symbol without a section."""
     return section.removesuffix("s").replace("_", " ") or "energy"

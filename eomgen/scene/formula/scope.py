@@ -12,7 +12,7 @@ from eomgen.text import nearest, shown
 
 #: Words before the name of a curve, and which derivative they stand for.
 DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
-#: Kinds of quantities that every scene has, and what has them.
+#: Kinds of quantities that every scene has, and the kind of thing that has them.
 QUANTITIES: Mapping[str, str] = {
     **dict.fromkeys(("q", "v", "a"), "joint"),
     **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
@@ -25,9 +25,9 @@ QUANTITIES: Mapping[str, str] = {
 REACTING = ("reactions", "joints", "constraints")
 #: Sections whose entries may be driven.
 DRIVEN = ("joints", "constraints")
-#: What force elements offer that is a force.
+#: Quantities of force elements that are forces.
 _FORCES = ("tension", "load")
-#: Parts of a reaction, and where their three components start: angular first.
+#: Parts of a reaction, and the index of the first of their three components: angular first.
 REACTION_PARTS: Mapping[str, int] = {"moment": 0, "force": 3}
 ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
 
@@ -38,7 +38,7 @@ class Scope:
 
     Attributes
     ----------
-    without_inputs : why it has no inputs, and what to try; empty where that needs no words
+    without_inputs : reason why it has no inputs, and a hint; empty without a special reason
     """
 
     description: str
@@ -68,7 +68,7 @@ FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 #: The name of the place along a beam, from 0 to 1.
 PLACE = "s"
-#: The name of the place at which a load acts, where a quantity has the name of a point: ``velocity.here[0]``.
+#: The name of the place at which a load acts, in a quantity of a point: ``velocity.here[0]``.
 HERE = "here"
 #: Quantities of the place at which a load acts, with 3 components each.
 LOCAL = ("position", "velocity", "rotation", "angular_velocity")
@@ -103,7 +103,7 @@ LOCAL_LOAD = Scope(
     f" {HERE} (not accelerations)",
     LOAD.kinds | {"local"},
 )
-#: Of what may vary along a beam, by what it may be of elsewhere.
+#: Scopes of values that may vary along a beam, by the scope of the same value elsewhere.
 ALONG_A_BEAM: Mapping[Scope, Scope] = {
     scope: Scope(
         f"{scope.description}, {PLACE} from 0 to 1 along the beam, and curves of it", scope.kinds | {"place", "curve"}
@@ -115,8 +115,8 @@ EVERYTHING = Scope("any quantity", LOAD.kinds | {"a", "acceleration", "power", "
 
 @dataclass(frozen=True)
 class Offered:
-    """A kind of quantity that the force elements of a section offer: where it is allowed, and the names of the
-    elements."""
+    """A kind of quantity that the force elements of a section offer: the kind of scope that allows it, and the names of
+    the elements."""
 
     section: str
     scope: str
@@ -130,14 +130,14 @@ class Names:
     Attributes
     ----------
     parameters : mapping from name to whether it is tunable.
-    joints : mapping from name to joint type; an empty type where it is not known.
-    beams : mapping from name to number of elastic coordinates; 0 where it is not known.
-    exact_beams : those of them that are geometrically exact, and have no elastic coordinates.
-    reactions : those that an entry of their own places; every joint and constraint has one besides.
+    joints : mapping from name to joint type; an empty type if it is not known.
+    beams : mapping from name to number of elastic coordinates; 0 if it is not known.
+    exact_beams : beams that are geometrically exact, and have no elastic coordinates.
+    reactions : names in [reactions]; every joint and constraint has a reaction in addition.
     curves : mapping from name to curve.
     curve_arguments : units in SI of the arguments of curves, of curves that say them.
-    motions : the inputs that are motions, and what they are as formulas of time.
-    random : random processes, and what they are as formulas of time.
+    motions : formulas of time of the inputs that are motions.
+    random : formulas of the random processes.
     waves : mapping from name to the waves of a sea.
     offered : mapping from kind of quantity to the elements that offer it.
     """
@@ -163,7 +163,7 @@ class Names:
     offered: Mapping[str, Offered] = field(default_factory=dict)
 
     def fault_of_reaction(self, name: str) -> tuple[str, str] | None:
-        """Return what is wrong with the name of a reaction, and what to try; None where one thing has it."""
+        """Return the fault of the name of a reaction, and a hint; None if exactly one entry has the name."""
         known = [*self.reactions, *self.joints, *self.constraints]
         if name not in known:
             for kind in _FORCES:
@@ -177,8 +177,8 @@ class Names:
         return None
 
     def section_of(self, kind: str) -> str:
-        """Return the section of the scene whose entries a kind of symbol names; nothing for time, places,
-        local quantities, energies, and what a translation is of."""
+        """Return the section of the scene whose entries a kind of symbol names; empty for time, places, local
+        quantities, energies, and the process in a translation."""
         if kind in self.offered:
             return self.offered[kind].section
         word = QUANTITIES.get(kind, kind)

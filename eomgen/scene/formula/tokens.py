@@ -36,9 +36,9 @@ _SIGNS: Mapping[str, str] = {
     "\u2265": ">=",
     "?": "2 if t > 1 else 0, for t > 1 ? 2 : 0",
 }
-#: Words that users of degrees write, and what to tell them.
+#: Words for angles in degrees or radians, which have hints of their own.
 DEGREES = frozenset({"deg", "degs", "degree", "degrees", "radians", "rad", "deg2rad", "rad2deg", "\N{DEGREE SIGN}"})
-#: What formulas have of a geometrically exact beam.
+#: Quantities of a geometrically exact beam in formulas.
 ON_A_POINT = "position.NAME[0], with NAME in [points] at one of its nodes"
 IN_RADIANS = 'angles are in radians: 45 * pi / 180, or "45 deg" alone'
 TOO_DEEP = f"the formula is nested more than {DEPTH} deep"
@@ -46,7 +46,7 @@ _ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"
 
 
 class FormulaError(DescriptionError):
-    """A formula that cannot be taken: ``what``, ``column`` (from 1) and ``hint`` say why."""
+    """A formula that cannot be read: ``what``, ``column`` (from 1) and ``hint`` give fault, place and remedy."""
 
     def __init__(self, what: str, column: int, hint: str = "") -> None:
         self.what = f"{what} (column {column})"
@@ -122,7 +122,7 @@ class FormulaText:
         return repr(value)
 
     def beside(self, number: str, word: str, column: int) -> FormulaError:
-        """Return what is wrong with a number that a word follows."""
+        """Return the error of a number that a word follows."""
         if word in DEGREES:
             return FormulaError(f"the number {shown(number)} runs into a name", column, IN_RADIANS)
         what, hint = in_formula(number, word)

@@ -94,7 +94,7 @@ def combined(parts: Sequence[Inertia]) -> Inertia:
 
 
 def impossible(mass: float, about_center: Array) -> str:
-    """Return why no real body has this mass and inertia; empty where one does."""
+    """Return the reason why no real body has this mass and inertia; empty for a possible one."""
     if mass < 0.0:
         return f"the mass {mass:.6g} is negative"
     moments = np.linalg.eigvalsh(about_center)
@@ -149,11 +149,11 @@ def singular(entries: Sequence[Numbers]) -> Flags:
 def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
     """Tell of symmetric matrices whether their smallest eigenvalue is surely above ``least``; False is inconclusive.
 
-    Where the leading minors are positive, the product of the two larger eigenvalues is below the square of half the
+    If the leading minors are positive, the product of the two larger eigenvalues is below the square of half the
     trace.
     """
     xx, yy, zz, xy, xz, yz = entries
-    with np.errstate(over="ignore", invalid="ignore"):  # what is beyond numbers is no proof
+    with np.errstate(over="ignore", invalid="ignore"):  # an overflow proves no bound
         minor = xx * yy - xy * xy
         determinant = zz * minor - xx * yz * yz - yy * xz * xz + 2.0 * xy * xz * yz
         trace = xx + yy + zz
@@ -164,7 +164,7 @@ def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
 
 
 def _unless(sure: Flags, exactly: Callable[[Array], Flags], entries: Sequence[Numbers]) -> Flags:
-    """Return what ``exactly`` tells of matrices (n, 3, 3); of those that are ``sure`` or not finite it is not so."""
+    """Return ``exactly`` of matrices (n, 3, 3); False for matrices that are ``sure`` or not finite."""
     sure = np.asarray(sure)
     result = np.zeros(sure.shape, dtype=bool)
     if not sure.all():

@@ -2,9 +2,9 @@
 
 A matrix maps the rotated frame's axes to the fixed frame's; sequences are intrinsic, in order.
 
-What is near a coordinate axis or a right angle is decided here and nowhere else. Within ``SNAP`` it is made exact,
-which changes what is computed by no more than that; beyond, it is a direction like any other. Where a frame has to be
-chosen, the choice is the same for directions that differ by less than ``ALIKE``: it does not change where an axis is a
+All decisions on directions near a coordinate axis and angles near a right angle are made here. Within ``SNAP`` they are
+made exact, which changes results by no more than that; beyond, a direction is like any other. A frame that has to be
+chosen is the same for directions that differ by less than ``ALIKE``: it does not change between an axis and one a
 little off a coordinate axis, or off a diagonal between two of them.
 """
 
@@ -39,16 +39,16 @@ class CoordinateAxis(NamedTuple):
 
 
 def coordinate_axis(axis: Sequence[float]) -> CoordinateAxis | None:
-    """Return the coordinate axis that a unit vector is; None where it is none, however near to one.
+    """Return the coordinate axis equal to a unit vector; None for any other vector, however near to an axis.
 
-    A component of 1.0 says nothing: (1e-9, 0, 1) has length one in double precision.
+    A component of 1.0 is no proof: (1e-9, 0, 1) has length one in double precision.
     """
     along = [k for k in range(3) if axis[k] != 0.0]
     return CoordinateAxis(along[0], math.copysign(1.0, axis[along[0]])) if len(along) == 1 else None
 
 
 def axis_beside(direction: Sequence[float]) -> CoordinateAxis | None:
-    """Return the coordinate axis that a unit vector differs from by less than ``ALIKE``; None where there is none."""
+    """Return the coordinate axis within ``ALIKE`` of a unit vector; None without one."""
     place = max(range(3), key=lambda k: abs(direction[k]))
     if any(abs(direction[k]) > ALIKE for k in range(3) if k != place):
         return None
@@ -69,7 +69,7 @@ def snapped(entries: Array) -> Array:
 def snapped_rotation(matrix: Array) -> Array:
     """Return a rotation with right angles made exact, and still a rotation.
 
-    Where only some entries of a row are near 0 or 1, as of a turn by 1e-5, rounding them alone leaves the matrix skew
+    If only some entries of a row are near 0 or 1, as for a turn by 1e-5, rounding them alone leaves the matrix skew
     by up to 1e-10; then the nearest rotation (the orthogonal polar factor) is taken instead.
     """
     result = snapped(matrix)
@@ -83,7 +83,7 @@ def snapped_rotation(matrix: Array) -> Array:
 
 
 def unit_axis(axis: Sequence[float]) -> Array | None:
-    """Return the unit vector along ``axis``, snapped to coordinate axes; None where it has no direction."""
+    """Return the unit vector along ``axis``, snapped to coordinate axes; None for an axis without direction."""
     vector = np.array(axis, dtype=float)
     largest = float(np.max(np.abs(vector)))
     if not (math.isfinite(largest) and largest > 1e-150):
@@ -113,8 +113,8 @@ def frame_about(axis: Array, x_axis: Array | None = None) -> Array:
     Parameters
     ----------
     x_axis : (3,) array, optional
-        The first column is along the part of it across ``axis``; the coordinate axis farthest from ``axis`` when
-        omitted, the first of those that are equally far.
+        The first column is along its part across ``axis``; by default the coordinate axis farthest from ``axis``,
+        the first of equally far ones.
     """
     sizes = np.abs(axis)
     wanted = np.eye(3)[first_near(sizes.tolist(), sizes.min())] if x_axis is None else x_axis
@@ -154,8 +154,8 @@ def rows(matrix: Array) -> tuple[tuple[float, float, float], ...]:
 def quaternion_of_matrix(m: Sequence[Sequence[float]]) -> tuple[float, float, float, float]:
     """Return the unit quaternion (w, x, y, z) of a rotation matrix (Shepperd's largest-component rule).
 
-    Its w is positive; for angles within tolerance of pi, where w is about 0, the first of the largest components is, so
-    that signs of poses do not change there.
+    Its w is positive; for angles within tolerance of pi, w is about 0 and the first of the largest components is
+    positive, so that signs of poses do not change there.
     """
     squares = [
         1.0 + m[0][0] + m[1][1] + m[2][2],

@@ -14,13 +14,13 @@ from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.infix import infix
 from eomgen.formula.nodes import Formula
 
-#: What there is for Hamiltonian systems, for messages.
+#: Functions and commands for Hamiltonian systems, for messages.
 OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate and generate"
-#: What makes H infinite or not a number at a start.
+#: Causes of an H that is infinite or not a number at a start.
 NO_START = "another start, or other parameters: two bodies in one place, a mass of 0, the root of a negative number"
 #: Tolerances of rk45 between which steps are chosen by them.
 TOLERANCES = (1e-14, 0.1)
-#: What a term of H depends on: momenta alone, coordinates alone, or both.
+#: Dependence of a term of H: on momenta alone, on coordinates alone, or on both.
 Dependence = Literal["kinetic", "potential", "coupled"]
 DEPENDENCES: tuple[Dependence, ...] = ("kinetic", "potential", "coupled")
 
@@ -96,7 +96,7 @@ class Run:
     Attributes
     ----------
     place : str
-        File and line of the method, for messages; empty where the file names none.
+        File and line of the method, for messages; empty if the file names none.
     """
 
     duration: float = 10.0

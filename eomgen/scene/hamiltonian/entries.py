@@ -16,13 +16,13 @@ from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
 from eomgen.text import NAME_RULE, is_legal, listed, nearest, shown
 
-#: What a file says to be one of these.
+#: Value of the key ``kind`` in files of Hamiltonian systems.
 KIND = "hamiltonian"
 OF_PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 
 
 class Entries:
-    """The entries of a file, and what is wrong with them."""
+    """The entries of a file, and the report of their faults."""
 
     def __init__(self, data: Mapping[str, Any], report: Report) -> None:
         self.data = data
@@ -42,7 +42,7 @@ class Entries:
         return str(name)
 
     def section(self, key: str) -> Mapping[str, Any]:
-        """Return a section, empty where it is missing or is none."""
+        """Return a section, empty if it is missing or no table."""
         result = self.data.get(key, {})
         if not isinstance(result, Mapping):
             self.report.add(key, f"a table is needed here, not {described(result)}", f"[{key}]")
@@ -95,7 +95,7 @@ class Entries:
         return float(value), None
 
     def formula(self, key: str, text: object, names: Names, scope: Scope) -> Formula | None:
-        """Return a formula; None where it is none, which is reported."""
+        """Return a formula; None for a value that is none, which is reported."""
         if isinstance(text, int | float) and not isinstance(text, bool):
             return Number(float(text))
         if not isinstance(text, str):
@@ -108,7 +108,7 @@ class Entries:
             return None
 
     def hint(self, error: FormulaError) -> str:
-        """Return what to try in place of a formula with a fault."""
+        """Return a hint for a formula with a fault."""
         if "units are not read" in error.what:
             return 'the number alone; unit = "m" beside it is a label'
         return error.hint

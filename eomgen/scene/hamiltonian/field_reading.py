@@ -13,7 +13,7 @@ from typing import Any
 
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ZERO, Formula  # ZERO: in the place of what was refused, and is reported
+from eomgen.formula.nodes import ZERO, Formula  # ZERO: in place of refused values, which are reported
 from eomgen.formula.words import RESERVED
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.hamiltonian.cells import cell_formula
@@ -40,9 +40,9 @@ from eomgen.scene.sources.text import read_text, shown_file
 from eomgen.scene.sources.toml import toml_data
 from eomgen.text import NAME_RULE, is_legal, listed, nearest, shown
 
-#: What there is for Hamiltonian systems of coordinates, for messages.
+#: Commands and keys for Hamiltonian systems of coordinates, for messages.
 OF_COORDINATES = "eomgen simulate, or a [mesh] with cells and length"
-#: Words that formulas read as such, whatever is called so; the time is refused where it is named.
+#: Reserved words of formulas, which names may not be; the time is refused at its use.
 _WORDS = RESERVED - {"t"}
 _KEYS = (
     "format", "kind", "name", "description", "mesh", "parameters", "operators", "prior", "truth", "data", "cell",
@@ -52,11 +52,11 @@ _KINDS = frozenset({"parameter", "state"})
 _WAVES = Scope(f"{', '.join(OF_WAVES)}, {VOLUME} of a cell, parameters and names of where", _KINDS)
 _PLACES = Scope(f"{', '.join(OF_PLACES)} of a cell's centre, parameters, and data above", _KINDS)
 _DRAWN = Scope(f"operators, {', '.join(OF_PLACES)} of a cell's centre, parameters, and data above", _KINDS)
-#: Data that are what their names say, and cannot be below 0.
+#: Data that cannot be below 0, by their names.
 _NOT_NEGATIVE = ("counts", "response")
 _MASSES = ("fisher", "prior", "unit")
 _FILES = (".npy", ".csv")
-#: What looks like the path of a file with another ending: no formula of places has a name with a dot.
+#: Text like the path of a file with another ending: no formula of places has a name with a dot.
 _PATH = re.compile(r"[^\s()+*]*[A-Za-z_]\w*\.[A-Za-z]\w*")
 _MOST_SEED = 2**63 - 1
 
@@ -89,7 +89,7 @@ def fields_from_data(
     Parameters
     ----------
     folder : Path, optional
-        Where paths of files start; the current folder by default.
+        Folder of relative paths; the current folder by default.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def fields_from_data(
         report.raise_problems()
     result = _FieldReader(data, report, folder or Path()).read()
     report.raise_problems()
-    assert result is not None  # where nothing is wrong there is a system
+    assert result is not None  # without problems there is a system
     return result
 
 
@@ -119,7 +119,7 @@ class _FieldReader(Entries):
         self.axes: tuple[str, ...] = ()
 
     def read(self) -> FieldSystem | None:
-        """Return the system; None where a problem has been reported."""
+        """Return the system; None if a problem has been reported."""
         data, report = self.data, self.report
         name = self.head(_KEYS)
         self.known = self.parameters()
@@ -194,7 +194,7 @@ class _FieldReader(Entries):
         return counts, [float(side) for side in sides if side is not None], self.text("mesh", table, "unit")
 
     def check_names(self) -> None:
-        """Report names that are not legal, that formulas have already, and what two things are called."""
+        """Report names that are not legal, that are words of formulas, and that two entries have."""
         seen: dict[str, str] = {}
         for section in ("parameters", "operators", "data"):
             for name in self.section(section):
@@ -304,7 +304,7 @@ class _FieldReader(Entries):
         return Table(file, (columns[0], columns[1]))
 
     def named(self, key: str, entry: object, own: Sequence[str]) -> tuple[tuple[str, Formula], ...]:
-        """Return formulas of a table ``where``, each of names above it."""
+        """Return the formulas of a table ``where``; each may use the names above it."""
         made: list[tuple[str, Formula]] = []
         if not isinstance(entry, Mapping):
             self.report.add(key, f"a table is needed here, not {described(entry)}", 'where = { q = "k/0.2" }')
@@ -320,14 +320,14 @@ class _FieldReader(Entries):
         return tuple(made)
 
     def names(self, own: Sequence[str], more: Iterable[str]) -> Names:
-        """Return the names of a formula: parameters, those of its own, and others."""
+        """Return the names for a formula: parameters, its own variables, and others."""
         values = dict.fromkeys((VOLUME, *(item.name for item in self.known)), True)
         return Names(parameters=values, states=(*own, *more))
 
     # -- data --------------------------------------------------------------------------------------------------------
 
     def columns(self) -> list[Data]:
-        """Return data with what needs no fields; formulas of what is drawn are read by ``drawn``."""
+        """Return data that need no fields; ``drawn`` reads the formulas of random data."""
         made: list[Data] = []
         for name, entry in self.section("data").items():
             key = f"data.{name}"
@@ -354,7 +354,7 @@ class _FieldReader(Entries):
         return made
 
     def drawn(self, given: Sequence[Data], operators: Sequence[Operator]) -> list[Data]:
-        """Return data with the formulas of what is drawn about fields of the truth."""
+        """Return data with the formulas of random data, which are about fields of the truth."""
         made: list[Data] = []
         own = [item.name for item in operators]
         for item in given:
@@ -380,7 +380,7 @@ class _FieldReader(Entries):
         return self.number(f"{key}.minimum", table["minimum"], self.known)[0]
 
     def truth(self, given: Sequence[Data]) -> int | None:
-        """Return the seed of the truth; None where there is none."""
+        """Return the seed of the truth; None without one."""
         table, drawn = self.section("truth"), [item.name for item in given if item.kind in DRAWN]
         check_keys("truth", table, ("seed",), self.report)
         if "truth" not in self.data:
@@ -400,7 +400,7 @@ class _FieldReader(Entries):
     # -- energy ------------------------------------------------------------------------------------------------------
 
     def cell(self) -> tuple[str, dict[str, str]]:
-        """Return the formula of a cell, and those that have a name."""
+        """Return the formula of a cell, and its named formulas."""
         table = self.section("cell")
         check_keys("cell", table, ("energy", "where"), self.report)
         energy, where = table.get("energy"), table.get("where", {})
@@ -445,7 +445,7 @@ class _FieldReader(Entries):
     # -- the rest ----------------------------------------------------------------------------------------------------
 
     def white_prior(self) -> None:
-        """Check ``[prior]``, which says what is so: the state is white noise, and operators give it its covariance."""
+        """Check ``[prior]``, which may only state the default: the state is white noise."""
         table = self.section("prior")
         check_keys("prior", table, ("white",), self.report)
         if table.get("white", True) is not True:

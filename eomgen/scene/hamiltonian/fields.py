@@ -10,19 +10,19 @@ from typing import Literal
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.hamiltonian.document import Parameter
 
-#: What an operator may be, by the key that says it.
+#: Kinds of an operator, by the key that gives it.
 OperatorKind = Literal["white", "power", "lognormal_power", "filter", "smoothing", "difference", "mask"]
 OPERATOR_KINDS: tuple[OperatorKind, ...] = (
     "white", "power", "lognormal_power", "filter", "smoothing", "difference", "mask"
 )  # fmt: skip  # a list of kinds
-#: Where numbers in the cells may come from, by the key that says it.
+#: Sources of numbers in the cells, by the key that gives them.
 DataKind = Literal["file", "formula", "poisson", "negative_binomial", "normal"]
 DATA_KINDS: tuple[DataKind, ...] = ("file", "formula", "poisson", "negative_binomial", "normal")
-#: Those that are drawn about fields of the truth, each with what it needs besides its mean.
+#: Kinds of random data about fields of the truth, each with the parameter that it needs in addition to its mean.
 DRAWN: Mapping[str, str] = {"poisson": "", "negative_binomial": "beta", "normal": "deviation"}
 #: Names that formulas have of their own: of wave numbers, of centres of cells, of both.
 OF_WAVES, OF_PLACES, VOLUME = ("k", "kx", "ky", "kz"), ("x", "y", "z"), "volume"
-#: What follows the name of an operator in the name of its variance.
+#: Ending of an operator's name in the name of its variance.
 VARIANCE = "_variance"
 
 
@@ -36,12 +36,12 @@ class Table:
 
 @dataclass(frozen=True)
 class Operator:
-    """An operator from the white field to a field of cells, after another one where ``of`` names it.
+    """An operator from the white field, or from the result of the operator ``of``, to a field of cells.
 
     Attributes
     ----------
     formula : of wave numbers, of centres of cells for a mask; a number for a smoothing; read for kinds with one alone
-    where : formulas with a name, each of what stands before it
+    where : named formulas, each of the names before it
     axis : of a difference
     """
 
@@ -60,7 +60,7 @@ class Data:
 
     Attributes
     ----------
-    formula : the values, or the mean of what is drawn; not read of a file
+    formula : the values, or the mean of random data; not read for a file
     spread : beta of a negative binomial distribution, deviation of a normal one
     minimum : the value below which they have no meaning
     """
@@ -76,7 +76,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Chains:
-    """The defaults of ``sample``; what they are is said there."""
+    """The defaults of ``sample``, which describes them."""
 
     method: str = "minimum_norm2"
     step: float = 0.0
@@ -105,8 +105,8 @@ class FieldSystem:
     cells, lengths : of the mesh, along each axis
     energy, where : formulas of a cell, as text
     fields, columns : operators and data that these name
-    truth : seed of the white field that data are drawn about; None where there is none
-    folder : where paths of files start
+    truth : seed of the white field behind random data; None without random data
+    folder : folder of relative paths
     places : file and line of each key, for messages
     content : all that determines the posterior but for files of data
     """
@@ -139,5 +139,5 @@ class FieldSystem:
         return {VOLUME: volume, **{item.name: item.value for item in self.parameters}}
 
     def place(self, key: str) -> str:
-        """Return where a key stands, for messages."""
+        """Return file and line of a key, for messages."""
         return self.places.get(key, f"{self.name} ({key})")

@@ -35,7 +35,7 @@ _OF_OPERATORS = {
 
 
 def json_schema(*, mesh: bool = False) -> str:
-    """Return the JSON Schema of files of coordinates, or of those of fields on a mesh, as text."""
+    """Return the JSON Schema, as text, of files of coordinates or, with ``mesh``, of files of fields on a mesh."""
     return json.dumps(_of_fields() if mesh else _of_coordinates(), indent=2) + "\n"
 
 
@@ -47,7 +47,7 @@ def _table(properties: Schema, *required: str, description: str = "") -> Schema:
 
 
 def _entries(entry: Schema, description: str, *, copies: bool = False) -> Schema:
-    """Return what a section of named entries is; in copies names have braces."""
+    """Return the schema of a section of named entries; names of copies have braces."""
     named: Schema = {"additionalProperties": entry} if copies else {"patternProperties": {_LEGAL: entry}}
     return {
         "type": "object",
@@ -120,7 +120,7 @@ def _of_coordinates() -> Schema:
 
 
 def _of_dataclass(made: type, said: dict[str, str]) -> dict[str, Schema]:
-    """Return keys of a table whose defaults are those of a class."""
+    """Return schemas of the keys of a table whose defaults are in a class."""
     result: dict[str, Schema] = {}
     for item in fields(made):
         result[item.name] = {"type": _TYPES[str(item.type)], "description": said.get(item.name, item.name)}

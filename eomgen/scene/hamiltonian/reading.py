@@ -36,22 +36,22 @@ from eomgen.scene.sources.text import read_text, shown_file
 from eomgen.scene.sources.toml import toml_data
 from eomgen.text import NAME_RULE, is_legal, shown
 
-#: What there is for systems of fields, for messages.
+#: Commands and functions for systems of fields, for messages.
 OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
 #: Sections whose entries may repeat.
 SECTIONS = ("parameters", "coordinates", "definitions", "hamiltonian", "outputs")
 #: Names of the state and of parameters in a formula at most, once definitions stand in it.
 _MOST_NAMES = 100_000
-#: Levels of brackets in a formula with its definitions at most: what walks formulas calls itself at each.
+#: Levels of brackets in a formula with its definitions at most: functions over formulas recurse at each.
 _MOST_LEVELS = 200
 _KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulation")
 _OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
-#: What a sum of terms is cut at.
+#: Operations at which a sum of terms is split.
 _SUMS = ("add", "sub")
 
 
 def is_hamiltonian(data: Mapping[str, Any]) -> bool:
-    """Return whether nested data are those of a Hamiltonian system."""
+    """Return whether nested data describe a Hamiltonian system."""
     return data.get("kind") == KIND
 
 
@@ -91,7 +91,7 @@ def hamiltonian_from_data(
         report.lines = {**report.lines, **of_copies}
     result = _Reader(data, report).read()
     report.raise_problems()
-    assert result is not None  # where nothing is wrong there is a system
+    assert result is not None  # without problems there is a system
     return result
 
 
@@ -101,7 +101,7 @@ class _Reader(Entries):
         self.defined: dict[str, tuple[Formula, int]] = {}
 
     def read(self) -> Hamiltonian | None:
-        """Return the system; None where a problem has been reported."""
+        """Return the system; None if a problem has been reported."""
         data, report = self.data, self.report
         name = self.head(_KEYS)
         parameters = self.parameters()
@@ -138,7 +138,7 @@ class _Reader(Entries):
         )
 
     def formula(self, key: str, text: object, names: Names, scope: Scope) -> Formula | None:
-        """Return a formula in which definitions are what they stand for; None where it is none, which is reported."""
+        """Return a formula with definitions replaced by their formulas; None for a fault, which is reported."""
         return self.expanded(key, super().formula(key, text, names, scope))[0]
 
     def expanded(self, key: str, formula: Formula | None) -> tuple[Formula | None, int]:
@@ -163,7 +163,7 @@ class _Reader(Entries):
         return made, count
 
     def definitions(self, states: Iterable[str], values: Iterable[str]) -> None:
-        """Read definitions, each of what stands above it."""
+        """Read definitions, each of the names above it."""
         known = dict.fromkeys(states)
         for name, text in self.section("definitions").items():
             key = f"definitions.{name}"
@@ -216,7 +216,7 @@ class _Reader(Entries):
         return made
 
     def check_names(self, names: Iterable[str]) -> None:
-        """Report names that are not legal, and what two things are called."""
+        """Report names that are not legal, and names that two entries have."""
         seen: set[str] = set()
         for name in names:
             of_others = [section for section in ("parameters", "definitions") if name in self.section(section)]
@@ -226,7 +226,7 @@ class _Reader(Entries):
                 self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
             elif name == "t":
                 self.report.add(key, "t is the time, of which H does not depend", "another name")
-            elif name in RESERVED:  # formulas would read the word, and what is called so would change nothing
+            elif name in RESERVED:  # formulas would read the word, and never this entry
                 self.report.add(key, f"the name {name} is a word of formulas", f"{name}_value")
             elif name in seen:
                 hint = 'momentum = "..." in a coordinate names its own' if not of_others else "another name"
@@ -310,7 +310,7 @@ class _Reader(Entries):
                 self.report.add(where, what, NO_START)
 
     def check_momenta(self, terms: list[Term], coordinates: list[Coordinate]) -> None:
-        """Report coordinates that nothing of H moves: with neither its coordinate nor its momentum in it."""
+        """Report coordinates that stay at rest: neither the coordinate nor its momentum is in H."""
         used = {symbol.name for term in terms for symbol in symbols(term.formula)}
         for item in coordinates:
             if not used & {item.name, item.momentum}:
@@ -334,7 +334,7 @@ def _states(formula: Formula) -> set[str]:
 
 
 def _dependence(formula: Formula, momenta: set[str]) -> Dependence:
-    """Return what a term depends on; constants count as potential."""
+    """Return the dependence of a term on coordinates and momenta; constants count as potential."""
     states = _states(formula)
     if states & momenta:
         return "coupled" if states - momenta else "kinetic"
@@ -342,7 +342,7 @@ def _dependence(formula: Formula, momenta: set[str]) -> Dependence:
 
 
 def summands(formula: Formula) -> list[Formula]:
-    """Return formulas whose sum a formula is, with sums multiplied out where a factor is of parameters alone."""
+    """Return summands of a formula, with sums multiplied out if they have a factor of parameters alone."""
     if not isinstance(formula, Operation):
         return [formula]
     arguments = formula.arguments

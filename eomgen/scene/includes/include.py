@@ -44,14 +44,14 @@ def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> Part
     data : mapping
         As ``tomllib`` reads a scene file.
     report : Report
-        Of the scene; takes what is wrong in any of the files.
+        Report of the scene; takes the faults of all files.
     folder : Path
-        Where the paths in the scene start.
+        Folder to which the paths in the scene are relative.
     """
     part = Part(dict(data), {key: report.place(key) for key in report.lines})
     try:
         return _Includer(report).expanded(part, report, folder, (folder / report.file,))
-    except _TooManyFilesError as error:  # all else that is wrong follows from it, or is found once there are fewer
+    except _TooManyFilesError as error:  # other faults follow from it, or are reported once there are fewer files
         raise DescriptionError(error.problem) from None
 
 
@@ -68,8 +68,8 @@ class _Includer:
         self.scenes: dict[Path, Read] = {}  # by path: one file may be included many times
 
     def expanded(self, part: Part, report: Report, folder: Path, chain: Sequence[Path]) -> Part:
-        """Put what a file includes into its part; ``report`` is the file's own, ``chain`` leads from the scene to
-        it."""
+        """Add the entries of the files that a file includes to its part; ``report`` is the file's own, ``chain`` leads
+        from the scene to it."""
         written = part.data.pop("include", {})
         if not isinstance(written, Mapping):
             report.add(
@@ -93,7 +93,7 @@ class _Includer:
         return part
 
     def opened(self, key: str, entry: Include, report: Report, folder: Path, chain: Sequence[Path]) -> Part | None:
-        """Return the data of an included file; None where they cannot be read."""
+        """Return the data of an included file; None if they cannot be read."""
         path, place = folder / entry.file, f"{key}.file"
         self.files += 1
         try:
@@ -269,7 +269,7 @@ def _base(name: str, entry: Include, part: Part, report: Report, taken: Collecti
 
 
 def _made(data: Mapping[str, Any]) -> dict[str, list[str]]:
-    """Return the names that the controllers of a file make, by section; of those that are not well formed none."""
+    """Return the names that the controllers of a file make, by section; invalid controllers are left out."""
     result: dict[str, list[str]] = {"states": [], "parameters": [], "controllers": []}
     for name in _names(data, "controllers"):
         try:
@@ -286,7 +286,7 @@ def _prefix(name: str, entry: Include) -> str:
 
 
 def _bodies(data: Mapping[str, Any]) -> list[str]:
-    """Return what joints can carry: bodies and beams."""
+    """Return the names of bodies and beams, which joints can carry."""
     return _names(data, "bodies") + _names(data, "beams")
 
 

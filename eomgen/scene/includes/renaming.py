@@ -20,13 +20,13 @@ from eomgen.units.parser import UnitError, is_quantity
 
 
 class Renamer:
-    """Renames what an included file names.
+    """Renames the entries that an included file names.
 
     Parameters
     ----------
     space : Namespace
     base : str
-        What the file's base is in the file that includes it.
+        Name in the including file for the file's base.
     file : Path
         The included file, from the folder of the including one.
     """
@@ -74,7 +74,7 @@ class Renamer:
         return self.texts(value) if meaning.unit or meaning.names is not None else value
 
     def reference(self, section: str, name: Any) -> Any:
-        """Return the new name of an entry that a key refers to; of one that is not there, words that name nothing.
+        """Return the new name of an entry that a key refers to; for an unknown entry, words that are no name.
 
         A key may name several in a list, or hold something for each of them in a table.
         """
@@ -92,7 +92,7 @@ class Renamer:
         return self.space.names[section].get(name, f"{name} in {self.file.name}")
 
     def number(self, name: str) -> str:
-        """Return the new name of a number of the state: ``q.joint``, ``v.beam[2]``, or that of an internal state."""
+        """Return the new name of a component of the state: ``q.joint``, ``v.beam[2]``, or an internal state."""
         names = self.space.names
         found = re.fullmatch(r"\s*([qv])\s*\.\s*(\w+)(.*)", name, re.DOTALL)
         if found is None:
@@ -101,7 +101,7 @@ class Renamer:
         return f"{letter}.{names['joints'].get(joint, names['beams'].get(joint, joint))}{index}"
 
     def texts(self, value: Any) -> Any:
-        """Return a value whose formulas know where they are from."""
+        """Return a value whose formulas carry their namespace."""
         if isinstance(value, Refused):
             return value
         if isinstance(value, str):
@@ -112,14 +112,14 @@ class Renamer:
 
 
 def overridden(key: str, entry: Include, data: dict[str, Any], known: frozenset[str], report: Report) -> dict[str, str]:
-    """Put the values of an include in place of the parameters of a file, and return those that are formulas.
+    """Put the values of an include in place of the parameters of a file, and return the formulas among them.
 
     Parameters
     ----------
     key : str
         Of the include.
     data : dict
-        Of the included file; its parameters are changed, and those that become formulas left out.
+        Of the included file; its parameters are changed, and parameters given by formulas left out.
     known : frozenset of str
         Names of the including file, which no unit may have.
     """

@@ -1,7 +1,7 @@
-"""Entries that repeat: a table of a scene file makes copies of what it holds, numbered by indices.
+"""Entries that repeat: a table of a scene file makes copies of its entries, numbered by indices.
 
 The copies are entries like any other, made before anything is read. Braces in names and values hold formulas of the
-indices: what is written in a name or within a longer text has to be whole, what is all of a value is a number.
+indices: within a name or a longer text their value has to be whole; a formula that is all of a value gives a number.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ def repeated(
     data : mapping
         As ``tomllib`` reads a scene file.
     report : Report
-        Takes what is wrong.
+        Takes faults.
     lines : mapping
-        Takes the lines of the copies: those of what they are copied from.
+        Takes the lines of the copies: the lines of their originals.
     sections
         Whose entries may repeat; by default the sections of scenes.
     """
@@ -83,7 +83,7 @@ def _sections(data: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:
-    """Return how many copies each table ``repeat`` makes of its entries, where what it says is right."""
+    """Return the number of copies that each table ``repeat`` makes of its entries; invalid tables are left out."""
     aside, result = Report("", {}), {}
     for name, table in data["repeat"].items():
         ranges = _ranges("", table, aside) if isinstance(table, Mapping) else None
@@ -108,7 +108,7 @@ def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
 
 
 def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, range] | None:
-    """Return the numbers that each index takes; None where that is not said well."""
+    """Return the numbers that each index takes; None for invalid ones."""
     place = f"{key}.{_INDICES}"
     indices = table.get(_INDICES)
     if not isinstance(indices, Mapping) or not indices:
@@ -222,7 +222,7 @@ class _Copies:
         return filled
 
     def _number(self, formula: str, values: Mapping[str, int], key: str) -> float:
-        """Return the value of a formula of the indices, whole where it is; 0 where it has none, which is reported
+        """Return the value of a formula of the indices, whole if it is an integer; 0 if it has none, which is reported
         once."""
         if self.report.concerns(key):
             return 0

@@ -55,10 +55,10 @@ class Constraint:
 
     @property
     def kind(self) -> Connection:
-        """What is known of its type."""
+        """Properties of its type."""
         return TYPES[self.type]
 
     @property
     def prescribed(self) -> Formula | None:
-        """What it prescribes over time: its drive, or a length that changes; None where it prescribes nothing."""
+        """Its prescribed coordinate as a formula of time: its drive, or a length that changes; None without one."""
         return self.length if self.drive is None and not constant(self.length) else self.drive

@@ -1,6 +1,6 @@
-"""Reading of constraints: permitted keys of each type, and what its equations use of the two frames.
+"""Reading of constraints: permitted keys of each type, and the axes of the two frames that its equations use.
 
-Nothing is ever taken from the initial state, which need not close the loop.
+Frames never depend on the initial state, which need not close the loop.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _EXAMPLES = {"length": "1.0", "radius": "1.0", "pitch": "0.01"}
 def read_constraint(
     name: str, entry: written.Constraint, bodies: Collection[str], points: Mapping[str, Point], values: Values
 ) -> Constraint:
-    """Return a checked constraint; what is wrong with it goes to the report of ``values``."""
+    """Return a checked constraint; faults go to the report of ``values``."""
     key = key_of("constraints", name)
     for field in _KEYS:
         given, types = (

@@ -17,7 +17,7 @@ Vector = Sequence[float] | Array
 def displaced(
     kind: Connection, axis: Vector, second_axis: Vector, q: Vector, pitch: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """Return what a joint at coordinates q makes of its child's frame, and the twists that it leaves to it.
+    """Return the pose of a joint's child at coordinates q, relative to neutral coordinates, and its motion subspace.
 
     Parameters
     ----------
@@ -57,6 +57,6 @@ def _moved(motion: ElementaryMotion, axes: Array, q: Vector, pitch: float) -> tu
 
 
 def twist_transform(rotation: Array, position: Array) -> Array:
-    """Return what makes of a body's twist (6,) that of a frame placed on it, each in its own axes."""
+    """Return the (6, 6) map from a body's twist to the twist of a frame placed on it, each in its own axes."""
     R = rotation.T
     return np.block([[R, np.zeros((3, 3))], [-R @ skew(position), R]])

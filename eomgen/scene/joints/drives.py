@@ -1,4 +1,4 @@
-"""Reading of prescribed motions: drives of joints and of constraints, lengths over time, and where they start."""
+"""Reading of prescribed motions: drives of joints and of constraints, lengths over time, and their initial values."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from eomgen.scene.joints import schema as written
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.signals.curves import check_twice_differentiable
 
-#: What the complex step of a rate may leave of a value that is zero.
+#: Remainder of the complex step for the rate of a value that is zero.
 _NOISE = 1e-50
-#: Rates that a complex step of 1e-30 gives beside a pole or where a root has no real value, and no machine has.
+#: Rates above this come from a complex step of 1e-30 beside a pole or a root without real value; no machine has them.
 _ENDLESS = 1e25
-#: What to try where a curve in a law jumps or bends.
+#: Hint for a curve that jumps or bends in a law.
 SMOOTH_OR_SPLINE = 'interpolation = "quintic", or smooth = "10 ms" beside the law'
 _STARTS = ("position", "orientation", "rotation", "velocity")
 
 
 def read_law(key: str, value: float | str, values: Values, smooth: float | None = None) -> Formula:
-    """Return a prescribed motion, a formula of time that has accelerations; what is wrong with it is reported.
+    """Return a prescribed motion, a formula of time that has accelerations; faults are reported.
 
     Parameters
     ----------
-    smooth : duration in s of what replaces its jumps and kinks; None: they are refused
+    smooth : duration in s of the transition that replaces its jumps and kinks; None: they are refused
     """
     formula = _without_jumps(key, values.formula(key, value, MOTION), values, smooth)
     check_twice_differentiable(key, [formula], values.report, SMOOTH_OR_SPLINE)
@@ -41,7 +41,7 @@ def read_law(key: str, value: float | str, values: Values, smooth: float | None 
 
 
 def read_length(key: str, value: float | str, values: Values, smooth: float | None = None) -> Formula:
-    """Return a length, which time may prescribe; it has to be positive, at the start where it changes."""
+    """Return a length, which time may prescribe; it has to be positive, at t = 0 if it changes."""
     formula = values.formula(key, value, MOTION)
     if formula is UNKNOWN:
         return formula
@@ -56,11 +56,11 @@ def read_length(key: str, value: float | str, values: Values, smooth: float | No
 
 
 def read_smoothing(key: str, smooth: float | str | None, law: str, values: Values) -> float | None:
-    """Return the duration of the transitions of a law, s; None where there is none, or it is refused.
+    """Return the duration of the transitions of a law, s; None without one, or for a refused one.
 
     Parameters
     ----------
-    law : the key that needs one beside ``smooth``; empty where there is one
+    law : the key that is missing beside ``smooth``; empty if the law is given
     """
     if smooth is None:
         return None
@@ -96,7 +96,7 @@ def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | N
 
 
 def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula, ...]:
-    """Return the drives of a joint, one for each coordinate; none where it has none, or they are refused."""
+    """Return the drives of a joint, one for each coordinate; empty without a drive, or for a refused one."""
     if joint.drive is None:
         read_smoothing(key, joint.smooth, "drive", values)
         return ()
@@ -139,7 +139,7 @@ def _places(key: str, drives: Sequence[object]) -> list[str]:
 
 
 def start_of(key: str, law: Formula, values: Values) -> tuple[float, float]:
-    """Return a prescribed motion at t = 0 and the default parameters, and its rate; zeros where that is reported."""
+    """Return a prescribed motion at t = 0 and the default parameters, and its rate; zeros for a reported fault."""
     named = {symbol.name for symbol in symbols(law) if symbol.kind == "parameter"}
     if law is UNKNOWN or not named <= values.parameters.keys():
         return 0.0, 0.0

@@ -1,6 +1,6 @@
 """Reading of frames, their positions and axes, for constraints and bushings.
 
-Two axes say nothing about the angle between two bodies. So where that angle matters, a frame given by its axis needs an
+Two axes do not give the angle between two bodies. So if the angle matters, a frame given by its axis needs an
 ``x_axis`` too: the frame's x is the part of it across the axis.
 """
 
@@ -56,7 +56,7 @@ def read_frame(
 def _orientation(
     key: str, title: str, frame: written.Frame, need: Need, values: Values
 ) -> tuple[tuple[float, float, float], ...]:
-    """Return the frame's axes in the body: by rotations, or by z and, where the angle matters, x."""
+    """Return the frame's axes in the body: by rotations, or by z and, if the angle matters, x."""
     report = values.report
     if frame.rotation is not None:
         for field in ("axis", "x_axis"):
@@ -105,7 +105,7 @@ def check_two_bodies(
     joints : sequence of Joint
         Parents first.
     beams : collection of str
-        Bodies that are not rigid, neither by themselves nor with what is fixed to them.
+        Bodies that are not rigid, neither by themselves nor with the bodies fixed to them.
     """
     host = {BASE: BASE, WORLD: WORLD}
     for joint in joints:

@@ -14,7 +14,7 @@ Given = tuple[float | str | None, ...] | None
 
 
 class _Coordinates:
-    """Reads what belongs to each coordinate of a joint."""
+    """Reads the keys of a joint that have a value for each coordinate."""
 
     def __init__(self, key: str, kind: str, values: Values) -> None:
         self.key, self.kind, self.values = key, kind, values
@@ -24,7 +24,7 @@ class _Coordinates:
         return f"{self.key}.{field}" if len(self.meanings) == 1 else f"{self.key}.{field}[{index}]"
 
     def counted(self, field: str, given: Given) -> Given:
-        """Return the values where there is one for each coordinate; else none, which is reported."""
+        """Return the values if there is one for each coordinate; else None, which is reported."""
         if given is None or len(given) == len(self.meanings):
             return given
         count = f"{len(self.meanings)} values ({', '.join(self.meanings)})" if len(self.meanings) > 1 else "one value"

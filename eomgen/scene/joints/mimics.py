@@ -16,7 +16,7 @@ def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Re
     Parameters
     ----------
     refused : iterable of str
-        Joints whose declarations are broken: they exist, but nothing is known of them.
+        Joints with invalid entries: they exist, but their data are unknown.
     """
     for joint in joints.values():
         key, path = key_of("joints", joint.name, "mimic"), [joint.name]

@@ -9,13 +9,13 @@ from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.scene.joint_types import JOINTS, Connection, JointType
 from eomgen.system.description import Limit, component_names
 
-#: Penetration over which a stop reaches its full stiffness where the scene says none, by unit of the coordinate.
+#: Default of the penetration over which a stop reaches its full stiffness, by unit of the coordinate.
 ONSETS: Mapping[str, float] = {"rad": 1e-3, "m": 1e-4}
 
 
 @dataclass(frozen=True)
 class Stop:
-    """Compliant stops of one coordinate of a joint, at either end or both (None where there is none).
+    """Compliant stops of one coordinate of a joint, at either end or both (None for an end without one).
 
     Beyond ``lower`` or ``upper`` by d the effort is s(d / onset) max(0, stiffness d + damping d'), back into the range;
     s rises from 0 to 1 over the onset.
@@ -33,7 +33,7 @@ class Stop:
 class Friction:
     """Dry friction of one coordinate of a joint, regularised: effort -level(v) tanh(v / velocity).
 
-    The level is ``coulomb``, or where ``static`` is given coulomb + (static - coulomb) exp(-(v / stribeck)^2).
+    The level is ``coulomb``, or with ``static`` coulomb + (static - coulomb) exp(-(v / stribeck)^2).
     """
 
     index: int
@@ -43,7 +43,7 @@ class Friction:
     stribeck: Formula | None = None
 
 
-#: A formula of parameters where a joint has one coordinate, one formula for each where it has several.
+#: A formula of parameters for a joint with one coordinate, one formula for each of several coordinates.
 Coefficients = Formula | tuple[Formula, ...]
 
 
@@ -77,8 +77,8 @@ class Joint:
     stops, friction : at most one each per coordinate. On joints of real coordinates only.
     initial_position : neutral-relative q: 0 to 3 numbers; spherical: quaternion (4); free: quaternion and position (7).
     initial_velocity : 0 to 3, or 6 numbers; angular first, body axes.
-    mimic : what the joint's coordinate follows, None where it is a coordinate of its own.
-    drive : formulas of time that prescribe its coordinates, one for each; none where they are free.
+    mimic : the coordinate that the joint's coordinate follows, None for a coordinate of its own.
+    drive : formulas of time that prescribe its coordinates, one for each; empty for free ones.
     """
 
     name: str
@@ -103,7 +103,7 @@ class Joint:
 
     @property
     def kind(self) -> Connection:
-        """What is known of its type."""
+        """Properties of its type."""
         return JOINTS[self.type]
 
     def each(self, coefficients: Coefficients) -> tuple[Formula, ...]:
@@ -111,7 +111,7 @@ class Joint:
         return coefficients if isinstance(coefficients, tuple) else (coefficients,) * self.kind.v_size
 
     def lengths(self) -> tuple[Formula, ...]:
-        """Return rests and ends of the range of what travels in it, m."""
+        """Return rest lengths and ends of the ranges of its translations, m."""
         if not self.kind.coordinates:
             return ()
         first = self.kind.angles
@@ -122,7 +122,7 @@ class Joint:
 
     @property
     def limits(self) -> tuple[Limit, ...]:
-        """What the stops say in terms of the joint's own coordinates, one by one."""
+        """The ranges of the stops in terms of the joint's own coordinates, one by one."""
         meanings = list(self.kind.coordinates.items())
         names = component_names("q", self.name, len(meanings))
         result = []

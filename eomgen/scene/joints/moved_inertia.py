@@ -47,7 +47,7 @@ class Placed:
 
 
 def _placed(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[Placed]:
-    """Return the bodies of an assembly; parts come after what carries them."""
+    """Return the bodies of an assembly; parts come after the part that carries them."""
     result: list[Placed] = []
     origins: list[Triple] = []
     for part in parts:
@@ -101,7 +101,7 @@ class Movable:
     rotors, pitch : places of the numbers of the joint
     followers : places of the multipliers of joints that follow it: the rule is about the joint alone, while all of them
         are zero
-    words, hint : what is wrong, with ``{}`` for the cause, and what to try
+    words, hint : the fault, with ``{}`` for the cause, and its remedy
     """
 
     kind: Connection
@@ -115,7 +115,7 @@ class Movable:
     stage: int = 2
 
     def _causes(self, numbers: Sequence[Numbers]) -> list[tuple[Flags, str]]:
-        """Return what can make M singular, each with where it is so."""
+        """Return possible causes of a singular M, each with flags of the values at which it applies."""
         bodies = _placed(self.parts, numbers)
         rotors = [numbers[place] for place in self.rotors] or [0.0]
         mass, about_origin = sum((body.mass for body in bodies), 0.0), _about((0.0, 0.0, 0.0), bodies)
@@ -322,7 +322,7 @@ def _followers(joints: Sequence[Joint]) -> dict[str, list[Joint]]:
 
 
 def led_or_following(joints: Sequence[Joint], values: Values) -> set[str]:
-    """Return the joints whose inertia is that of others too: those that follow, and those that a moving one follows."""
+    """Return mimic joints, and their leaders unless all multipliers are zero: their inertia depends on each other."""
     leaders = {
         first
         for first, following in _followers(joints).items()
@@ -357,8 +357,7 @@ def _check_led(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Valu
 def _beyond(
     joint: Joint, joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, places: _Places
 ) -> tuple[int, ...] | None:
-    """Return the places of masses, inertias and rotor inertias of a joint and all beyond it; None where some are not
-    known."""
+    """Return the places of masses, inertias and rotor inertias of a joint and all beyond it; None for unknown ones."""
     reached, formulas = {joint.child: joint}, [*joint.each(joint.rotor_inertia)]
     for other in joints:
         if other.parent in reached:

@@ -1,4 +1,4 @@
-"""Reactions: what a joint or a constraint transmits, about a point and in the axes of a body."""
+"""Reactions: the wrench that a joint or a constraint transmits, about a point and in the axes of a body."""
 
 from __future__ import annotations
 

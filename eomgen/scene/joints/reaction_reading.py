@@ -1,4 +1,4 @@
-"""Reading of reactions: of what they are, about which point, in which axes."""
+"""Reading of reactions: their joint or constraint, their point and their axes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from eomgen.text import key_of
 def read_reaction(
     name: str, entry: written.Reaction, bodies: Collection[str], points: Mapping[str, Point], values: Values
 ) -> Reaction:
-    """Return a reaction; what is wrong with it goes to the report of ``values``."""
+    """Return a reaction; faults go to the report of ``values``."""
     key, report, names = key_of("reactions", name), values.report, values.names
     if (entry.joint is None) == (entry.constraint is None):
         got = "none" if entry.joint is None else "both"

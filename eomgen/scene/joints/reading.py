@@ -20,16 +20,16 @@ from eomgen.text import key_of, shown
 Direction = tuple[float, float, float]
 _NEUTRAL = (1.0, 0.0, 0.0, 0.0)
 _QUATERNION_TOLERANCE = 1e-6
-#: What the velocity is, by group.
+#: Meaning of the velocity, by group.
 _VELOCITY_MEANING = {"SO3": " (angular velocity, body axes)", "SE3": " (angular, then linear velocity, body axes)"}
-#: Keys of some types only, each with what an example needs.
+#: Keys of some types only, each with an example of its value.
 _KEYS = {"second_axis": "[0, 1, 0]", "x_axis": "", "pitch": "0.01, in m/rad"}
 _COEFFICIENTS = ("stiffness", "damping", "rest", "rotor_inertia")
 _PERPENDICULAR = 1e-6
 
 
 def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
-    """Return a checked joint; what is wrong with it goes to the report of ``values``."""
+    """Return a checked joint; faults go to the report of ``values``."""
     key = key_of("joints", name)
     axis, second = _axes(key, joint, values)
     coefficients = {field: _coefficients(key, field, joint, values) for field in _COEFFICIENTS}
@@ -59,7 +59,7 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
 
 
 def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Direction]:
-    """Return the axis and the direction across it, the joint's own or those of its type that need not be written."""
+    """Return the axis and the direction across it, as given or by the default of the type."""
     report, kind = values.report, JOINTS[joint.type]
     if kind.coordinates and joint.axis is None:
         report.add(key, f"a {joint.type} joint needs an axis", "axis = [0, 0, 1]")
@@ -92,7 +92,7 @@ def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Di
 
 
 def _coefficients(key: str, field: str, joint: written.Joint, values: Values) -> Coefficients:
-    """Return what a joint has in each coordinate; one formula where there is one coordinate."""
+    """Return a coefficient of a joint by coordinate; a single formula for one coordinate."""
     given: tuple[float | str, ...] | None = getattr(joint, field)
     place, meaning = f"{key}.{field}", tuple(JOINTS[joint.type].coordinates)
     if given is None:
@@ -124,7 +124,7 @@ def _mimic(key: str, joint: written.Joint, values: Values) -> Mimic | None:
 
 
 def _known(key: str, given: Sequence[float | str] | None, count: int, what: str, values: Values) -> list[float] | None:
-    """Return ``count`` constants; None where they are not given or not known."""
+    """Return ``count`` constants; None if they are not given or not known."""
     if given is None:
         return None
     if len(given) != count:

@@ -88,7 +88,7 @@ class Mimic(Table):
 
 
 class Joint(Table):
-    """What carries a body, and lets it move against its parent."""
+    """A joint, which carries a body and lets it move relative to its parent."""
 
     type: JointType = key("how the child moves against the parent")
     parent: str = key("where it hangs", refers="bodies", kind="body, or `base`")
@@ -148,7 +148,7 @@ class Joint(Table):
 
 
 class Reaction(Table):
-    """Where, and in which axes, the reaction of a joint or a constraint is told."""
+    """Point and axes in which the reaction of a joint or a constraint is expressed."""
 
     joint: str | None = optional("whose reaction it is: what its parent exerts on its child", refers="joints")
     constraint: str | None = optional(
@@ -163,7 +163,7 @@ class Reaction(Table):
 
 
 class Constraint(Table):
-    """What closes a loop between two frames."""
+    """A constraint between two frames, which closes a loop."""
 
     type: ConstraintType = key("what it holds", kind="see below")
     first: Frame = key("a frame in one body", kind="frame, below")

@@ -22,7 +22,7 @@ class Link(NamedTuple):
 def ordered(
     links: Sequence[Link], bodies: Mapping[str, str], refused: Collection[str], complete: bool, report: Report
 ) -> list[Link]:
-    """Return the joints with parents before children, in the user's order otherwise; report what breaks the tree.
+    """Return the joints with parents before children, in the user's order otherwise; report faults of the tree.
 
     Parameters
     ----------
@@ -31,9 +31,9 @@ def ordered(
     bodies : mapping
         The section in which each body is declared, by its name.
     refused : collection of str
-        Bodies whose declarations are broken: they exist, but nothing is known of them.
+        Bodies with invalid entries: they exist, but their data are unknown.
     complete : bool
-        Whether every joint and body could be read; where not, missing joints are not reported.
+        Whether every joint and body could be read; if not, missing joints are not reported.
     """
     known = dict.fromkeys([*bodies, *refused])
     carrier: dict[str, Link] = {}
@@ -76,7 +76,7 @@ def _parents_first(links: Sequence[Link], carrier: Mapping[str, Link], known: Co
 
 
 def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Mapping[str, str], report: Report) -> None:
-    """Report bodies without a joint, cycles, and what hangs from either."""
+    """Report cycles, and bodies without a joint with the bodies that hang from them."""
     reached = {link.child for link in order}
     end_of: dict[str, str] = {}
     hanging: dict[str, list[str]] = {}

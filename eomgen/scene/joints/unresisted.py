@@ -1,7 +1,7 @@
 """Joints whose motion meets no inertia because of the bodies they carry, such as a free massless root link.
 
-A joint that carries nothing is refused where it stands (``moved_inertia``). Here it carries something, but joints
-beyond it can take up its motion, so that nothing with mass moves: the inertia matrix is singular in every position.
+A joint that carries no inertia is refused by ``moved_inertia``. Here it carries some, but joints beyond it can take up
+its motion, so that no mass moves: the inertia matrix is singular in every position.
 Elimination by articulated bodies (Featherstone 1983), on numbers and at one arbitrary position, finds that joint by
 joint.
 """
@@ -24,7 +24,7 @@ from eomgen.text import listed
 
 #: How the notes begin, by which a build knows them.
 UNRESISTED = "no inertia resists "
-#: An inertia below this part of that with the joints beyond held is zero.
+#: An inertia is zero if it is below this part of its value with the joints beyond held.
 _NOTHING = 1e-11
 #: A joint takes part in a motion if its share of it is larger.
 _SHARE = 1e-6
@@ -35,8 +35,8 @@ def unresisted_motions(
 ) -> list[str]:
     """Return a note on each joint that can move without moving any mass, together with joints beyond it.
 
-    Joints that follow others, and those that lead, are taken as held: what is found without their motion is there with
-    it.
+    Joints that follow others, and their leaders, count as held: a motion without mass that does not need them exists
+    whether they move or not.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def unresisted_motions(
     sections : mapping
         The section of each body.
     """
-    with np.errstate(over="ignore", invalid="ignore"):  # masses at the end of what doubles hold are refused elsewhere
+    with np.errstate(over="ignore", invalid="ignore"):  # masses near the largest double are refused elsewhere
         return _motions(joints, inertias, sections, values)
 
 
@@ -95,11 +95,11 @@ def _motions(
 
 
 def _beyond(body: str, answers: Mapping[str, Sequence[tuple[Joint, Array, Array]]]) -> list[tuple[Joint, Array]]:
-    """Return how all joints beyond a body answer its twist.
+    """Return the velocities of all joints beyond a body by the body's twist.
 
     Parameters
     ----------
-    answers : by body, the joints on it, how they answer its twist, and the twist of what they carry
+    answers : by body, each joint on it, its velocities by the body's twist, and the twist of its child by the same
     """
     result = []
     pending = [(item, np.eye(6)) for item in reversed(answers.get(body, ()))]

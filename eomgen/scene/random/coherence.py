@@ -23,7 +23,7 @@ _NEGATIVE = -1e-9
 
 
 class Coherences:
-    """Reads coherences of groups of processes and notes what is wrong with them."""
+    """Reads coherences of groups of processes and reports their faults."""
 
     def __init__(self, values: Values) -> None:
         self.values = values
@@ -32,7 +32,7 @@ class Coherences:
     def read(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
     ) -> list[list[Coherence | None]] | None:
-        """Return the coherences of the processes of a group with one another; None where something is wrong."""
+        """Return the coherences of the processes of a group with one another; None if there is a fault."""
         before = len(self.report.found)
         result: list[list[Coherence | None]] = [[None] * len(names) for _ in names]
         said: dict[tuple[int, int], object] = {}

@@ -1,4 +1,4 @@
-"""Reading of the covariance of a random process: its type, and what that takes."""
+"""Reading of the covariance of a random process: its type, and the keys of the type."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from eomgen.scene.signals.schema import Shape
 
 @dataclass(frozen=True)
 class _Type:
-    """What a type of process takes.
+    """Keys of a type of process.
 
     Attributes
     ----------
-    over_time, over_distance : its keys over time, over distance; None where it is not known there
+    over_time, over_distance : its keys over time, over distance; None if the type is not defined over it
     made : returns the covariance, given the values of the keys and the standard deviation
     deviation : whether the standard deviation is given
     """
@@ -64,7 +64,7 @@ _KEYS = {
 
 
 class Covariances:
-    """Reads covariances and notes what is wrong with them.
+    """Reads covariances and reports their faults.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Covariances:
         self.curves = curves
 
     def read(self, key: str, name: str, entry: written.RandomProcess, kind: str) -> Covariance | None:
-        """Return the covariance of an entry of a type; None where it has none, which is reported."""
+        """Return the covariance of an entry of a type; None for a fault, which is reported."""
         row = TYPES[kind]
         over, other = ("time", "distance") if entry.speed is None else ("distance", "time")
         wanted = row.over_time if entry.speed is None else row.over_distance
@@ -133,7 +133,7 @@ class Covariances:
                 self.report.add(place, what, 'band = ["0.5 Hz", "20 Hz"]')
             return low, high
         number = self.values.constant(place, value)
-        if np.isnan(number):  # which is reported where it is read
+        if np.isnan(number):  # reported by its reader
             return None
         if not number > 0.0:
             self.report.add(place, f"{word.replace('_', ' ')} {number:.6g} is not positive", f"{word} = 1")
@@ -142,7 +142,7 @@ class Covariances:
         return number
 
     def _points(self, key: str, name: str, entry: written.RandomProcess) -> Curve:
-        """Return the points of a covariance or a spectrum; what is wrong with them is reported."""
+        """Return the points of a covariance or a spectrum; faults are reported."""
         spectrum = entry.type == "spectrum"
         shape = (
             Shape(points=entry.points, table=entry.table, interpolation="linear", outside="hold")

@@ -18,8 +18,8 @@ _TABLE_ERROR, _OF_THE_REST = 1e-6, 1e-4
 
 
 def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, ...]:
-    """Return the modes as splines over x from ``start`` on, each through as many points as its error asks for: those of
-    short waves have small values, and need not be as close by their own measure."""
+    """Return the modes as splines over x from ``start`` on, each through as many points as its error requires: modes of
+    short waves have small values, and need less accuracy relative to them."""
     count, points = len(expansion.eigenvalues), _FEWEST
     result: dict[int, Curve] = {}
     allowed = max(_TABLE_ERROR, _OF_THE_REST * math.sqrt(max(1.0 - float(expansion.captured[-1]), 0.0)))

@@ -28,7 +28,7 @@ _SINGULAR = 1e-12
 
 
 class Processes:
-    """Reads random processes and notes what is wrong with them.
+    """Reads random processes and reports their faults.
 
     Parameters
     ----------
@@ -45,8 +45,7 @@ class Processes:
         self._covariances, self._translations = Covariances(values, curves), Translations(values)
 
     def read(self, entries: Mapping[str, written.RandomProcess]) -> tuple[list[Input], list[Parameter]]:
-        """Return processes as inputs, and the variables of those that follow no other; what cannot be made is
-        reported."""
+        """Return processes as inputs, and the variables of processes that follow no other; faults are reported."""
         lags = {name: lag for name, entry in entries.items() if (lag := self._lag(name, entry, entries)) is not None}
         first_of = {name: self._first(name, entry, entries) for name, entry in entries.items() if name in lags}
         result: dict[str, Input] = {}
@@ -76,8 +75,8 @@ class Processes:
     def _first(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> str | None:
-        """Return the process whose covariance a process has: itself, or the one it is correlated with; None where that
-        is not known, which is reported, and for one that follows another."""
+        """Return the process whose covariance a process has: itself, or the one it is correlated with; None if it is
+        unknown, which is reported, and for a process that follows another."""
         key = key_of("random", name)
         if entry.follows is not None:
             return None
@@ -116,7 +115,7 @@ class Processes:
     def _grouped(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess], lag: tuple[float, float]
     ) -> list[RandomProcess]:
-        """Return the first process and those that are correlated or coherent with it; none where none can be made."""
+        """Return the first process and all correlated or coherent with it; empty for a fault."""
         first, others = names[0], names[1:]
         coherences = None
         if any(entries[name].coherence is not None for name in others):
@@ -157,7 +156,7 @@ class Processes:
         return process
 
     def _scale(self, first: RandomProcess, name: str, entry: written.RandomProcess) -> float:
-        """Return the standard deviation of a process by that of the first of its group."""
+        """Return the standard deviation of a process relative to the first process of its group."""
         if entry.standard_deviation is None:
             return 1.0
         key = f"{key_of('random', name)}.standard_deviation"
@@ -169,8 +168,8 @@ class Processes:
     def _group(
         self, first: RandomProcess, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
     ) -> list[RandomProcess]:
-        """Return a process and those that are correlated with it: sums of the variables of all, by Cholesky's factor of
-        their correlation matrix."""
+        """Return a process and all correlated with it: sums of the variables of all, by Cholesky's factor of their
+        correlation matrix."""
         if len(names) == 1:
             return [first]
         matrix = np.eye(len(names))
@@ -223,8 +222,8 @@ class Processes:
     def _lag(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> float | None:
-        """Return by how much a process is behind the one that it follows, 0 for one that follows none; None where
-        that is not known, which is reported."""
+        """Return the lag of a process behind the process that it follows, 0 for one that follows none; None if it is
+        unknown, which is reported."""
         key = key_of("random", name)
         if entry.follows is None:
             for word in ("offset", "delay"):
@@ -264,8 +263,8 @@ class Processes:
         earliest: float,
         coherences: Sequence[Sequence[Coherence | None]] | None,
     ) -> list[RandomProcess]:
-        """Return a process with a covariance of its own, and for each that is coherent with it one with the modes of
-        that; none where it cannot be made.
+        """Return a process with a covariance of its own, and a process for each coherent one, with the coherent one's
+        modes; empty for a fault.
 
         ``latest``, ``earliest`` : the largest and the smallest lag of processes that follow one of them.
         """

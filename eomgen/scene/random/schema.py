@@ -11,12 +11,12 @@ from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_par
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value
 from eomgen.scene.signals.schema import RoadClass, Seed, TableFile
 
-#: The share of the variance that is kept where a scene does not say.
+#: Default of the share of the variance that is kept.
 SHARE = 0.99
 
 
 def _form(given: object) -> str:
-    """Return which of both forms of a coherence is meant, so that a mistake is said of this one alone."""
+    """Return the form of a coherence that is meant, so that messages concern this form alone."""
     return "#points" if isinstance(given, list | tuple) else "#decay"
 
 
@@ -27,7 +27,7 @@ _Coherence = Annotated[
 
 
 class RandomProcess(Table):
-    """A stationary random process g(t), and what it is translated to; formulas use it by its name."""
+    """A stationary random process g(t), and its translation; formulas use it by its name."""
 
     type: (
         Literal[

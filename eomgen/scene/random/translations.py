@@ -1,4 +1,4 @@
-"""Reading of what a random process is translated to: formulas of g, quantiles, and the covariance of g behind them."""
+"""Reading of the translation of a random process: formulas of g, quantiles, and the covariance of g behind them."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _FEWEST_QUANTILES = 3
 
 
 class Translations:
-    """Reads translations and notes what is wrong with them."""
+    """Reads translations and reports their faults."""
 
     def __init__(self, values: Values) -> None:
         self.values = values
         self.report = values.report
 
     def read(self, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return what an entry is translated to; None where that is g itself."""
+        """Return the translation of an entry; None for g itself."""
         key = key_of("random", name)
         if entry.quantiles is not None:
             if entry.translation is not None:
@@ -93,7 +93,7 @@ class Translations:
         return any(item.kind == "parameter" and item.name not in self.values.parameters for item in symbols(formula))
 
     def check(self, process: RandomProcess) -> None:
-        """Report a translation that has no value where g may be; note one that turns round there."""
+        """Report a translation that has no value for a possible g; note one that is not monotonic there."""
         formula = process.translation
         if formula is None or curves(formula) or self._mentions_refused(formula):
             return

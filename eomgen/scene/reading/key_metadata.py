@@ -17,9 +17,9 @@ from pydantic.fields import FieldInfo
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Scope
 
-#: A unit in SI, or units of components; where it depends on a type (of joint, of constraint), by that type.
+#: A unit in SI, or units of components; by type if it depends on a type (of joint, of constraint).
 Units = str | tuple[str, ...]
-#: For what carries its unit with it, as parameters do.
+#: For values that carry their unit with them, such as parameters.
 ANY_UNIT = "any unit"
 #: One of the two columns of a curve.
 Column = Literal["", "argument", "value"]
@@ -39,7 +39,7 @@ class Meaning:
     ----------
     unit : SI unit of its numbers; by component; or by the ``type`` of the entry, of the enclosing entry, or of its
         ``joint``.
-    names : which names its formulas may use; None where it takes no formulas.
+    names : the names that its formulas may use; None if it takes no formulas.
     refers : the section whose entries it names.
     sets : whether it is a table whose keys are numbers of the state, as formulas call them.
     path : whether it is the path of a file, from the folder of the file that it is written in.
@@ -72,15 +72,15 @@ def key(
     shown_default: str = "",
     **constraints: Any,
 ) -> Any:
-    """Return a field of a table with its meaning; ``constraints`` (``alias``, ``ge``, ``le``, ...) are those of
-    pydantic.
+    """Return a field of a table with its metadata; ``constraints`` (``alias``, ``ge``, ``le``, ...) as in pydantic's
+    ``Field``.
 
     Parameters
     ----------
     description : str
         For the reference page and for editors: one line of Markdown, no full stop.
     default : object
-        The value where the key is absent; required by default.
+        The value if the key is absent; required by default.
     """
     meaning = Meaning(unit, names, refers, sets, path, column, kind, shown_default)
     field = Field(default, description=description, **constraints)
@@ -89,7 +89,7 @@ def key(
 
 
 def optional(description: str, **meaning: Any) -> Any:
-    """Return a key that is None where it is absent; ``meaning`` as for ``key``."""
+    """Return a key that is None if it is absent; ``meaning`` as for ``key``."""
     return key(description, None, **meaning)
 
 
@@ -110,7 +110,7 @@ def shown_power(value: float) -> str:
 
 
 def meaning_of(field: FieldInfo) -> Meaning:
-    """Return what is known of a field of a table."""
+    """Return the metadata of a field of a table."""
     return next((entry for entry in field.metadata if isinstance(entry, Meaning)), Meaning())
 
 
@@ -129,7 +129,7 @@ class Inner(NamedTuple):
 
 
 def inner_table(annotation: Any) -> Inner | None:
-    """Return what tables a key of an annotation holds; None where it holds none."""
+    """Return the table that a key of an annotation holds, alone, in a list or by name; None if it holds none."""
     origin = get_origin(annotation)
     if isinstance(annotation, type) and issubclass(annotation, Table):
         return Inner("table", annotation)
@@ -145,7 +145,7 @@ def inner_table(annotation: Any) -> Inner | None:
 
 @cache
 def fields_of(model: type[Table]) -> dict[str, tuple[Meaning, Inner | None]]:
-    """Return the meaning of each key of a table, as it is written, and what tables it holds."""
+    """Return the metadata of each key of a table, by its name in a file, and the table that it holds."""
     fields = model.model_fields.items()
     return {field.alias or name: (meaning_of(field), inner_table(field.annotation)) for name, field in fields}
 

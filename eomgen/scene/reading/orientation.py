@@ -14,8 +14,8 @@ from eomgen.scene.reading.values import Values
 def read_orientation(
     key: str, rotation: Rotations | None, orientation: Sequence[Sequence[float]] | None, values: Values
 ) -> tuple[tuple[float, float, float], ...]:
-    """Return the rotation matrix that the keys ``rotation`` or ``orientation`` of an entry give, own axes to those of
-    what carries it, right angles made exact; what is wrong goes to the report of ``values``."""
+    """Return the rotation matrix from the keys ``rotation`` or ``orientation`` of an entry, own axes to the carrier's
+    axes, right angles made exact; faults go to the report of ``values``."""
     if orientation is not None and rotation is not None:
         values.report.add(f"{key}.orientation", "orientation and rotation are both given", "one of them")
     if orientation is not None:

@@ -18,9 +18,9 @@ class Part:
     ----------
     data : as a scene file without includes holds them.
     lines : ``file:line`` of each dotted key.
-    notes : of importers, and of what was left out.
+    notes : of importers, and of elements left out.
     judged : bodies whose inertias an importer has judged.
-    bound : by key, formulas that parameters of included files are; they are to be read even where nothing uses them.
+    bound : by key, formulas of parameters of included files; they are read even without use.
     spaces : every namespace, in order.
     """
 

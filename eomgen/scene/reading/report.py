@@ -52,7 +52,7 @@ class Report:
         self._append(int(line[1]) if line else 0, Problem(self.where(key), what, hint))
 
     def concerns(self, key: str) -> bool:
-        """Tell whether a problem is noted under a key, or below it: what follows from it is no problem of its own."""
+        """Tell whether a problem is noted under a key, or below it; faults that follow from it are not reported."""
         return any(noted == key or noted.startswith((f"{key}.", f"{key}[")) for noted in self.keys)
 
     def add_problem(self, key: str, problem: Problem) -> None:

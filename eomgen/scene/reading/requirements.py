@@ -1,8 +1,8 @@
 """Requirements of scene values, one table for the validation of a scene and of parameters at every call.
 
 A row is a rule for one value (``BOUNDS``, by key) or a relation between several (``RELATIONS``). Readers apply it to
-formulas: at the default parameters at once, and, where tunable parameters decide, by a ``Requirement`` that the scene
-keeps.
+formulas: at the default parameters at once and, if a formula has tunable parameters, by a ``Requirement`` that the
+scene keeps.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ class Row:
     ----------
     keys : of the values: without names of entries and places in lists, ``joints.limits.lower``
     breaks : tells whether values, numbers or arrays, break the rule
-    words : what is wrong, with ``{0}``, ``{1}`` ... for the values, or a function of them
-    hint : what to try
+    words : the fault, with ``{0}``, ``{1}`` ... for the values, or a function of them
+    hint : the remedy
     stage : 0 for a value by itself, 1 for a relation
     """
 
@@ -62,7 +62,7 @@ def _not_both_positive(first: Numbers, second: Numbers) -> Flags:
     return np.logical_or(np.less_equal(first, 0.0), np.less_equal(second, 0.0))
 
 
-#: What a value must be by itself: how a value breaks it, what is wrong with it, and what to try.
+#: Rule for one value: test of values that break it, fault and remedy.
 Bound = tuple[Callable[[Numbers], Flags], str | Callable[..., str], str]
 
 
@@ -75,7 +75,7 @@ def not_below_zero(what: str) -> Bound:
 
 
 def from_zero_to_one(what: str, above: str) -> Bound:
-    """Return the bound of a share; ``above`` says what more than 1 means."""
+    """Return the rule of a share; ``above`` gives the meaning of more than 1."""
     return _no_share, lambda number: _share_fault(what, above, number), "a number from 0 to 1"
 
 
@@ -148,11 +148,11 @@ _BOUNDS: Mapping[str, Bound] = {
 
 
 def bounds(by_key: Mapping[str, Bound]) -> dict[str, Row]:
-    """Return what values must be by themselves as rows of the table."""
+    """Return rules for single values as rows of the table."""
     return {key: Row((key,), *bound, stage=0) for key, bound in by_key.items()}
 
 
-#: What each value that formulas of parameters may give must be by itself, by key; force elements bring their own.
+#: Rules for single values of formulas of parameters, by key; force elements bring their own.
 BOUNDS: Mapping[str, Row] = bounds(_BOUNDS)
 
 #: Keys whose values may be any number by themselves: places, rests, preloads, gains, springs and dampers that may push
@@ -206,7 +206,7 @@ def _thin(moments: Sequence[Numbers]) -> Flags:
     return np.logical_and(positive, singular([*moments, 0.0, 0.0, 0.0]))
 
 
-#: What values must be together. Whether a joint moves any inertia is a rule for each joint of a scene,
+#: Rules for several values. The rule that a joint moves some inertia belongs to each joint of a scene,
 #: ``moved_inertia.Movable``.
 RELATIONS: Mapping[str, Row] = {
     "inertia": Row(
@@ -283,6 +283,6 @@ RELATIONS: Mapping[str, Row] = {
 
 
 def bound_of(key: str, table: Mapping[str, Row]) -> Row | None:
-    """Return what a value must be by itself, by its key in a scene: ``joints.hinge.limits.stiffness[1]``."""
+    """Return the rule of a value by its key in a scene: ``joints.hinge.limits.stiffness[1]``; None without one."""
     section, _, rest = re.sub(r"\[\d+\]", "", key).partition(".")
     return table.get(f"{section}.{rest.partition('.')[2]}")

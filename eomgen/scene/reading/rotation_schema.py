@@ -22,12 +22,12 @@ class Rotation(Table):
 
 
 def plain_angles(value: object) -> TypeGuard[list[float]]:
-    """Tell whether three numbers stand where rotations are needed, as in roll, pitch and yaw."""
+    """Tell whether a value in place of rotations is three numbers, such as roll, pitch and yaw."""
     return isinstance(value, list | tuple) and len(value) == 3 and all(isinstance(part, int | float) for part in value)
 
 
 def is_matrix(value: object) -> bool:
-    """Tell whether three rows of three numbers stand where rotations are needed."""
+    """Tell whether a value in place of rotations is three rows of three numbers."""
     return isinstance(value, list | tuple) and len(value) == 3 and all(plain_angles(row) for row in value)
 
 

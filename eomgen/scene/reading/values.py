@@ -30,16 +30,16 @@ from eomgen.units.parser import read_unit
 
 #: Two sides of an equation.
 _EQUATION = re.compile(r"([^=<>!]+)==?([^=<>!]+)")
-UNKNOWN = Number(math.nan)  # stands for what was refused, so that reading can go on to the next problem
+UNKNOWN = Number(math.nan)  # in place of refused values, so that reading can go on to the next problem
 
 
 class Values:
-    """Reads values and reports what is wrong under their keys.
+    """Reads values and reports faults under their keys.
 
     Parameters
     ----------
     names : Names
-        What formulas may mention.
+        Names that formulas may mention.
     parameters : mapping
         Default value of each parameter that is known.
     report : Report
@@ -47,16 +47,16 @@ class Values:
     refused : collection of str
         Names of entries that were left out; a formula that mentions one of them has no problem of its own.
     judged : collection of str
-        Keys whose values an importer has judged, so that nothing is asked of them.
+        Keys whose values an importer has judged; they are not checked again.
     bounds : mapping
-        What values must be by themselves, by key.
+        Rules for single values, by key.
 
     Attributes
     ----------
-    requirements : what was asked of values that tunable parameters decide, in order
-    mentioned : what formulas mention (fixed parameters, too), as pairs of kind and name
-    notes : what has no effect, or hardly the one that is meant
-    place : along a beam, 0 to 1, at which values are read; None where they cannot vary
+    requirements : rules for values that depend on tunable parameters, in order
+    mentioned : names in formulas (fixed parameters, too), as pairs of kind and name
+    notes : on values without effect, or with an effect that is hardly meant
+    place : along a beam, 0 to 1, at which values are read; None if they cannot vary
     varied : keys of the values that do vary there
     """
 
@@ -88,7 +88,7 @@ class Values:
         return there
 
     def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
-        """Return a formula; ``UNKNOWN`` where it cannot be read. One of parameters meets the bound that its key has."""
+        """Return a formula; ``UNKNOWN`` for a fault. A formula of parameters has to meet the rule of its key."""
         if isinstance(value, Refused):
             return UNKNOWN
         if not isinstance(value, str):
@@ -140,7 +140,7 @@ class Values:
         Raises
         ------
         ArithmeticError
-            Where it has no value.
+            For a formula without value.
         """
         of_place = any(symbol.kind == "place" for symbol in symbols(formula))
         if self.place is None or not (of_place or ("curve" not in scope.kinds and curves(formula))):
@@ -161,7 +161,7 @@ class Values:
         self.notes += [note for note in notes if note not in self.notes]
 
     def _require_bound(self, key: str, formula: Formula, scope: Scope) -> None:
-        """Ask of a formula of parameters what its key asks of every value; of any other key that it has a value."""
+        """Apply the rule of a key to a formula of parameters; without a rule, require that it has a value."""
         if scope is not PARAMETERS:
             return
         bound = bound_of(key, self.bounds)
@@ -171,7 +171,7 @@ class Values:
             self.requirements.append(Requirement(self.report.where(key), (formula,)))
 
     def require(self, key: str, rule: Rule, formulas: Sequence[Formula]) -> None:
-        """Report values at the default parameters that break a rule; keep the rule where tunable parameters decide."""
+        """Report values at the default parameters that break a rule; keep the rule if tunable parameters occur."""
         if key in self.judged:
             return
         try:
@@ -191,7 +191,7 @@ class Values:
         )
 
     def mentions_refused(self, text: str) -> bool:
-        """Tell whether a formula mentions an entry that was left out, whatever its name is made of."""
+        """Tell whether a formula mentions a refused entry, by its name in the file of the formula."""
         refused = known_there(text, self.refused)
         return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in refused)
 
@@ -209,13 +209,13 @@ class Values:
         return x, y, z
 
     def value(self, formula: Formula) -> float:
-        """Return the value of a formula of parameters at their defaults; NaN where it is not known."""
+        """Return the value of a formula of parameters at their defaults; NaN if it is not known."""
         if formula is UNKNOWN or any(symbol.name not in self.parameters for symbol in symbols(formula)):
             return math.nan
         return evaluate(formula, lambda symbol: self.parameters[symbol.name])
 
     def constant(self, key: str, value: float | str) -> float:
-        """Return the number that a value of fixed parameters stands for; NaN where it is not known."""
+        """Return the number for a value of fixed parameters; NaN if it is not known."""
         return self.value(self.formula(key, value, FIXED_PARAMETERS))
 
     def constants(self, key: str, values: Sequence[float | str]) -> list[float]:
@@ -223,7 +223,7 @@ class Values:
         return [self.constant(f"{key}[{place}]", value) for place, value in enumerate(values)]
 
     def axis(self, key: str, value: Sequence[float | str]) -> Array | None:
-        """Return a unit axis; None where there is none, which is reported."""
+        """Return a unit axis; None for a reported fault."""
         numbers = self.constants(key, value)
         if not np.all(np.isfinite(numbers)):
             return None
@@ -243,7 +243,7 @@ class Values:
         return tuple(result)
 
     def constant_rotations(self, key: str, value: Sequence[WrittenRotation]) -> list[tuple[Array, float]] | None:
-        """Return intrinsic rotations by constant angles; None where one of them is not known."""
+        """Return intrinsic rotations by constant angles; None if one of them is not known."""
         result = []
         for rotation in self.rotations(key, value, FIXED_PARAMETERS):
             result.append((np.array(rotation.axis), self.value(rotation.angle)))

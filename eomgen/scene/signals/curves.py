@@ -30,8 +30,7 @@ LARGEST = 1e100
 
 
 def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) -> tuple[int, str, str] | None:
-    """Return the index of the first point that is wrong, what is wrong with it, and what to try; None when all is
-    well."""
+    """Return the index of the first faulty point, its fault, and a hint; None for a valid curve."""
     if len(x) < 2:
         return 0, f"a curve needs two points or more, not {len(x)}", "more points"
     huge = np.flatnonzero(np.maximum(np.abs(x), np.abs(y)) > LARGEST)
@@ -84,7 +83,7 @@ _NOTHING = ((0.0, 0.0), (1.0, 0.0))
 
 
 class Curves:
-    """Reads curves and notes what is wrong with them.
+    """Reads curves and reports their faults.
 
     Parameters
     ----------
@@ -118,8 +117,7 @@ class Curves:
         return self.through_points(key, name, entry, (entry.argument_unit or "", entry.unit))
 
     def through_points(self, key: str, name: str, entry: written.Shape, units: tuple[str, str] = ("", "")) -> Curve:
-        """Return a curve through the points of a list or of a table, with the units of its columns where they are
-        known."""
+        """Return a curve through the points of a list or of a table, with the units of its columns if known."""
         interpolation = entry.interpolation or Curve.interpolation
         if entry.points is not None:
             key = f"{key}.points"
@@ -138,7 +136,7 @@ class Curves:
                 return _empty(name)
             (x, y), places = found
             outside = entry.outside or Curve.outside
-        if not np.all(np.isfinite([x, y])):  # what was refused, and said
+        if not np.all(np.isfinite([x, y])):  # refused and reported before
             return _empty(name)
         wrong = fault(x, y, interpolation, outside)
         if wrong is not None:
@@ -150,7 +148,7 @@ class Curves:
     def columns(
         self, key: str, table: written.TableFile | None, units: tuple[str, str]
     ) -> tuple[tuple[Array, Array], list[str]] | None:
-        """Return the two columns of a table, scaled, and the place of each row; None where they cannot be read."""
+        """Return the two columns of a table, scaled, and the place of each row; None if they cannot be read."""
         if table is None:
             return None
         for column in ("argument_scale", "value_scale"):
@@ -196,7 +194,7 @@ class Curves:
                 self.values.note([f'{key}.{column}: {what}; try: {column}_unit = "{in_title}"'])
 
     def scale(self, key: str, table: written.TableFile, column: str) -> float:
-        """Return the factor on a column: that of its unit, and the one that is given."""
+        """Return the factor on a column: its unit's factor times the given one."""
         factor, unit = float(getattr(table, f"{column}_scale")), str(getattr(table, f"{column}_unit"))
         if not unit.strip():
             return factor
@@ -241,7 +239,7 @@ class Curves:
         return Bump(name, position, length, height)
 
     def signal(self, key: str, entry: written.Input) -> list[Formula]:
-        """Return what an input says beside its formula and its road, each part a curve over time."""
+        """Return the parts of an input other than its formula and its road, each a curve over time."""
         given = [kind for kind in ("table", "points", "wave") if getattr(entry, kind) is not None]
         if len(given) > 1:
             what = f"an input takes one of table, points, wave, not {' and '.join(given)}"
@@ -258,13 +256,13 @@ class Curves:
         return [Application(made, Symbol("time"))]
 
     def refuse_options(self, key: str, entry: written.Shape, what: str) -> None:
-        """Note options that mean nothing where there are no points."""
+        """Report options that have no effect without points."""
         for option in ("interpolation", "outside"):
             if getattr(entry, option) is not None:
                 self.report.add(f"{key}.{option}", f"{option} is for points and tables, not for {what}", "without it")
 
     def road(self, key: str, road: written.Road) -> tuple[Harmonic, ...] | Formula:
-        """Return the road under a wheel over time: harmonics where it is one of a class, else a formula."""
+        """Return the road under a wheel over time: harmonics for a road of a class, else a formula."""
         given = [
             word
             for word, entry in (("class", road.road_class), *((kind, getattr(road, kind)) for kind in _ROADS))
@@ -288,14 +286,14 @@ class Curves:
         return Application(made, speed * Symbol("time") - offset)
 
     def under_wheel(self, key: str, road: written.Road) -> RoadUnderWheel | None:
-        """Return what is known of a road of a class; None where it is none."""
+        """Return the data of a road of a class under a wheel; None for another road."""
         travelled = None if road.road_class is None else self.travelled(key, road)
         if road.road_class is None or travelled is None:
             return None
         return RoadUnderWheel(road.road_class, *travelled, road.seed)
 
     def travelled(self, key: str, road: written.Road) -> tuple[float, float] | None:
-        """Return speed and offset of a wheel; None where they are not known."""
+        """Return speed and offset of a wheel; None if they are not known."""
         speed, offset = (
             self.values.constant(f"{key}.speed", road.speed),
             self.values.constant(f"{key}.offset", road.offset),
@@ -313,7 +311,7 @@ class Curves:
 
 
 def digest(curves: Iterable[AnyCurve]) -> str:
-    """Return what changes with any number of any curve, for the cache key: files change where the scene does not."""
+    """Return a digest of the numbers of all curves, for the cache key: files may change without the scene."""
     total = hashlib.sha256()
     for curve in curves:
         total.update(repr((curve.name, type(curve).__name__)).encode())

@@ -1,4 +1,4 @@
-"""Units of outputs: what their values are in, and labels that say otherwise."""
+"""Units of outputs: the units of their values, and labels that contradict them."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> 
 
 
 def doubtful_label(label: str, unit: str) -> str:
-    """Return a note on the label of an output whose values are in another unit; empty where it is theirs, or means
-    nothing."""
+    """Return a note on the label of an output whose values are in another unit; empty for the same unit, and for a
+    label that is no unit."""
     factors = _factors(label)
     if not unit or not factors or factors == _factors(unit):
         return ""

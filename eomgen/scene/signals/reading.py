@@ -25,7 +25,7 @@ from eomgen.text import key_of
 
 
 def read_motion(name: str, entry: written.Input, report: Report) -> Motion:
-    """Return an input that moves what follows it; what else says what it is over time is reported."""
+    """Return an input with a motion that others follow; keys of its value over time are reported."""
     key = key_of("inputs", name)
     for word in ("formula", "table", "points", "wave", "road", "interpolation", "outside"):
         if getattr(entry, word) is not None:
@@ -66,7 +66,7 @@ def read_input(name: str, entry: written.Input, curves: Curves, values: Values) 
 
 
 def read_state(name: str, entry: WrittenState, values: Values) -> list[State]:
-    """Return an internal state; of a delayed sampled one also those that hold its values."""
+    """Return an internal state; for a delayed sampled state also the states that hold its values."""
     key = key_of("states", name)
     if entry.rate is None or entry.sample is not None:
         given = [word for word in ("rate", "sample", "formula") if getattr(entry, word) is not None]
@@ -102,7 +102,7 @@ Sections = Callable[[str, str, written.Output], tuple[Formula, ...]]
 
 
 def read_output(name: str, output: written.Output, sections: Sections, values: Values) -> Output:
-    """Return an output; where it says no unit, that of its kind."""
+    """Return an output; without a given unit, in its kind's unit."""
     key = key_of("outputs", name)
     kinds = (*_UNITS, "formula", "energy")
     given = [kind for kind in kinds if getattr(output, kind) is not None]

@@ -33,13 +33,13 @@ class WrittenClock(Protocol):
 
 @dataclass(frozen=True)
 class Clock:
-    """When values are taken, and what becomes of them.
+    """Times of samples, and the rounding and delay of their values.
 
     Attributes
     ----------
     period : s
     quantum : values are rounded to whole multiples of it; 0: they are not
-    whole, rest : the delay: whole samples, and what is left of it in s
+    whole, rest : the delay: whole samples, and its remainder in s
     """
 
     period: float
@@ -49,7 +49,7 @@ class Clock:
 
 
 def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
-    """Return the clock of an entry under its key; None, with what is wrong reported, where it has none."""
+    """Return the clock of an entry under its key; None for a fault, which is reported."""
     period = values.constant(f"{key}.sample", entry.sample or 0.0)
     quantum = 0.0 if entry.quantum is None else values.constant(f"{key}.quantum", entry.quantum)
     delay = values.constant(f"{key}.delay", entry.delay or 0.0)
@@ -79,7 +79,7 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
 
 @dataclass(frozen=True)
 class HeldValue:
-    """What is sampled: its name, its value at a sample, or the controller that gives it; where it is written."""
+    """A sampled value: its name, its formula or the controller that gives it, and its place in the file."""
 
     name: str
     formula: Formula
@@ -92,7 +92,7 @@ class HeldValue:
 
 
 def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
-    """Return the state that holds a value, and before it those that hold it while it is delayed."""
+    """Return the state that holds a value, after the states that hold it during its delay."""
     name = value.name
 
     def held(label: str, formula: Formula, offset: float = 0.0, *, register: bool = True) -> State:
@@ -114,7 +114,7 @@ def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
 
 
 def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[State]:
-    """Return a sampled state, and before it those that hold its values while they are delayed."""
+    """Return a sampled state, after the states that hold its values during their delay."""
     key = key_of("states", name)
     place = values.report.where(f"{key}.formula")
     initial = values.constant(f"{key}.initial", entry.initial)

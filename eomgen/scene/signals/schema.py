@@ -74,7 +74,7 @@ class Profile(Table):
 
 
 class Shape(Table):
-    """What takes points, listed or from a table."""
+    """An entry with points, listed or from a table."""
 
     table: TableFile | None = optional("points from a CSV file")
     points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
@@ -125,7 +125,7 @@ class Road(Shape):
 
 
 class Input(Shape):
-    """A signal u(t) that formulas use by its name: the sum of what its keys say."""
+    """A signal u(t) that formulas use by its name: the sum of the parts given by its keys."""
 
     formula: Value | None = optional("a formula", unit=ANY_UNIT, names=TIME)
     wave: Wave | None = optional("a periodic signal")

@@ -29,7 +29,7 @@ _BYTE_ORDERS = (b"\xff\xfe", b"\xfe\xff")
 
 
 class TableError(Exception):
-    """A table that cannot be taken; ``problem`` says where, what, and what to try."""
+    """A table that cannot be read; ``problem`` holds place, fault and remedy."""
 
     def __init__(self, where: str, what: str, hint: str = "") -> None:
         self.problem = Problem(where, what, hint)
@@ -76,7 +76,7 @@ def read_columns(
     first, second : str or int
         Titles in the first row, or numbers of columns from 0.
     delimiter : str, optional
-        ``comma``, ``semicolon``, ``tab`` or ``space``; by default what the first row shows.
+        ``comma``, ``semicolon``, ``tab`` or ``space``; by default the delimiter in the first row.
     decimal : str
         ``.`` or ``,``.
     quotes : bool
@@ -114,7 +114,7 @@ def read_columns(
 
 
 def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, quotes: bool) -> None:
-    """Refuse a first column that counts the rows, if nobody chose it and its title or another title says so."""
+    """Refuse a first column that counts the rows, if it is the default and its title or another title indicates so."""
     if chosen or len(titles) < 2 or not np.array_equal(x, np.arange(len(x)) + x[0]):
         return
     times = [place for place, title in enumerate(titles[1:], 1) if _TIME.fullmatch(title)]
@@ -147,7 +147,7 @@ def _check_lengths(body: Sequence[tuple[int, list[str]]], count: int, name: str)
 
 
 class _Words:
-    """Titles and cells for messages, which quote nothing of a file outside the scene's folder."""
+    """Titles and cells for messages, which quote no text of a file outside the scene's folder."""
 
     def __init__(self, titles: Sequence[str], *, quotes: bool) -> None:
         self.titles = titles

@@ -10,7 +10,7 @@ from eomgen.units.table import names
 _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]+)[\])]\s*")
 _OVER = re.compile(r"[^/]*\S\s*/\s*([^/\s]+)\s*")
 _LAST_WORD = re.compile(r"\s*(\w*?)[_\s]([A-Za-z]+)\s*")
-#: Last words that are units behind any name, and those that are behind a name of time; others may be parts of names.
+#: Last words that are units after any name, and last words that are units after a name of time; others may be names.
 _UNITS = frozenset({"ms", "us", "mm", "cm", "km", "deg", "rpm", "kN", "kPa", "MPa"})
 _OF_TIMES = frozenset({"ms", "us", "ns", "min", "h", "hours", "minutes", "milliseconds"})
 _TIMES = frozenset({"t", "time", "zeit", "temps", "tiempo"})

@@ -1,4 +1,4 @@
-"""The register of sources: eomgen's own, and those of other distributions."""
+"""The register of sources: eomgen's own, and sources of other distributions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eomgen.text import nearest, shown
 
 #: The group of entry points under which a distribution gives its sources: objects of the class ``Source``.
 GROUP = "eomgen.sources"
-#: What options are called elsewhere.
+#: Names of options in other tools.
 _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("fixed_base", "use_fixed_base", "fix_base"), 'root="fixed", or root="free"'),
     **dict.fromkeys(("free_flyer", "root_joint", "floating_base", "floating"), 'root="free"'),
@@ -38,14 +38,14 @@ def sources() -> tuple[Source, ...]:
 
 
 def source_of(path: Path) -> Source | None:
-    """Return the source that reads a file, by its ending; None where there is none."""
+    """Return the source that reads a file, by its ending; None without one."""
     ending = path.suffix.lower()
     own = next((source for source in BUILT_IN if ending in source.endings), None)
     return own or next((source for source in sources() if ending in source.endings), None)
 
 
 def readable(path: Path, kinds: str = " or ") -> str:
-    """Return what to try in place of a file that no source reads."""
+    """Return a hint for a file that no source reads."""
     ending = path.suffix.lower()
     if ending == ".npz":
         return f"eomgen.Solution.load({shown(path.name)}), if it is a solution; eomgen animate shows it, too"
@@ -61,12 +61,12 @@ def all_options() -> dict[str, tuple[Source, Option]]:
 
 
 def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options for a source, without those that are left at their defaults and belong to others.
+    """Return the options for a source; options of other sources are left out if they have their defaults.
 
     Parameters
     ----------
     source : Source, optional
-        None for what is no file: nested data, or a Scene.
+        None for nested data or a Scene.
 
     Raises
     ------
@@ -109,5 +109,5 @@ def _is_file(path: Path, ending: str) -> bool:
 
 
 def _differs(value: object, default: object) -> bool:
-    """Return whether an option was specified; an empty list counts as unspecified, whatever its type."""
+    """Return whether an option was specified; an empty list of any type counts as unspecified."""
     return bool(value) if default == () else value != default

@@ -20,7 +20,7 @@ class Read:
     lines : mapping
         The line of each dotted key, or ``file:line``, for messages.
     notes : sequence of str
-        What was changed and left out.
+        On changed and left out elements.
     inertias_checked : bool
         Whether the source has judged the inertias already.
     """
@@ -33,16 +33,16 @@ class Read:
 
 @dataclass(frozen=True)
 class Option:
-    """An option of a source: an argument of ``load``, an option of the command line, a key where a file is included.
+    """An option of a source: an argument of ``load``, an option of the command line, a key of an included file.
 
     Attributes
     ----------
     default : str, bool or tuple of str
         ``()`` for a list of names.
     description : str
-        What it does; ``of_key`` says it as the meaning of a key.
+        Its effect; ``of_key`` describes it as a key.
     elsewhere : str
-        What does the same in a scene file.
+        Key with the same effect in a scene file.
     """
 
     name: str
@@ -75,12 +75,12 @@ class Source:
     article : str
         How hints call such a file: ``a .urdf file``.
     read : callable
-        ``read(text, file=, strict=, included=, **options) -> Read``; ``strict`` refuses what would be left out with a
-        note, ``included`` is set where the file is a part of a scene, which may not be fixed to the base. Raises
+        ``read(text, file=, strict=, included=, **options) -> Read``; ``strict`` refuses elements that would be left out
+        with a note, ``included`` is set if the file is a part of a scene, which may not be fixed to the base. Raises
         DescriptionError.
     options : tuple of Option
     elsewhere : mapping
-        Endings of files that become this kind by another program, and what to try.
+        Endings of files that another program converts to this kind, and a hint.
     scenes : bool
         Whether its files are scene files themselves: with units, and with includes of their own.
     """

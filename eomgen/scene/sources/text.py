@@ -11,12 +11,12 @@ _PACKAGE = "package://"
 
 
 def shown_file(path: Path) -> str:
-    """Return a file's name for messages, escaped where it could upset a terminal."""
+    """Return a file's name for messages, escaped if it could upset a terminal."""
     return path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
 
 
 def _in_place_of(path: Path) -> str:
-    """Return what to try where a file cannot be read."""
+    """Return a hint for a file that cannot be read."""
     from eomgen.files import nearby  # noqa: PLC0415  # for a mistake only
 
     if path.parts[:1] == ("package:",):

@@ -153,7 +153,7 @@ _BARE_LIST = re.compile(
 
 
 def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
-    """Return what a TOML text holds, and the line of each dotted key.
+    """Return the data of a TOML text, and the line of each dotted key.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
 
 
 def _toml_hint(what: str, line: str) -> str:
-    """Return what to try for a line that is no TOML."""
+    """Return a hint for a line that is no TOML."""
     if what.endswith("is given twice"):
         return "one of them"
     if "twice" in what or "overwrite" in what:
@@ -198,7 +198,7 @@ def _toml_hint(what: str, line: str) -> str:
 
 
 def read_toml(text: str, *, file: str, strict: bool = False, included: bool = False) -> Read:
-    """Return what a scene file holds; nothing of it is ever left out. Raises DescriptionError."""
+    """Return the data of a scene file; no key is left out. Raises DescriptionError."""
     del strict, included
     return Read(*toml_data(text, file))
 

@@ -15,8 +15,8 @@ _BLANK, _DECLARATION = re.compile(r"\s+"), re.compile(r"<\?xml\s")
 class Element:
     """An XML element: tag, line (from 1), attributes and children, which it hands out and then counts as read.
 
-    ``unread_attributes``, ``unread_children`` and ``has_text`` give what was not requested, so a reader of a format can
-    report it without a list of what it knows.
+    ``unread_attributes``, ``unread_children`` and ``has_text`` give the parts that were not requested, so a reader of a
+    format can report them without a list of known parts.
     """
 
     def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:
@@ -53,7 +53,7 @@ class Element:
         return attribute in self._attributes
 
     def get(self, attribute: str, default: str = "") -> str:
-        """Return an attribute, or the default where there is none; it counts as read."""
+        """Return an attribute, or the default if it is missing; it counts as read."""
         self._asked[attribute] = None
         return self._attributes.get(attribute, default)
 
@@ -115,7 +115,7 @@ def read_xml(text: str, file: str) -> Element:
         If it is not well formed, nested more than 100 deep, or has a document type (which could define entities).
     """
     late = _late_declaration(text)
-    # the declaration is looked at by itself and blanked out in its place, so lines and columns stay what they are
+    # the declaration is parsed by itself and blanked out in its place, so lines and columns stay the same
     if late:
         before, declaration, after = text[: late.start], text[late], text[late.stop :]
         _parsed(f"{declaration}<a/>", file, lines_before=before.count("\n"))
@@ -124,8 +124,8 @@ def read_xml(text: str, file: str) -> Element:
 
 
 def _late_declaration(text: str) -> slice | None:
-    """Return where an XML declaration stands behind blanks and comments, and not at the start of the file where XML
-    wants it."""
+    """Return the range of an XML declaration that stands after blanks and comments; None for one at the start of the
+    file, as XML demands, and for none."""
     first = place = 1 if text.startswith("\ufeff") else 0
     while not _DECLARATION.match(text, place):
         blank = _BLANK.match(text, place)

@@ -1,8 +1,8 @@
 """Compatibility of the shape functions of a beam with the joint that carries it.
 
-A joint holds the beam's frame. Where the shapes vanish at the frame's origin, slope included, the frame is fixed in the
-material there, and any joint will do. Where they do not, the material moves against the frame, so the joint has to let
-the frame move in the same direction: what it would hold is not the beam (mean axes are right for a beam that floats).
+A joint holds the beam's frame. If the shapes vanish at the frame's origin, slope included, the frame is fixed in the
+material there, and any joint will do. If not, the material moves relative to the frame, so the joint has to let the
+frame move in the same direction: else it does not hold the beam (mean axes are right for a beam that floats).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def check_places(
     constraints: Iterable[Constraint],
     values: Values,
 ) -> None:
-    """Report what is attached to a beam where the beam is not."""
+    """Report attachments to a beam at places that are not on it."""
     places = [(key_of("joints", joint.name, "position"), joint.parent, joint.position) for joint in joints]
     for point in points:
         section = "frames" if isinstance(point, FixedFrame) else "points"
@@ -94,7 +94,7 @@ def check_not_absolute(beams: Iterable[str], report: Report) -> None:
 
 
 def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
-    """Report shapes that move the material where a joint holds it.
+    """Report shapes that move the material in a direction in which a joint holds it.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Attachments to geometrically exact beams: a place on such a beam is a place on the node that is there.
 
-Elements end wherever something is attached (``beam_stations``), so that what acts there acts on a frame of its own, and
+Elements end at every attachment (``beam_stations``), so that a load there acts on a frame of its own, and
 all terms, constraints and reactions of bodies hold. Between nodes a frame would be a function of two of them.
 """
 
@@ -48,7 +48,7 @@ def attached_constraint(constraint: Constraint, attach: AttachByKey) -> Constrai
 
 
 class BeamNodes:
-    """Moves what is attached to geometrically exact beams to their nodes; a place beyond a beam is reported.
+    """Moves attachments of geometrically exact beams to their nodes; a place beyond a beam is reported.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class BeamNodes:
                 self.values.report.add(key_of("joints", name, "child"), what, hint)
 
     def at(self, key: str, body: str, position: Vector) -> tuple[str, Vector]:
-        """Return the node at a place on a beam, and the place in its frame; what is on no such beam stays as it is."""
+        """Return the node at a place on a beam, and the place in its frame; places on other bodies stay unchanged."""
         beam, report = self.beams.get(body), self.values.report
         if beam is None or report.concerns(key) or report.concerns(key_of("beams", body)):
             return body, position

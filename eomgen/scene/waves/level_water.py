@@ -15,8 +15,8 @@ _LEVEL = 1e-9
 
 
 class LevelWater:
-    """Rule for the three components of gravity, m/s^2, where there is water: at rest its surface is that of one z, with
-    air above."""
+    """Rule for the three components of gravity, m/s^2, in scenes with water: the surface at rest is level, of constant
+    z, with air above."""
 
     stage: ClassVar[int] = 1
 

@@ -36,7 +36,7 @@ from eomgen.system.random_processes import variables_of
 from eomgen.system.signals import Parameter
 from eomgen.text import key_of
 
-#: By type of spectrum: the keys that it needs, and those that it may have besides.
+#: By type of spectrum: the keys that it needs, and the keys that it may have in addition.
 _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "jonswap": (("height", "period"), ("peakedness",)),
     "pierson_moskowitz": (("wind",), ("height",)),
@@ -54,12 +54,12 @@ _OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes
 
 
 def no_waves(name: str) -> WaveField:
-    """Return what stands for waves that were refused, so that reading can go on to the next problem."""
+    """Return waves in place of refused ones, so that reading can go on to the next problem."""
     return WaveField(name, (WaveComponent(1.0, 0.0, 1.0, 0.0, 0.0, 0.0),), math.inf, 0.0, 0.0, "none")
 
 
 def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Values) -> WaveField:
-    """Return the waves of an entry; what is wrong with it is reported.
+    """Return the waves of an entry; faults are reported.
 
     Parameters
     ----------
@@ -181,10 +181,10 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
 def _irregular(
     key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values
 ) -> tuple[list[WaveComponent], Formula | None]:
-    """Return the free waves of a spectrum, of amplitude 1 where variables say the rest, and the factor of all
-    amplitudes where tunable parameters decide the height."""
+    """Return the free waves of a spectrum, of amplitude 1 if variables give amplitudes, and the common factor of all
+    amplitudes if the height has tunable parameters."""
     report = values.report
-    assert entry.spectrum is not None  # what ``read_waves`` has seen to
+    assert entry.spectrum is not None  # checked by ``read_waves``
     spectrum, of_height = _spectrum(f"{key}.spectrum", entry.spectrum, gravity, values)
     height = None if of_height is None else values.value(of_height)
     heading = values.constant(f"{key}.heading", entry.heading)
@@ -244,7 +244,7 @@ def _irregular(
 
 
 def _of_water(key: str, period: float, report: Report) -> bool:
-    """Return whether waves have a period in s, or a spectrum has it at its peak; report those that have none."""
+    """Return whether waves have a period of water waves in s, or a spectrum at its peak; report other periods."""
     shortest, longest = _PERIODS
     if math.isnan(period) or shortest <= period <= longest:
         return True
@@ -256,7 +256,7 @@ def _of_water(key: str, period: float, report: Report) -> bool:
 def _spectrum(
     key: str, entry: written.SeaSpectrum, gravity: float, values: Values
 ) -> tuple[Spectrum | None, Formula | None]:
-    """Return a spectrum, None where it is refused, and the significant height that it is scaled to."""
+    """Return a spectrum, None for a refused one, and the significant height that it is scaled to."""
     report = values.report
     needed, allowed = _KEYS[entry.type]
     for word in needed:
@@ -274,7 +274,7 @@ def _spectrum(
         value = getattr(entry, word)
         if value is not None:
             number[word] = values.constant(f"{key}.{word}", value)
-            if number[word] <= 0.0:  # what is not a number was reported
+            if number[word] <= 0.0:  # NaN was reported
                 report.add(
                     f"{key}.{word}", f"the {word} {number[word]:.6g} is not positive", _EXAMPLES.get(word, "3.3")
                 )

@@ -11,7 +11,7 @@ from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, o
 from eomgen.scene.reading.kinds import Description, Pair, Value
 from eomgen.scene.signals.schema import Seed
 
-#: Components of a spectrum, over frequency, where a scene does not say.
+#: Default number of components of a spectrum, over frequency.
 COMPONENTS = 40
 
 

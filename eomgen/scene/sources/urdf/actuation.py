@@ -1,4 +1,4 @@
-"""Effort inputs of a URDF: one for each joint of one coordinate that moves on its own, and those of actuators."""
+"""Effort inputs of a URDF: one for each joint with one independent coordinate, and one for each actuator."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _EFFORT_UNITS = {"rad": "N m", "m": "N"}
 
 
 def effort_inputs(joints: Sequence[Joint], actuators: Actuation) -> dict[str, Any]:
-    """Return the sections ``inputs`` and ``efforts``: those of actuators, then those that drive joints, in their order.
+    """Return the sections ``inputs`` and ``efforts``: first of actuators, then of driven joints, in their order.
 
-    An input is called like its joint; where that is a word of formulas or an actuator, with ``_effort`` behind. What
-    is empty is not there.
+    An input has the name of its joint, with ``_effort`` appended if this is a word of formulas or an actuator. Empty
+    sections are left out.
     """
     inputs, efforts = dict(actuators.inputs), dict(actuators.efforts)
     for joint in joints:

@@ -1,4 +1,4 @@
-"""What a URDF leaves open and a scene needs: how stiff stops of joints are, and the speed below which they stick."""
+"""Values that a scene needs and a URDF does not give: stiffness of stops, and the speed below which joints stick."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STICKING = {"rad": 0.01, "m": 0.001}
 
 
 def stops_of(joint: Joint) -> dict[str, Any] | None:
-    """Return the ``limits`` of a joint; None where the file gives no range, or no effort to measure a stop by."""
+    """Return the ``limits`` of a joint; None if the file gives no range, or no effort to measure a stop by."""
     limit = joint.limit
     if joint.unit not in GIVE or joint.written_type == "continuous" or limit is None:
         return None
@@ -26,7 +26,7 @@ def stops_of(joint: Joint) -> dict[str, Any] | None:
 
 
 def friction_of(joint: Joint) -> dict[str, Any] | None:
-    """Return the ``friction`` of a joint; None where the file gives none, or a negative one, or several coordinates."""
+    """Return the ``friction`` of a joint; None for no friction, a negative one, or a joint of several coordinates."""
     if joint.unit not in STICKING or joint.friction <= 0.0:
         return None
     return {"coulomb": joint.friction, "velocity": STICKING[joint.unit]}

@@ -53,7 +53,7 @@ def urdf_data(
     transmissions: bool = False,
     tunable: Sequence[str] = (),
 ) -> tuple[dict[str, Any], dict[str, int | str], list[str]]:
-    """Return a URDF in the form of a scene file, the line of each key, and notes on what was changed and left out.
+    """Return a URDF in the form of a scene file, the line of each key, and notes on changed and left out elements.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def urdf_data(
 
 
 def _from_root(robot: Robot, report: Report) -> list[Joint]:
-    """Return the joints with parents first, in the file's order otherwise; raise what breaks the tree."""
+    """Return the joints with parents first, in the file's order otherwise; raise an error for faults of the tree."""
     if not robot.links:
         report.add_at(1, "", "the robot has no link", "xacro first, if the file was meant for it")
         report.raise_problems()
@@ -162,7 +162,7 @@ def _from_root(robot: Robot, report: Report) -> list[Joint]:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a link sits: on which body, and how."""
+    """Body and pose of a link."""
 
     body: str
     orientation: Array
@@ -231,7 +231,7 @@ class _Merger:
         self.lines.setdefault(f"bodies.{place.body}", self.robot.links[link].line)
 
     def attach(self, joint: Joint) -> None:
-        """Place a joint's child: on its parent's body where it is fixed, else as a body of its own."""
+        """Place a joint's child: on its parent's body for a fixed joint, else as a body of its own."""
         parent = self.places[joint.parent]
         orientation = snapped_rotation(parent.orientation @ joint.orientation)
         position = parent.orientation @ joint.position + parent.position
@@ -296,7 +296,7 @@ class _Merger:
         self.lines[f"constraints.{loop.name}"] = loop.line
 
     def add_limits(self, joint: Joint, entry: dict[str, Any]) -> None:
-        """Turn a joint's limits into stops where that is asked for, and note what stays out."""
+        """Turn a joint's limits into stops if requested, and note the limits that are left out."""
         stops = stops_of(joint) if self.limits else None
         if stops is not None:
             entry["limits"] = stops
@@ -305,7 +305,7 @@ class _Merger:
             self.robot.left_out.setdefault("limit", []).append(joint.name)
 
     def add_friction(self, joint: Joint, entry: dict[str, Any]) -> None:
-        """Take a joint's dry friction where that is asked for, and note what stays out."""
+        """Take a joint's dry friction if requested, and note friction that is left out."""
         friction = friction_of(joint) if self.friction else None
         if friction is not None:
             entry["friction"] = friction
@@ -340,7 +340,7 @@ class _Merger:
 
 
 def _moved(joint: Joint, value: float) -> tuple[Array, Array]:
-    """Return how far a held joint has turned and shifted its child."""
+    """Return rotation and shift of the child of a held joint."""
     axis = unit_axis(joint.axis) if value != 0.0 else None
     if axis is None:
         return np.eye(3), np.zeros(3)

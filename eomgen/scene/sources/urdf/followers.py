@@ -18,7 +18,7 @@ def held_and_following(
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Return the joints that are held, with their coordinates, and for each joint that follows another its leader.
 
-    What is wrong goes to the report: leaders that are not there or have not one coordinate, and circles.
+    Faults go to the report: leaders that do not exist or have not one coordinate, and circles.
     """
     held = {joint.name: 0.0 for joint in robot.joints.values() if not joint.components or joint.name in locked}
     leaders: dict[str, str] = {}
@@ -58,7 +58,7 @@ def _check_circles(robot: Robot, leaders: Mapping[str, str], report: Report) -> 
 
 
 def _resolve(robot: Robot, name: str, leaders: Mapping[str, str], held: dict[str, float]) -> None:
-    """Hold a joint where the end of what it follows is held."""
+    """Hold a joint if the last leader in its chain is held."""
     path = [name]
     while path[-1] not in held and path[-1] in leaders:
         path.append(leaders[path[-1]])

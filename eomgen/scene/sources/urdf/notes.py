@@ -23,13 +23,13 @@ _MEANING = {
 _TURN = 2.0 * math.pi + 1e-3
 #: Radius of gyration over the size of a robot, from which on its moment of inertia is in another unit.
 _ABSURD = 100.0
-#: Elements that are left out of joints that move, and mean nothing for those that are held.
+#: Elements that are left out of moving joints, and have no effect on held ones.
 _OF_MOVING_JOINTS = ("safety_controller", "calibration")
 
 
 def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[str]:
-    """Return what has no part in the motion, which is no reason to refuse a file; ``still`` are joints that are
-    held."""
+    """Return notes on elements without effect on the motion, which are no reason to refuse a file; ``still`` are joints
+    that are held."""
     notes = []
     counts = [f"{count} <{kind}>" for kind, count in robot.geometry.items() if count]
     if counts:
@@ -45,7 +45,7 @@ def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[st
 
 
 def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
-    """Return what was locked, renamed, and made exact or not."""
+    """Return notes on locked joints, changed names, and angles made exact or not."""
     notes = []
     if locked:
         notes.append(f"joints locked at zero: {listed(sorted(locked))}")
@@ -70,8 +70,8 @@ def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
 
 
 def notes_of_sizes(robot: Robot) -> list[str]:
-    """Return what looks like another unit: ranges of more than a turn, and moments of inertia too large for the
-    robot."""
+    """Return notes on numbers that look like another unit: ranges of more than a turn, and moments of inertia too large
+    for the robot."""
     notes = []
     ranges = {joint.name: joint.limit for joint in robot.joints.values() if joint.unit == "rad" and joint.limit}
     wide = [name for name, limit in ranges.items() if max(abs(limit.lower), abs(limit.upper)) > _TURN]
@@ -93,7 +93,7 @@ def notes_of_sizes(robot: Robot) -> list[str]:
 
 
 def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
-    """Return what became of the joints that mimic others."""
+    """Return notes on the conversion of joints that mimic others."""
     resting = [name for name in held if name not in locked and robot.joints[name].components]
     notes = []
     if resting:

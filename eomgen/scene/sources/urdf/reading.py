@@ -1,8 +1,7 @@
 """Supported elements of a URDF, links and joints, and a list of all unread ones.
 
-The format is that of the Unified Robot Description Format, http://wiki.ros.org/urdf/XML, versions 1.0 to 1.2. Which
-attributes and elements are read is not listed anywhere: every element records what of it was requested, and the rest is
-reported.
+The format is the Unified Robot Description Format, http://wiki.ros.org/urdf/XML, versions 1.0 to 1.2. There is no list
+of the attributes and elements that are read: every element records its requested parts, and the rest is reported.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ _UNIT_LENGTH = 1e-3
 #: Numbers of the format that stay out with the limits they belong to; acceleration, deceleration and jerk are of
 #: version 1.2.
 _OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
-#: What is to be seen and touched, which has no part in the equations of motion.
+#: Elements to be seen and touched, which have no part in the equations of motion.
 _GEOMETRY = ("visual", "collision", "material")
 
 
@@ -59,7 +58,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Mimic:
-    """What a joint follows, by the name in the file: q = multiplier q_leader + offset."""
+    """Leader of a joint, by its name in the file: q = multiplier q_leader + offset."""
 
     joint: str
     multiplier: float
@@ -69,7 +68,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Limit:
-    """Range of a joint's coordinate, and its largest effort; zeros where nothing is said, as the format has it."""
+    """Range of a joint's coordinate, and its largest effort; zeros by default, as in the format."""
 
     lower: float
     upper: float
@@ -78,7 +77,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint: its type in eomgen's words, empty where there is none; placement of the child's frame in the
+    """A joint: its type in eomgen's words, empty for an unknown one; placement of the child's frame in the
     parent's."""
 
     name: str
@@ -97,12 +96,12 @@ class Joint:
 
     @property
     def components(self) -> int:
-        """Number of velocity components; one where the type is not known."""
+        """Number of velocity components; one if the type is not known."""
         return JOINTS[self.type].v_size if self.type else 1
 
     @property
     def unit(self) -> str:
-        """Unit of the one coordinate, rad or m; empty where there is not one."""
+        """Unit of the one coordinate, rad or m; empty for another number of coordinates."""
         return JOINTS[self.type].units[0] if self.type and self.components == 1 else ""
 
 
@@ -134,16 +133,16 @@ NEARLY = 1e-3
 
 @dataclass
 class Robot:
-    """What a URDF holds, with legal and unique names; ``original`` maps them back to those in the file.
+    """Elements of a URDF, with legal and unique names; ``original`` maps them back to the file's names.
 
     Attributes
     ----------
     minor : minor version of the format, which is 1.minor
     snapped : joints whose placement became exact
-    nearly_right : those with an angle near a right one that did not, with that angle
+    nearly_right : joints with an angle near a right one that did not become exact, with that angle
     several_turns : links and joints whose rpy has an angle of more than a turn
-    left_out : what is known and not modelled, or elements that are not known, with the names of links and joints
-    unread : attributes, repeated elements and text that nothing was made of, with line and name of each link or joint
+    left_out : known elements without a model, or unknown elements, with the names of links and joints
+    unread : attributes, repeated elements and text without use, with line and name of each link or joint
     without_effect : joints that cannot use an element that they have, by its tag
     geometry : how many elements of each kind there are
     quaternions : links and joints whose origin has one
@@ -166,9 +165,9 @@ class Robot:
 
 
 def read_robot(root: Element, report: Report) -> Robot:
-    """Return what a URDF holds; what is wrong goes to the report.
+    """Return the robot of a URDF; faults go to the report.
 
-    Children of the root that were handed out before, as those of a further reader are, count as read.
+    Children of the root that a further reader has requested before count as read.
     """
     if root.tag != "robot":
         report.add_at(root.line, "", f"the outermost element is {shown(root.tag)}, not 'robot'", "a URDF file")
@@ -220,7 +219,7 @@ class _Reader:
         return int(version[2] or 0) if version else 0
 
     def name(self, element: Element, kind: str, taken: dict[str, str]) -> str:
-        """Return the legal name of a link or joint; empty where it cannot be taken."""
+        """Return the legal name of a link or joint; empty for a fault."""
         written = element.get("name")
         if not written:
             self.report.add_at(element.line, "", f"the {kind} has no name", f'<{kind} name="...">')
@@ -235,8 +234,7 @@ class _Reader:
         return ""
 
     def tell_left_over(self, element: Element, owner: str) -> None:
-        """Keep what of a link, a joint or the robot nothing was read; a unit is refused, for the format has SI units
-        only."""
+        """Keep the unread parts of a link, a joint or the robot; a unit is refused: the format has SI units."""
         for kind in _GEOMETRY:
             self.out.geometry[kind] = self.out.geometry.get(kind, 0) + sum(1 for _ in element.named(kind))
         for attribute in element.unread_attributes:
@@ -300,7 +298,7 @@ class _Reader:
         return orientation, position, made_exact, "" if nearly is None else f"{nearly:.9g}"
 
     def quaternion(self, origin: Element | None, key: str, name: str) -> Array | None:
-        """Return the matrix of an origin's ``quat_xyzw``; None where it has none."""
+        """Return the matrix of an origin's ``quat_xyzw``; None without one."""
         if origin is None or not origin.has("quat_xyzw"):
             return None
         if origin.has("rpy"):
@@ -328,7 +326,7 @@ class _Reader:
         return Link(name, element.line, Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center))
 
     def required(self, inertial: Element, tag: str, attributes: Sequence[str], key: str) -> list[float]:
-        """Return numbers that mass properties need; zeros where they are not there, which the report says."""
+        """Return numbers that mass properties need; zeros if they are missing, which is reported."""
         element = inertial.first(tag)
         if element is None:
             self.report.add_at(inertial.line, key, f"<inertial> has no <{tag}>", f"<{tag} .../> or no <inertial>")
@@ -415,7 +413,7 @@ class _Reader:
         return Limit(lower, upper, effort)
 
     def end(self, element: Element, tag: str, key: str) -> str:
-        """Return the name of a joint's parent or child link; empty where there is none."""
+        """Return the name of a joint's parent or child link; empty without one."""
         end = element.first(tag)
         written = end.get("link") if end else ""
         if not written:
@@ -431,8 +429,8 @@ class _Reader:
 
 
 def _off_right(angle: float) -> float:
-    """Return how far an angle is from the nearest right or straight one; 0 for those nearest to zero, which round
-    nothing."""
+    """Return the distance of an angle from the nearest right or straight one; 0 for angles nearest to zero, whose
+    rounding is no error."""
     quarters = round(angle / (0.5 * math.pi))
     return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0
 

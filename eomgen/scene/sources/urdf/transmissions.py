@@ -1,11 +1,11 @@
 """Transmissions of a URDF: efforts of joints from efforts of actuators, tau = T tau_a with a constant matrix T.
 
-The types are those of ROS, https://wiki.ros.org/urdf/XML/Transmission, with the maps that ``transmission_interface`` of
+The types are ROS types, https://wiki.ros.org/urdf/XML/Transmission, with the maps that ``transmission_interface`` of
 ros_control documents. Its FourBarLinkageTransmission and the HalfDifferentialTransmission of pal_transmissions are left
-out: their maps of efforts and of velocities do not go together, the power of the joints is not that of the actuators.
+out: their maps of efforts and of velocities do not fit together, the power of joints differs from the actuators' power.
 
-Reductions stand where ros_control (``mechanicalReduction`` in the actuator or joint), ros2_control
-(``mechanical_reduction``) and the first transmissions of the PR2 (``mechanicalReduction`` beside them) have them.
+Reductions are read at their places in ros_control (``mechanicalReduction`` in the actuator or joint), ros2_control
+(``mechanical_reduction``) and the first transmissions of the PR2 (``mechanicalReduction`` beside them).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from eomgen.scene.sources.xml import Element
 from eomgen.text import listed, shown
 
 _REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")
-#: What tells how positions or the control software see a transmission; efforts do not depend on it.
+#: Elements for positions or the control software; efforts do not depend on them.
 _WITHOUT_EFFECT = ("hardwareInterface", "offset", "motorTorqueConstant", "simulated_actuated_joint")
 
 #: Rows of joints, columns of actuators, from the reductions of joints and of actuators.
@@ -58,14 +58,14 @@ class Transmission:
 
 @dataclass(frozen=True)
 class Transmissions:
-    """What the transmissions of a file say: those of known types, and the others' names by their types."""
+    """The transmissions of a file of known types, and the names of others by their types."""
 
     known: tuple[Transmission, ...]
     unknown: Mapping[str, Sequence[str]]
 
 
 def read_transmissions(root: Element, report: Report) -> Transmissions:
-    """Return what transmissions say, those in ``<ros2_control>`` too; what is wrong goes to the report."""
+    """Return the transmissions of a file, also in ``<ros2_control>``; faults go to the report."""
     elements = list(root.named("transmission"))
     for control in root.named("ros2_control"):
         elements += control.named("transmission")
@@ -124,7 +124,7 @@ def _by_role(elements: Sequence[Element], tag: str) -> list[Element]:
 
 
 def _reduction(element: Element, key: str, report: Report) -> float:
-    """Return the reduction that an element gives, as an attribute or as a child; 1 where it gives none."""
+    """Return the reduction of an element, given as an attribute or as a child; 1 by default."""
     written = [(element.get(tag), element.line) for tag in _REDUCTIONS if element.has(tag)]
     written += [(child.text(), child.line) for tag in _REDUCTIONS for child in element.named(tag)]
     if not written:
@@ -154,7 +154,7 @@ def actuation(
 ) -> Actuation:
     """Return an effort input for each actuator of a transmission that moves a joint.
 
-    An input is called like its actuator, made legal. Its unit is N m where its joints turn; it has none where one of
+    An input is called like its actuator, made legal. Its unit is N m if its joints turn; it has none if one of
     them travels, because the format does not say whether the actuator does.
     """
     by_written = {robot.original.get(name, name): name for name in robot.joints}
