@@ -6,6 +6,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterator
 from functools import cache
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -64,8 +65,9 @@ _GIVEN: dict[str, Any] = {
     "r": [0.0, 0.0, 0.0],
     "term": "mass",
     "parameter": "mass",
-    "values": [-1.0],
+    "values": [-1.0, -0.5],
     "to": 2.0,
+    "speed": "hinge",
 }
 #: What a call says instead whose subject the model has not.
 ABSENT = ("is not in this model", "the model has no geometrically exact beam")
@@ -77,7 +79,7 @@ def calls() -> Iterator[str]:
         if (
             not name.startswith("_")
             and "parameters" in inspect.signature(method).parameters
-            and name != "parameter_array"
+            and name not in ("parameter_array", "resume", "simulate_many")
         ):
             yield name
 
@@ -92,7 +94,9 @@ def test_every_call_that_takes_parameters_refuses_them(name: str) -> None:
         if item.default is inspect.Parameter.empty and item.kind is not inspect.Parameter.VAR_KEYWORD
     ]
     by_name: list[Any] = [{"mass": -1.0}]
-    for parameters in by_name if name in ("root_locus", "calibrate") else [*by_name, [-1.0], [[1.0], [-1.0]]]:
+    for parameters in (
+        by_name if name in ("root_locus", "calibrate", "campbell") else [*by_name, [-1.0], [[1.0], [-1.0]]]
+    ):
         with pytest.raises(UsageError) as caught:
             method(**{key: _GIVEN[key] for key in needed}, parameters=parameters)
         said = str(caught.value)
@@ -100,7 +104,21 @@ def test_every_call_that_takes_parameters_refuses_them(name: str) -> None:
         assert said.endswith(REFUSED) or one_set_only or any(text in said for text in ABSENT), name
 
 
-@pytest.mark.parametrize("run", [lambda m, p: m.simulate(0.1, parameters=p), lambda m, p: m.parameter_array(p)])
+def _resumed(model: eomgen.Model, parameters: dict[str, float]) -> eomgen.Solution:
+    with TemporaryDirectory() as folder:
+        model.simulate(0.1, checkpoint=f"{folder}/run.npz", parameters={"mass": 2.0})
+        return model.resume(f"{folder}/run.npz", 0.2, parameters=parameters)
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda m, p: m.simulate(0.1, parameters=p),
+        lambda m, p: m.parameter_array(p),
+        lambda m, p: m.simulate_many(0.1, table={"push": [0.1, 0.2]}, parameters=p),
+        _resumed,
+    ],
+)
 def test_runs_refuse_them_too(run: Any) -> None:
     with pytest.raises(UsageError) as caught:
         run(model(), {"mass": -1.0})

@@ -223,14 +223,21 @@ def test_formulas_are_scaled_with_their_arguments() -> None:
 
 
 @pytest.mark.slow
-def test_numbers_with_units_of_their_own_are_no_similar_scene() -> None:
+def test_rates_of_states_are_scaled_with_the_unit_of_time() -> None:
     scene = PENDULUM | {"parameters": {"limit": 2.0}}
     scene |= {"states": {"drive": {"rate": "limit * v.pin - drive", "initial": 0.5}}}
     scene |= {"efforts": {"e": {"joint": "pin", "effort": "drive"}}}
-    found = eomgen.extremes(scene, ladders=["time"], methods=["rk4"])
-    assert not found.cells
-    said = "its forces are not the same in other units: numbers in its formulas have units of their own"
-    assert found.left_out == {"time": said}
+    study = eomgen.extremes(scene, ladders=["time"], methods=["rk4"])
+    assert not study.left_out
+    assert {cell.verdict for cell in study.cells} == {"holds"}
+
+
+@pytest.mark.slow
+def test_gains_without_units_are_no_similar_scene() -> None:
+    study = eomgen.extremes("examples/pi_servo/scene.toml", ladders=["time"], methods=["rk4"])
+    assert not study.cells
+    reason = "its forces are not the same in other units: numbers in its formulas have units of their own"
+    assert study.left_out == {"time": reason}
 
 
 @pytest.mark.slow

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import wraps
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -119,7 +121,11 @@ def test_the_verb_prints_a_table(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("eomgen.studies.savings.study.savings", lambda *_, **__: measured)
+    @wraps(eomgen.studies.savings.study.savings)
+    def measured_before(*_: Any, **__: Any) -> eomgen.studies.savings.study.Savings:
+        return measured
+
+    monkeypatch.setattr("eomgen.studies.savings.study.savings", measured_before)
     assert main(["savings", BEAM, "--out", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr()
     assert "flops of a step's terms" in printed.out
