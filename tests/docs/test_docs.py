@@ -266,6 +266,17 @@ def test_files_to_change_are_there() -> None:
 
 
 @pytest.mark.parametrize("page", PAGES)
+def test_rows_of_tables_have_the_cells_of_their_heads(page: str) -> None:
+    columns, wrong = 0, []
+    for number, line in enumerate(PAGES[page].splitlines(), 1):
+        cells = len(re.findall(r"(?<!\\)\|", line)) if line.startswith("|") else 0
+        if columns and cells not in (0, columns):
+            wrong.append(f"line {number}: {line[:60]}")
+        columns = (columns or cells) if cells else 0
+    assert not wrong
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_links_lead_somewhere(page: str) -> None:
     folder = ROOT if page == "README.md" else ROOT / "docs"
     for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", PAGES[page]):
