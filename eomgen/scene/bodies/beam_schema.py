@@ -48,7 +48,7 @@ class Section(Table):
     shear_modulus: Value | None = of_parameters("for torsion, and for shear", unit="Pa")
     poisson_ratio: Value | None = of_parameters("in place of the shear modulus, E/(2 (1 + ratio))")
     torsion_constant: Value | None = of_parameters(
-        "for torsion; the sum of the second moments only where the section is round", unit="m^4"
+        "for torsion; the sum of the second moments only for a round section", unit="m^4"
     )
     shear_factors: Pair | None = optional(
         "`cosserat`: shear areas along y and z by the area; 5/6 for a rectangle, 0.9 for a circle",
@@ -89,7 +89,7 @@ class ModeMass(Table):
 class Deformation(Table):
     """One way in which a beam deforms."""
 
-    shapes: ShapeFunctions = key("where the shape functions come from, see below", "clamped_free")
+    shapes: ShapeFunctions = key("family of the shape functions, see below", "clamped_free")
     modes: Annotated[int, Field(ge=1, le=MOST_MODES)] | None = optional(
         "number of elastic coordinates", kind=f"1 to {MOST_MODES}", shown_default="required, but for nodal coordinates"
     )
@@ -115,7 +115,7 @@ class Deformation(Table):
         names=PARAMETERS,
     )
     masses: Annotated[tuple[ModeMass, ...], Field(strict=False)] = key(
-        "what the modes of `finite_elements` are found with; the mass itself is that of a body joined to the beam",
+        "added to the mesh for the modes of `finite_elements`; a body joined to the beam has the mass itself",
         (),
         kind="list of tables, below",
         shown_default="`[]`",
@@ -189,7 +189,7 @@ class BeamPart(Table):
     elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] = key(
         "equal elements along the part", kind=f"1 to {MOST_EXACT_ELEMENTS}"
     )
-    section: Section | None = optional("what it is made of", kind="table, above", shown_default="the beam's")
+    section: Section | None = optional("shape and material", kind="table, above", shown_default="the beam's")
     mass_per_length: Value | None = of_parameters("density times area", unit="kg/m", shown_default="the beam's")
     rotary_inertia: Triple | None = of_parameters(
         "density times second moments of area: polar, about y, about z", unit="kg m", shown_default="the beam's"
@@ -213,7 +213,7 @@ class ShapeFrame(Table):
 
     position: Triple = key("of its origin, in the beam's frame", unit="m", names=FIXED_PARAMETERS)
     rotation: Rotations = key(
-        "its axes in those of the beam's frame; x along the beam",
+        "its axes in the axes of the beam's frame; x along the beam",
         (),
         kind="list of `axis`, `angle`",
         shown_default="`[]`",
@@ -244,12 +244,12 @@ class Beam(Table):
         shown_default="`euler_bernoulli`",
     )
     length: Value | None = of_fixed_parameters(
-        "undeformed", unit="m", shown_default="required; of `parts` or of `shape` where these are given"
+        "undeformed", unit="m", shown_default="required; from `parts` or `shape` if given"
     )
     start: Value = key(
         "x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS
     )
-    section: Section | None = optional("what it is made of, in place of masses and stiffnesses", kind="table, below")
+    section: Section | None = optional("shape and material, in place of masses and stiffnesses", kind="table, below")
     mass_per_length: Value | None = of_parameters("density times area", unit="kg/m", shown_default="of the section")
     polar_inertia: Value | None = of_parameters(
         "density times polar second moment of area; needed by torsion, and by joints that let the beam turn about its"

@@ -23,7 +23,7 @@ class Base(Table):
     """The prescribed motion of the frame that carries the tree."""
 
     position: Triple = key(
-        "of the base's origin, in world axes; z from the surface where it follows one", _ORIGIN, unit="m", names=TIME
+        "of the base's origin, in world axes; z from the surface if it follows one", _ORIGIN, unit="m", names=TIME
     )
     rotation: Rotations = key("intrinsic rotations in order, after the surface's tilt", ())
     follow: Follow | None = optional("go with the surface of waves, as a small boat does", kind="table, below")
@@ -32,7 +32,7 @@ class Base(Table):
 class Body(Table):
     """A rigid body."""
 
-    mass: Value = key("0 is allowed where the body carries others that have mass", unit="kg", names=PARAMETERS)
+    mass: Value = key("0 is allowed if the body carries others with mass", unit="kg", names=PARAMETERS)
     center_of_mass: Triple = key("in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
     inertia: Inertia = key(
         "**about the centre of mass**, in the body's axes",
@@ -50,7 +50,7 @@ class Body(Table):
 class BodyFrame(Table):
     """A frame fixed in a body, in the base or in the world; its origin is a point of the same name."""
 
-    body: str = key("what carries it", refers="bodies", kind="body, `base` or `world`")
+    body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
     position: Triple = key("of its origin, in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
     rotation: Rotations | None = optional(
         "its axes in the body, angles of fixed parameters; intrinsic rotations in order", shown_default="`[]`"
@@ -61,5 +61,5 @@ class BodyFrame(Table):
 class Point(Table):
     """A point fixed in a body, in the base or in the world."""
 
-    body: str = key("what carries it", refers="bodies", kind="body, `base` or `world`")
+    body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
     position: Triple = key("in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)

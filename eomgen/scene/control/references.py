@@ -19,7 +19,7 @@ class ReferenceEntry(Table):
     """Coordinates, velocities and accelerations of joints, in place of the present ones."""
 
     position: dict[str, Value] = key(
-        "of joints of one coordinate, rad or m; others are where they are",
+        "of joints of one coordinate, rad or m; others have their present coordinate",
         {},
         refers="joints",
         names=SPRING_FORCE,
@@ -27,7 +27,7 @@ class ReferenceEntry(Table):
         shown_default="`{}`",
     )
     velocity: dict[str, Value] = key(
-        "the same, rad/s or m/s; others have the velocity that they have",
+        "the same, rad/s or m/s; others have their present velocity",
         {},
         refers="joints",
         names=SPRING_FORCE,
@@ -35,7 +35,7 @@ class ReferenceEntry(Table):
         shown_default="`{}`",
     )
     acceleration: dict[str, Value] = key(
-        "the same, rad/s² or m/s²; those of others are 0",
+        "the same, rad/s² or m/s²; others have 0",
         {},
         refers="joints",
         names=SPRING_FORCE,

@@ -21,7 +21,7 @@ class Calibration(Table):
 
     method: Literal["lqr", "imsc", "pole_placement"] = key("which of the methods below")
     at: Literal["equilibrium", "initial"] = key(
-        "where the model is linearised: at the equilibrium next to the initial state, stable or not; or at the initial"
+        "state of the linearisation: the equilibrium next to the initial state, stable or not; or the initial"
         " state, which has to be in balance or in steady motion",
         "equilibrium",
     )
@@ -38,7 +38,7 @@ class Calibration(Table):
         kind="table of numbers by output",
     )
     effort_weights: Numbers | None = optional(
-        "`lqr`: cost of the squares of what the controller gives; `imsc`: R of modal forces",
+        "`lqr`: cost of the squares of the outputs; `imsc`: R of modal forces",
         kind="number, or list of them",
     )
     modes: Modes | None = optional(
@@ -50,7 +50,7 @@ class Calibration(Table):
         "`pole_placement`: w_d of these modes",
         unit="rad/s",
         kind="list of numbers, rad/s",
-        shown_default="those of the model",
+        shown_default="the model's",
     )
     damping_ratios: Numbers | None = optional("`pole_placement`: zeta_d of these modes", kind="number, or list of them")
     poles: Poles | None = optional(
@@ -66,7 +66,7 @@ class Controller(Table):
         "which of the equations below", kind="see below"
     )
     signal: Value | None = optional(
-        "e, what goes in", names=STATE, shown_default="required, but for `state_feedback`, `skyhook` and `sampled`"
+        "e, its input", names=STATE, shown_default="required, but for `state_feedback`, `skyhook` and `sampled`"
     )
     proportional: Value | None = of_parameters("kp, `pi` and `pid`", shown_default="`0`")
     integral: Value | None = of_parameters("ki, `pi` and `pid`", shown_default="`0`")
@@ -84,7 +84,7 @@ class Controller(Table):
     initial: Value = key("x at the start", 0.0, names=FIXED_PARAMETERS)
     initial_filtered: Value | None = of_fixed_parameters("f at the start, `pid` and `lead_lag`", shown_default="`0`")
     outputs: Names | None = optional(
-        "`state_feedback` and `sampled`: what it gives, `NAME_front` for `front`",
+        "`state_feedback` and `sampled`: its outputs, `NAME_front` for `front`",
         kind="list of names",
         shown_default="one, called `NAME`",
     )
@@ -92,22 +92,22 @@ class Controller(Table):
         "`state_feedback`: joints of one coordinate whose q and v are fed back", refers="joints", kind="list of joints"
     )
     signals: dict[str, Value] | None = optional(
-        "`state_feedback`: further quantities that are fed back; `sampled`: what its function is given",
+        "`state_feedback`: further quantities that are fed back; `sampled`: arguments of its function",
         names=STATE,
         kind="table of values of the state",
     )
     position_references: dict[str, Value] | None = optional(
-        "`state_feedback`: what is taken off a coordinate",
+        "`state_feedback`: reference, subtracted from a coordinate",
         names=STATE,
         refers="joints",
         kind="table of values of the state, by joint",
-        shown_default="its value where it is calibrated, or `0`",
+        shown_default="its calibrated value, or `0`",
     )
     signal_references: dict[str, Value] | None = optional(
         "the same of `signals`",
         names=STATE,
         kind="table of values of the state, by signal",
-        shown_default="its value where it is calibrated, or `0`",
+        shown_default="its calibrated value, or `0`",
     )
     position_gains: dict[str, Numbers] | None = optional(
         "`state_feedback`: one for each output", refers="joints", kind=_BY_JOINT, shown_default="`0`, or calibrated"
@@ -126,7 +126,7 @@ class Controller(Table):
     groundhook: Value | None = of_parameters(
         "`skyhook`: c_g, of its first point against the world", unit="N s/m", shown_default="`0`"
     )
-    clipped: bool | None = optional("`skyhook`: only what a damper can do", shown_default="`false`")
+    clipped: bool | None = optional("`skyhook`: only forces of a damper", shown_default="`false`")
     minimum_damping: Value | None = of_parameters(
         "of a clipped `skyhook`: the softest damper", unit="N s/m", shown_default="`0`"
     )
@@ -140,10 +140,10 @@ class Controller(Table):
         "`sampled`: time between two samples", unit="s", shown_default="required"
     )
     delay: Value | None = of_fixed_parameters(
-        "`sampled`: from the sample to when what it gives takes effect", unit="s", shown_default="`0`"
+        "`sampled`: from the sample to the effect of its outputs", unit="s", shown_default="`0`"
     )
     quantum: Value | None = of_fixed_parameters(
-        "`sampled`: what it gives is rounded to whole multiples of it", unit=ANY_UNIT, shown_default="not rounded"
+        "`sampled`: outputs are rounded to whole multiples of it", unit=ANY_UNIT, shown_default="not rounded"
     )
     source: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
         "`sampled`: C file with its function, path from the folder of the scene file",
@@ -157,7 +157,7 @@ class Controller(Table):
     memory: Annotated[int, Field(ge=0, le=256)] | None = optional(
         "`sampled`: numbers that its function keeps from sample to sample",
         kind="whole number up to 256",
-        shown_default="`0` with `source`; else what the function keeps is its own affair",
+        shown_default="`0` with `source`; else left to the function",
     )
     unit: Unit = key("label of the output", "")
     description: Description = key("for tables", "")

@@ -44,7 +44,7 @@ class Include(Table):
     prefix: Annotated[str, Field(max_length=64)] | None = optional(
         "goes before every name of the file", kind="text", shown_default="the entry's name and `_`"
     )
-    parent: str = key("what the file's base is in this scene", "base", refers="bodies", kind="body, or `base`")
+    parent: str = key("body of this scene that is the file's base", "base", refers="bodies", kind="body, or `base`")
     position: Triple = key("of the file's base in the parent's frame", (0.0, 0.0, 0.0), unit="m", names=PARAMETERS)
     rotation: Rotations | None = optional(
         "axes of the file's base in the parent, angles of fixed parameters", shown_default="`[]`"
@@ -72,7 +72,7 @@ class Repeat(Table):
         kind="whole numbers, or pairs of them, by name",
     )
     where: str = key(
-        "of all combinations of indices those that are taken, as `i < j` for pairs",
+        "condition on the combinations of indices, as `i < j` for pairs",
         "",
         kind="formula of indices",
         shown_default="all",
@@ -106,7 +106,7 @@ class Simulation(Table):
         shown_default="the method's",
     )
     order: Annotated[int, Field(ge=2, le=40)] | None = optional(
-        "of `taylor`", kind="whole number, 2 to 40", shown_default="what suits the tolerance"
+        "of `taylor`", kind="whole number, 2 to 40", shown_default="by the tolerance"
     )
     settings: dict[str, Finite] = key(
         "of the method's iteration, as of `simulate`: `rtol`, `atol`, `max_iterations`, `max_halvings`, `reuse`; of"
@@ -115,9 +115,7 @@ class Simulation(Table):
         kind="numbers by name",
         shown_default="`{}`",
     )
-    real: Literal["double", "float"] = key(
-        "numbers of the compiled code, where `eomgen.build` is not told", Defaults.real
-    )
+    real: Literal["double", "float"] = key("default of the numbers in compiled code", Defaults.real)
     record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = key(
         "steps between recorded rows", Defaults.record_every, kind="whole number from 1"
     )

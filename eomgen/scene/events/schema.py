@@ -20,7 +20,7 @@ class Event(Table):
     direction: Literal["rising", "falling", "both"] = key("how the formula passes zero", "both")
     action: Literal["record", "count", "stop", "reset", "impact", "switch"] = key("see [events](#events)", "record")
     reset: dict[str, Value] | None = optional(
-        'of `reset`: new values of `"q.joint"`, `"v.joint"` or a state, from what holds before',
+        'of `reset`: new values of `"q.joint"`, `"v.joint"` or a state, from values before the event',
         unit=ANY_UNIT,
         names=EVERYTHING,
         sets=True,

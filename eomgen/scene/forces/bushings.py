@@ -43,9 +43,7 @@ class BushingEntry(Table):
         "symmetric, rotations first, in place of both stiffnesses", kind="6x6 numbers"
     )
     damping_matrix: SixBySix | None = optional("rotations first, in place of both dampings", kind="6x6 numbers")
-    rest: Triple = key(
-        "origin of the second frame in the first where the springs are slack", _ZEROS, unit="m", names=PARAMETERS
-    )
+    rest: Triple = key("origin of the second frame in the first for slack springs", _ZEROS, unit="m", names=PARAMETERS)
     rest_rotation: Rotations = key("axes of the second frame in the first then, by angles of fixed parameters", ())
     preload: Triple = key("force on the second frame then, in the first one's axes", _ZEROS, unit="N", names=PARAMETERS)
     rotational_preload: Triple = key("moment on the second frame then", _ZEROS, unit="N m", names=PARAMETERS)

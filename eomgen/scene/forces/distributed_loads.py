@@ -24,7 +24,7 @@ _ZEROS = (0.0, 0.0, 0.0)
 class DistributedLoadEntry(Table):
     """A force per length on a beam."""
 
-    beam: str = key("what it acts on", refers="beams", kind="beam")
+    beam: str = key("the beam under the load", refers="beams", kind="beam")
     force: Triple = key("per length", unit="N/m", names=LOCAL_LOAD)
     moment: Triple = key("per length, of geometrically exact beams", _ZEROS, unit="N", names=LOCAL_LOAD)
     profile: Values = key(

@@ -23,7 +23,7 @@ from eomgen.text import key_of
 class EffortEntry(Table):
     """A generalized force on one component of a joint."""
 
-    joint: str = key("what it drives", refers="joints")
+    joint: str = key("the driven joint", refers="joints")
     effort: Value = key(
         "positive drives the coordinate up",
         unit=by_component("N m", "N"),

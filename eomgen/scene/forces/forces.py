@@ -22,8 +22,8 @@ _ZEROS = (0.0, 0.0, 0.0)
 class ForceEntry(Table):
     """A force and a torque on a body."""
 
-    body: str = key("what they act on", refers="bodies", kind="body, not the base")
-    point: Triple = key("where the force acts, in the body's frame", _ZEROS, unit="m", names=PARAMETERS)
+    body: str = key("the loaded body", refers="bodies", kind="body, not the base")
+    point: Triple = key("point of the force, in the body's frame", _ZEROS, unit="m", names=PARAMETERS)
     force: Triple = key("through the point", _ZEROS, unit="N", names=LOCAL_LOAD)
     torque: Triple = key("beside the force's own moment", _ZEROS, unit="N m", names=LOCAL_LOAD)
     axes: Literal["world", "body"] = key("axes of force and torque", "world")

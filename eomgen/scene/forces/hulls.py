@@ -33,7 +33,7 @@ class HullEntry(Table):
     diameter: Value = key("across its axis", unit="m", names=PARAMETERS)
     area: Value | None = of_parameters("of its section", unit="m^2", shown_default="of the circle")
     waves: str = key("in which it is", "", refers="waves", shown_default='`""`, water at rest')
-    level: Value = key("z of water at rest, where `waves` does not say", 0.0, unit="m", names=PARAMETERS)
+    level: Value = key("z of water at rest, without `waves`", 0.0, unit="m", names=PARAMETERS)
     density: Value = key("of the water", 1025.0, unit="kg/m^3", names=PARAMETERS)
     added_mass: Value = key("coefficient of the water that it moves across its axis", 1.0, names=PARAMETERS)
     wet: Value | None = of_parameters(

@@ -43,7 +43,7 @@ class TyreEntry(Table):
     onset: Value = key("deflection over which the tyre reaches its full stiffness", 1e-3, unit="m", names=PARAMETERS)
     road: Value = key("height of the road under the centre, in the world", 0.0, unit="m", names=ROAD)
     road_rate: Value | None = optional(
-        "its rate from time and inputs; needed with `damping` where the road has an input", unit="m/s", names=ROAD
+        "its rate from time and inputs; needed with `damping` if the road has an input", unit="m/s", names=ROAD
     )
     slip: SlipEntry | None = optional("forces in the plane of the road", kind="table, below")
 

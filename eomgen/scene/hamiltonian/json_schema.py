@@ -21,7 +21,7 @@ _OF_RUNS = {
     "method": "a composition, implicit_midpoint, gauss<order>, rk4 or rk45",
     "record_every": "steps between recorded rows",
     "tolerance": "of rk45",
-    "compensated": "keep what rounding takes of sums for the next ones",
+    "compensated": "carry rounding errors of sums over to the next ones",
 }
 _OF_OPERATORS = {
     "white": "the white field itself: true",
@@ -64,7 +64,7 @@ def _text(description: str) -> Schema:
 def _head(properties: Schema, *required: str) -> Schema:
     head: Schema = {
         "format": {"enum": [1], "description": "of the file"},
-        "kind": {"enum": [KIND], "description": "what the file holds"},
+        "kind": {"enum": [KIND], "description": "kind of the file"},
         "name": {"type": "string", "pattern": _LEGAL, "description": "of the system, a legal C identifier"},
         "description": _text("in words"),
     }
@@ -82,7 +82,7 @@ def _sections(*, copies: bool) -> dict[str, Schema]:
     coordinate = _table(
         {
             "initial": pair | {"description": "the coordinate and its momentum at the start"},
-            "momentum": _text("name of the momentum; p_ and the coordinate if nothing is said"),
+            "momentum": _text("name of the momentum; p_ and the coordinate by default"),
             "unit": _text("a label"),
             "momentum_unit": _text("a label"),
         },
@@ -93,7 +93,7 @@ def _sections(*, copies: bool) -> dict[str, Schema]:
     return {
         "parameters": _entries(_parameters(), "numbers that runs may change", copies=copies),
         "coordinates": _entries(coordinate, "coordinates with their momenta", copies=copies),
-        "definitions": _entries(_FORMULA, "names of formulas, each of what stands above it", copies=copies),
+        "definitions": _entries(_FORMULA, "names of formulas, each of the names above it", copies=copies),
         "hamiltonian": terms if copies else {"anyOf": [_FORMULA, terms], "description": "H, or terms whose sum it is"},
         "outputs": _entries(output, "quantities of the state along a run", copies=copies),
     }

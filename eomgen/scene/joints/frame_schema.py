@@ -12,7 +12,7 @@ from eomgen.scene.reading.rotation_schema import Rotations
 class Frame(Table):
     """A frame that a constraint or a bushing holds: a point's name, or a table."""
 
-    body: str | None = optional("where the frame is", refers="bodies", kind="body or `base`")
+    body: str | None = optional("body of the frame", refers="bodies", kind="body or `base`")
     point: str | None = optional("the same, by a point's name", refers="points")
     position: Triple | None = of_parameters("in the body", unit="m", shown_default="`[0, 0, 0]`")
     rotation: Rotations | None = optional("the frame's axes, in place of `axis`")

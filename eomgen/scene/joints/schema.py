@@ -73,7 +73,7 @@ class Initial(Table):
     )
     rotation: Rotations | None = optional("spherical, free: in place of a quaternion")
     velocity: Values | None = of_fixed_parameters(
-        "1 to 3, or 6 values; angular first, body axes where the joint is spherical or free",
+        "1 to 3, or 6 values; angular first, body axes for spherical and free joints",
         unit=by_component("rad/s", "m/s"),
         shown_default="zeros",
     )
@@ -84,14 +84,14 @@ class Mimic(Table):
 
     joint: str = key("the leader, with one coordinate; it may follow another in its turn", refers="joints")
     multiplier: Value = key("coordinate per coordinate of the leader", 1.0, names=PARAMETERS)
-    offset: Value = key("coordinate where the leader's is zero", 0.0, unit=by_coordinate("rad", "m"), names=PARAMETERS)
+    offset: Value = key("coordinate at the leader's zero", 0.0, unit=by_coordinate("rad", "m"), names=PARAMETERS)
 
 
 class Joint(Table):
     """A joint, which carries a body and lets it move relative to its parent."""
 
     type: JointType = key("how the child moves against the parent")
-    parent: str = key("where it hangs", refers="bodies", kind="body, or `base`")
+    parent: str = key("the body that carries the joint", refers="bodies", kind="body, or `base`")
     child: str = key("the body that this joint carries", refers="bodies")
     position: Triple = key("origin of the child's frame in the parent's frame", _ORIGIN, unit="m", names=PARAMETERS)
     rotation: Rotations | None = optional(
@@ -138,21 +138,21 @@ class Joint(Table):
         kind="value or list of values of time, rad or m",
     )
     smooth: Value | None = of_fixed_parameters(
-        "time within which a drive goes on from what it was at a jump or a kink, see [motion laws that jump]"
+        "duration of the transition after a jump or a kink of a drive, see [motion laws that jump]"
         "(#motion-laws-that-jump)",
         unit="s",
-        shown_default="what jumps is refused",
+        shown_default="jumps are refused",
     )
-    mimic: Mimic | None = optional("what the coordinate follows, in place of being free", kind="table, below")
+    mimic: Mimic | None = optional("leader that the coordinate follows, in place of being free", kind="table, below")
     initial: Initial = key("state at the start", Initial(), shown_default="zeros")
 
 
 class Reaction(Table):
     """Point and axes in which the reaction of a joint or a constraint is expressed."""
 
-    joint: str | None = optional("whose reaction it is: what its parent exerts on its child", refers="joints")
+    joint: str | None = optional("joint of the reaction, which its parent exerts on its child", refers="joints")
     constraint: str | None = optional(
-        "whose reaction it is: what the body of `first` exerts on that of `second`", refers="constraints"
+        "constraint of the reaction, which the body of `first` exerts on the body of `second`", refers="constraints"
     )
     point: str | None = optional(
         "about which the moment is taken",
@@ -165,7 +165,7 @@ class Reaction(Table):
 class Constraint(Table):
     """A constraint between two frames, which closes a loop."""
 
-    type: ConstraintType = key("what it holds", kind="see below")
+    type: ConstraintType = key("relative motion that it allows", kind="see below")
     first: Frame = key("a frame in one body", kind="frame, below")
     second: Frame = key("a frame in another, that can move against the first", kind="frame, below")
     drive: Value | None = optional(
@@ -182,7 +182,7 @@ class Constraint(Table):
     smooth: Value | None = of_fixed_parameters(
         "of a drive, or of a length over time, as of [joints](#motion-laws-that-jump)",
         unit="s",
-        shown_default="what jumps is refused",
+        shown_default="jumps are refused",
     )
     radius: Value | None = of_parameters("of the disc or sphere", unit="m", shown_default="required for `rolling`")
     shape: Literal["disc", "sphere"] | None = optional(

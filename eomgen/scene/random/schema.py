@@ -89,23 +89,23 @@ class RandomProcess(Table):
     duration: Value | None = of_fixed_parameters(
         "of the window from t = 0 on in which the process is known", unit="s", shown_default="`simulation.duration`"
     )
-    speed: Value | None = of_fixed_parameters("of a process over distance: that of the vehicle", unit="m/s")
+    speed: Value | None = of_fixed_parameters("of a process over distance: speed of the vehicle", unit="m/s")
     offset: Value | None = of_fixed_parameters("of one that follows another over distance", unit="m")
     delay: Value | None = of_fixed_parameters("of one that follows another over time", unit="s")
     share: Finite | None = optional("of the variance that the modes capture, below 1", shown_default=f"{SHARE:g}")
     modes: Annotated[int, Field(ge=1)] | None = optional("number of modes, in place of `share`")
     seed: Seed = key("of the standard normal variables", 0, kind="whole number from 0")
-    translation: Value | None = optional("what the process is: a formula of g", names=TRANSLATION, shown_default="`g`")
+    translation: Value | None = optional("the process as a formula of g", names=TRANSLATION, shown_default="`g`")
     quantiles: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
         "in place of `translation`: probabilities between 0 and 1, and the values that are not exceeded with them",
         kind="list of [probability, value]",
     )
     covariance_of: Literal["gaussian", "translated"] = key(
-        "what has the covariance of `type`: g, or, but for its size, what g is translated to", "gaussian"
+        "process with the covariance of `type`: g, or, but for its size, the translation of g", "gaussian"
     )
     covariance_repair: Literal["nearest"] | None = optional(
-        "what is done with a covariance, or with correlations, that no process has: the nearest ones that some process"
-        " has take their place, which is noted; without it they are refused"
+        "repair of a covariance, or of correlations, that no process has: the nearest ones that some process has take"
+        " their place, which is noted; without it they are refused"
     )
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")

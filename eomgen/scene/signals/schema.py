@@ -62,7 +62,7 @@ class Bump(Table):
 
     length: Value = key("from its beginning to its end", unit="m", names=FIXED_PARAMETERS)
     height: Value = key("negative for a hole", unit="m", names=FIXED_PARAMETERS)
-    position: Value = key("where it begins", 0.0, unit="m", names=FIXED_PARAMETERS)
+    position: Value = key("x of its begin", 0.0, unit="m", names=FIXED_PARAMETERS)
 
 
 class Profile(Table):
@@ -135,7 +135,7 @@ class Input(Shape):
         kind="`true`",
         shown_default="`false`",
     )
-    initial: Finite | None = optional("of a motion: where it rests at the start", unit=ANY_UNIT, shown_default="0")
+    initial: Finite | None = optional("of a motion: its value at rest at the start", unit=ANY_UNIT, shown_default="0")
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 
@@ -146,7 +146,7 @@ class State(Table):
     rate: Value | None = optional("its time derivative; required unless it is sampled", names=STATE)
     sample: Value | None = of_fixed_parameters("of a sampled state: time between two samples", unit="s")
     formula: Value | None = optional(
-        "of a sampled state: what it is from a sample to the next", unit=ANY_UNIT, names=LOAD
+        "of a sampled state: its value from a sample to the next", unit=ANY_UNIT, names=LOAD
     )
     delay: Value | None = of_fixed_parameters(
         "of a sampled state: from the sample to when it takes effect", unit="s", shown_default="0"
@@ -181,7 +181,7 @@ class Output(Table):
     acceleration: str | None = optional("3 components in world axes", refers="points")
     formula: Values | None = optional("one component or several", names=EVERYTHING)
     reaction_force: str | None = optional(
-        "3 components of what a joint or a constraint transmits, see [reactions](#reactions)",
+        "3 components of the force through a joint or a constraint, see [reactions](#reactions)",
         refers="reactions",
         kind="reaction, joint or constraint",
     )
@@ -203,11 +203,13 @@ class Output(Table):
         "stretch, shear along y and along z", refers="beams", kind="beam of the model `cosserat`"
     )
     section_curvature: str | None = optional(
-        "twist, curvature about y and about z, less those at rest", refers="beams", kind="beam of the model `cosserat`"
+        "twist, curvature about y and about z, less the values at rest",
+        refers="beams",
+        kind="beam of the model `cosserat`",
     )
     at: Value | None = of_fixed_parameters("of these four: x of the section along the beam at rest", unit="m")
     energy: str | None = optional(
         "J, or W for the powers", kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
     )
-    unit: Unit = key("label", "", shown_default="m, m/s, m/s², N, N m, 1/m, J or W where the kind of output says it")
-    description: Description = key("title of its panel in the plot, or in the legend where it shares one", "")
+    unit: Unit = key("label", "", shown_default="m, m/s, m/s², N, N m, 1/m, J or W by the kind of output")
+    description: Description = key("title of its panel in the plot, or in the legend of a shared one", "")

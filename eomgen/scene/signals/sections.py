@@ -140,8 +140,8 @@ INPUTS = _Inputs(
     documentation="""
     Add an input; the given formula is its value unless the caller specifies another.
 
-    ``formula`` is of time and parameters; ``road`` has the keys speed (m/s), where needed offset (m), and one
-    of class (A to H, ISO 8608), table, points and bump; besides, one of table, points and wave says its shape.""",
+    ``formula`` is of time and parameters; ``road`` has the keys speed (m/s), if needed offset (m), and one
+    of class (A to H, ISO 8608), table, points and bump; in addition, one of table, points and wave gives its shape.""",
 )
 STATES = _States(
     key="states",

@@ -279,7 +279,7 @@ JOINTS = _Joints(
     documentation="""
     Add a joint of type fixed, revolute, prismatic, helical, cylindrical, universal, planar, spherical or free.
 
-    Its placement is in the parent's frame; what joints of several coordinates have in each is a list, angles
+    Its placement is in the parent's frame; a joint of several coordinates takes lists of coefficients, angles
     first.""",
 )
 CONSTRAINTS = _Constraints(
@@ -294,7 +294,7 @@ CONSTRAINTS = _Constraints(
     Add a constraint that closes a loop between two frames.
 
     A frame is a point's name, or a table with body and position (or point) and with axis, the frame's z (x_axis
-    too where the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical,
+    too if the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical,
     helical (with pitch), prismatic, planar, fixed, distance (with length), point_on_line, rolling (with radius,
     and shape disc or sphere).""",
 )
@@ -304,7 +304,7 @@ REACTIONS = _Reactions(
     scene_field="reactions",
     after=("base",),
     last=True,
-    documentation="Say where, and in which axes, ``reaction.NAME`` is told: of a joint or of a constraint.",
+    documentation="Set the point and the axes of ``reaction.NAME`` for a joint or a constraint.",
 )
 POINTS = _Points(
     key="points",
@@ -315,7 +315,7 @@ POINTS = _Points(
     always=True,
     positional=("body", "position"),
     documentation="""
-    Add a point fixed in a body, in the ``base``, or in the ``world`` (what rests while the base moves).""",
+    Add a point fixed in a body, in the ``base``, or in the ``world`` (at rest while the base moves).""",
 )
 FRAMES = _Frames(
     key="frames",

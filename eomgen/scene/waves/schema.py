@@ -20,7 +20,7 @@ class RegularWave(Table):
 
     amplitude: Value = key("half the height from trough to crest", unit="m", names=FIXED_PARAMETERS)
     period: Value = key("from crest to crest at a place", unit="s", names=FIXED_PARAMETERS)
-    heading: Value = key("where it runs to, from x towards y", 0.0, unit="rad", names=FIXED_PARAMETERS)
+    heading: Value = key("direction of propagation, from x towards y", 0.0, unit="rad", names=FIXED_PARAMETERS)
     phase: Value = key("at the origin at t = 0; 0 for a crest there", 0.0, unit="rad", names=FIXED_PARAMETERS)
 
 
@@ -29,9 +29,9 @@ class SeaSpectrum(Table):
 
     type: Literal["jonswap", "pierson_moskowitz", "points"] = key("see below")
     height: Value | None = of_parameters(
-        "significant height, four standard deviations; of `jonswap`, of others what they are scaled to", unit="m"
+        "significant height, four standard deviations; of `jonswap`; others are scaled to it", unit="m"
     )
-    period: Value | None = of_fixed_parameters("of `jonswap`: that of the peak", unit="s")
+    period: Value | None = of_fixed_parameters("of `jonswap`: at the peak", unit="s")
     peakedness: Value | None = of_fixed_parameters("of `jonswap`, 1 to 20", shown_default="3.3")
     wind: Value | None = of_fixed_parameters("of `pierson_moskowitz`: wind at 19.5 m", unit="m/s")
     points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
@@ -60,18 +60,18 @@ class SeaWaves(Table):
         kind="whole number, 1 to 2000",
     )
     band: Pair = key(
-        "of a spectrum: lowest and highest frequency, in parts of that of its peak",
+        "of a spectrum: lowest and highest frequency, in parts of its peak frequency",
         (0.5, 3.0),
         names=FIXED_PARAMETERS,
         kind="[lowest, highest]",
     )
     heading: Value = key(
-        "of a spectrum: where the waves run to, from x towards y", 0.0, unit="rad", names=FIXED_PARAMETERS
+        "of a spectrum: direction of propagation, from x towards y", 0.0, unit="rad", names=FIXED_PARAMETERS
     )
     spreading: Spread | None = optional("of a spectrum: over directions", kind="table, below")
     seed: Seed = key("of a spectrum: of amplitudes and phases", 0, kind="whole number from 0")
     amplitudes: Literal["gaussian", "fixed"] = key(
-        "of a spectrum: at random as in a Gaussian sea, or those of its energies, with phases alone at random",
+        "of a spectrum: at random as in a Gaussian sea, or from its energies, with phases alone at random",
         "gaussian",
     )
     variables: bool = key(
@@ -88,7 +88,7 @@ class SeaWaves(Table):
         "2: with the bound waves that pairs make at the sums and differences of their frequencies", 1, kind="1 or 2"
     )
     stretching: Literal["wheeler", "none"] = key(
-        "where motion between still water and crest is taken: at z - elevation, shrunk to the depth, or at z itself",
+        "place of the motion between still water and crest: z - elevation, shrunk to the depth, or z itself",
         "wheeler",
     )
     description: Description = key("for tables", "")
