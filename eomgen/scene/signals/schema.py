@@ -62,7 +62,7 @@ class Bump(Table):
 
     length: Value = key("from its beginning to its end", unit="m", names=FIXED_PARAMETERS)
     height: Value = key("negative for a hole", unit="m", names=FIXED_PARAMETERS)
-    position: Value = key("x of its begin", 0.0, unit="m", names=FIXED_PARAMETERS)
+    position: Value = key("x of its start", 0.0, unit="m", names=FIXED_PARAMETERS)
 
 
 class Profile(Table):
