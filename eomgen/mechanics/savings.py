@@ -26,7 +26,7 @@ MOST_ELASTIC = 40
 class Saving:
     """Operation count (additions and multiplications) of one term, with and without one simplification."""
 
-    simplification: str
+    what: str
     term: str
     operations: int
     without: int

@@ -82,7 +82,7 @@ def test_a_planar_beam_knows_its_plane_only() -> None:
 
 
 def test_info_tells_what_the_full_spatial_beam_would_cost() -> None:
-    without = [item for item in savings(from_data(data("planar"))) if item.simplification.startswith("beams deform")]
+    without = [item for item in savings(from_data(data("planar"))) if item.what.startswith("beams deform")]
     found = {item.term: item for item in without}
     for term in ("inverse_dynamics", "forward_dynamics"):
         assert found[term].operations == system_of("planar").counts[term].flops
@@ -97,5 +97,5 @@ def test_parameters_that_beams_need_fixed_stay_so_in_what_is_compared() -> None:
     builder.joint("shoulder", "revolute", "base", "link", axis=[0, -1, 0])
     builder.body("tool", 0.3, center_of_mass=[0, 0, "aside"], inertia=[1e-4, 1e-4, 1e-4])
     builder.joint("mount", "fixed", "link", "tool", position=["reach", 0, 0])
-    found = [item for item in savings(builder.build()) if item.simplification == "fixed parameters folded"]
+    found = [item for item in savings(builder.build()) if item.what == "fixed parameters folded"]
     assert found and all(item.without > item.operations for item in found)
