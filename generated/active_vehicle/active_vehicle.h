@@ -139,7 +139,7 @@ void active_vehicle_inputs(const active_vehicle_parameters *p, eomgen_real t, eo
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
 
-/* What a call came to. On anything but OK the state is the last good one. */
+/* Status of a call. On anything but OK the state is the last good one. */
 typedef enum active_vehicle_status {
     ACTIVE_VEHICLE_OK = 0,
     /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
@@ -226,7 +226,7 @@ typedef struct active_vehicle_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    /* of each unknown, its value at a kinetic energy of 1/2 alone, and its inverse; 0: none */
     eomgen_real unit[7], per_unit[7];
     /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[7], rounding_decay;
@@ -237,7 +237,7 @@ typedef struct active_vehicle_workspace {
     eomgen_real tangents[1];
     eomgen_real entries[37];     /* nonzeros of the iteration matrix */
     eomgen_real factors[37];
-    int whole;                /* the factors in use are those of the whole matrix */
+    int whole;                /* the factors in use belong to the whole matrix */
     int pivot[7];
     eomgen_real matrix[49];
     active_vehicle_coefficients coefficients;
@@ -282,7 +282,7 @@ active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters 
  * consistent with them first, and its time grid starts anew. u_table as above.
  * Inputs may jump and parameters change
  * between two steps:
- * where the first row of inputs or a parameter is not what the last step
+ * if the first row of inputs or a parameter is not the value that the last step
  * ended with, the step starts anew from q and v, as behind a jump of the forces; the time grid and the statistics go
  * on.
  * After t, q or v of the state have been changed by hand, call active_vehicle_initialize. */
@@ -301,14 +301,14 @@ active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, con
     long *recorded);
 
 /* Up to `steps` steps without a record.
- * Inputs [4] are held at u, or, where u_end is not NULL, linear in time from u at the start of the first step
+ * Inputs [4] are held at u, or, if u_end is not NULL, linear in time from u at the start of the first step
  * to u_end at the end of the last. u NULL: the scene's formulas. They may jump from call to call.
  */
 active_vehicle_status active_vehicle_run_inputs(const active_vehicle_parameters *p,
     const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
-/* Where the last step of a simulator ended, or its start. */
+/* The end of the last step of a simulator, or its start. */
 typedef struct active_vehicle_simulator_end {
     int known;
     eomgen_real t;
@@ -320,7 +320,7 @@ typedef struct active_vehicle_simulator_end {
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the
- * state: a step compares these with the end of the last one and starts again from what was written.
+ * state: a step compares these with the end of the last one and starts again from the new values.
  */
 typedef struct active_vehicle_simulator {
     active_vehicle_parameters parameters;
@@ -342,7 +342,7 @@ active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *si
     const eomgen_real *u,
     const eomgen_real *u_end);
 
-/* The scene's outputs y[22] where the last step ended, or at the start, as active_vehicle_outputs has them.
+/* The scene's outputs y[22] at the end of the last step, or at the start, as active_vehicle_outputs has them.
  * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
 active_vehicle_status active_vehicle_simulator_outputs(active_vehicle_simulator *simulator, eomgen_real *y);
 

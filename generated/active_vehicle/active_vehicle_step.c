@@ -10,7 +10,7 @@
 #define EOMGEN_SHORT_NAMES
 #include "active_vehicle.h"
 
-/* Steppers compare values to decide what to do next, which lanes and complex numbers cannot; model functions serve
+/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
  * all of them. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
@@ -21,7 +21,7 @@
 #else
 #define active_vehicle_EPSILON K(2.220446049250313e-16)
 #define active_vehicle_NOTHING K(1e-300) /* keeps quotients finite */
-#define active_vehicle_FAR K(4096.0) /* away, in corrections, where rounding is looked for; and near: */
+#define active_vehicle_FAR K(4096.0) /* away, in corrections, in the search for rounding; and near: */
 #endif
 #define active_vehicle_NEAR K(0.015625)
 
@@ -87,7 +87,7 @@ static int active_vehicle_finite(const real *x, int size)
 }
 
 /* Inputs and base at time t into the workspace. first and last are input rows between which u is linear, fraction
- * says where; NULL: formulas. */
+ * the place between them; NULL: formulas. */
 static active_vehicle_status active_vehicle_prepare(const active_vehicle_parameters *p, real t, const real *first,
     const real *last,
     real fraction, active_vehicle_workspace *work)
@@ -595,7 +595,7 @@ static void active_vehicle_turns_of_harmonics(real step, active_vehicle_harmonic
 /* Inputs 0, 1, 2, 3 in the block about a time. */
 static void active_vehicle_harmonics_about1(real middle, active_vehicle_harmonics *held)
 {
-    real even[4][8], odd[4][8]; /* parts of what is summed, in d */
+    real even[4][8], odd[4][8]; /* parts of the summands, in d */
     real cosine[40], sine[40];
     real A[4][40], B[4][40];
     int first, i, k, pair;
@@ -655,7 +655,7 @@ static void active_vehicle_harmonics_about1(real middle, active_vehicle_harmonic
     }
 }
 
-/* Inputs at origin + count * step. What the workspace holds saves work and changes no bit. */
+/* Inputs at origin + count * step. Values in the workspace save work and change no bit. */
 static void active_vehicle_inputs_on_grid(real origin, real step, long count, active_vehicle_harmonics *held, real *u)
 {
     const long block = count / 16;
@@ -690,7 +690,7 @@ static void active_vehicle_remember(const active_vehicle_parameters *p, active_v
     state->conditions.parameters = *p;
 }
 
-/* Whether parameters and a row of inputs are those that the accelerations of a state were evaluated with. */
+/* Whether parameters and a row of inputs are the ones of the accelerations of a state. */
 static int active_vehicle_same_conditions(const active_vehicle_parameters *p, const active_vehicle_state *state,
     const real *row)
 {
@@ -809,7 +809,7 @@ static void active_vehicle_solve(const real *A, const int *pivot, real *x)
     }
 }
 
-/* By what a row of the matrix is multiplied where rows are compared. */
+/* Factor of a row of the matrix in comparisons of rows. */
 #define active_vehicle_ROW_UNIT(row) \
     unit[(row) < 7 || (row) >= 7 ? (row) : (row) - 0]
 
@@ -994,7 +994,7 @@ static int active_vehicle_eliminate(const real *restrict S, const real *restrict
 }
 
 /* Factors of the assembled
- * matrix: pivots chosen beforehand, then, where they break down, by size.
+ * matrix: pivots chosen beforehand, then, if they break down, by size.
  * 0: singular, or not finite. */
 static int active_vehicle_factorize(active_vehicle_workspace *work)
 {
@@ -1006,14 +1006,14 @@ static int active_vehicle_factorize(active_vehicle_workspace *work)
     return active_vehicle_factor(work->matrix, work->pivot);
 }
 
-/* By what the rows of the equations are multiplied before they are solved for a correction, and what it does to v,
+/* Factors of the rows of the equations before they are solved for a correction, and of its parts in v,
  * vdot and lam. */
 typedef struct active_vehicle_scale {
     real r, phi, w;
     real v, vdot, lam;
 } active_vehicle_scale;
 
-/* As below, with the pivots chosen beforehand. What was computed last comes last in every sum. */
+/* As below, with the pivots chosen beforehand. Values computed last come last in every sum. */
 static real active_vehicle_correct_quickly(const active_vehicle_scale *scale, active_vehicle_workspace *work)
 {
     const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
@@ -1131,7 +1131,7 @@ static void active_vehicle_partial_numbers(const active_vehicle_parameters *p, r
     (void)p; (void)t; (void)work;
 }
 
-/* Of each unknown, what a kinetic energy of 1/2 makes of it alone, by the diagonal of
+/* Of each unknown, its value at a kinetic energy of 1/2 alone, by the diagonal of
  * M at the state that is prepared in work. */
 static void active_vehicle_measure(const active_vehicle_parameters *p, real t,
     active_vehicle_workspace *work)
@@ -1154,7 +1154,7 @@ static void active_vehicle_measure(const active_vehicle_parameters *p, real t,
     }
 }
 
-/* Size of a configuration in the same units: what changes of it are small against. A radian is large; a length is one
+/* Size of a configuration in the same units: the scale of its changes. A radian is large; a length is one
  * from the origin. */
 static real active_vehicle_extent(const real *q, const active_vehicle_workspace *work)
 {
@@ -1209,7 +1209,7 @@ static active_vehicle_coefficients active_vehicle_coefficients_of(real rho)
     return c;
 }
 
-/* Those of implicit Euler: v' = v + step vdot', q' = q o exp(step v') where a = vdot = 0. */
+/* Coefficients of implicit Euler: v' = v + step vdot', q' = q o exp(step v') at a = vdot = 0. */
 static active_vehicle_coefficients active_vehicle_implicit_euler(const active_vehicle_coefficients *method)
 {
     active_vehicle_coefficients c = *method;
@@ -1243,14 +1243,14 @@ static real active_vehicle_size_by_inertia(const active_vehicle_parameters *p, r
     return EG_SQRT(active_vehicle_larger(sum, K(0.0)));
 }
 
-/* How many times the accelerations of a start may change on their way through a step: 4 are those of a damping c with
- * step c/m = 4, or of a spring k with step^2 k/m = 8. */
+/* How many times the accelerations of a start may change on their way through a step: 4 for a damping c with
+ * step c/m = 4, or for a spring k with step^2 k/m = 8. */
 #define active_vehicle_CHANGE_OF_START K(4.0)
 
-/* 1 where the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
- * make more velocity than there is, and where they lead within the step they are other ones by far. Overdamped joints
- * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep what is
- * excited. */
+/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
+ * make more velocity than there is, and differ by far at the place that they lead to within the step. Overdamped joints
+ * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep these
+ * oscillations. */
 static int active_vehicle_too_fast(const active_vehicle_parameters *p, const active_vehicle_coefficients *c,
     active_vehicle_state *state, real step,
     const real *vdot, active_vehicle_workspace *work)
@@ -1278,9 +1278,9 @@ static int active_vehicle_too_fast(const active_vehicle_parameters *p, const act
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
  * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
- * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
- * Motions too fast for the step have no such derivative: where the accelerations change by more than step vddot if
- * the state is moved by what it does within half a step, it is left out. Where they excite such motions, and `damp`
+ * forward, because forces may jump at t. fraction and length place the step between the input rows.
+ * Motions too fast for the step have no such derivative: if the accelerations change by more than step vddot when
+ * the state is moved by half a step, it is left out. If they excite such motions, and `damp`
  * allows it, history becomes -1: the first step is to be damped.
  * state->vdot becomes that of f(0). */
 static active_vehicle_status active_vehicle_start(const active_vehicle_parameters *p,
@@ -1344,7 +1344,7 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
     return active_vehicle_finite(state->a, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
 }
 
-/* Measure the unknowns at a state, where that has not been done. */
+/* Measure the unknowns at a state, unless that has been done. */
 static active_vehicle_status active_vehicle_know_units(const active_vehicle_parameters *p, active_vehicle_state *state,
     const real *first,
     const real *last, active_vehicle_workspace *work)
@@ -1360,7 +1360,7 @@ static active_vehicle_status active_vehicle_know_units(const active_vehicle_para
     return status;
 }
 
-/* What a step begins with beside q and v:
+/* Start of a step beside q and v:
  * accelerations, with the parameters and inputs of the step. */
 static active_vehicle_status active_vehicle_renew(const active_vehicle_parameters *p,
     const active_vehicle_settings *settings, active_vehicle_state *state,
@@ -1453,17 +1453,17 @@ static int active_vehicle_rotation_too_large(real step, const active_vehicle_wor
     return 0;
 }
 
-/* What forming and factoring the matrix costs, in iterations. */
+/* Cost of forming and factoring the matrix, in iterations. */
 #define active_vehicle_FACTORS_COST K(3.7065972222222223)
 
-/* A step ends with its first iteration where factors and increment are like those of a step in which the contraction
- * was observed, and what is left is this part of the tolerance; for so many steps, then it is observed again. */
+/* A step ends with its first iteration if factors and increment are as in a step in which the contraction
+ * was observed, and the remaining error is this part of the tolerance; for so many steps, then it is observed again. */
 #define active_vehicle_KNOWN_PART K(0.1)
 #define active_vehicle_UNOBSERVED 15
 
-/* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough.
+/* Scales of the increments of the unknowns, for some steps: a weighted RMS of 1 is small enough.
  * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
- * what the kinetic energy of the step, and of what it changes, gives each if they share it.
+ * the value of each if they share the kinetic energy of the step and of its changes.
  * No tolerance is below the observed rounding. */
 static void active_vehicle_tolerances(const active_vehicle_settings *settings, const active_vehicle_coefficients *c,
     const active_vehicle_state *from, real step, active_vehicle_workspace *work)
@@ -1489,7 +1489,7 @@ static void active_vehicle_tolerances(const active_vehicle_settings *settings, c
 }
 
 /* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then.
- * Velocities alone do not tell: where all of them are prescribed,
+ * Velocities alone do not tell: if all of them are prescribed,
  * the others would be free to grow. */
 static int active_vehicle_only_rounding(const active_vehicle_workspace *work)
 {
@@ -1501,8 +1501,8 @@ static int active_vehicle_only_rounding(const active_vehicle_workspace *work)
     return 1;
 }
 
-/* How far corrections from an iterate moved by a part of `moved` end from where the correction from the iterate
- * itself leads. */
+/* How far corrections from an iterate moved by a part of `moved` end from the end of the correction from the iterate
+ * itself. */
 static real active_vehicle_correction_error(const active_vehicle_parameters *p, const active_vehicle_scale *scale,
     const active_vehicle_state *from, real t, real step, const real *correction, const real *moved, real part,
         real *error,
@@ -1527,7 +1527,7 @@ static real active_vehicle_correction_error(const active_vehicle_parameters *p, 
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
  * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
  * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
- * and v show. Where the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
+ * and v show. If the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
  * all, and no conclusion is drawn from near by. The observed rounding is stored. */
 static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, const active_vehicle_coefficients *c,
     const active_vehicle_scale *scale, const active_vehicle_state *from, real t, real step,
@@ -1554,7 +1554,7 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
     for (i = 0; i < 7; ++i)
         if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * active_vehicle_EPSILON * EG_ABS(q[i])))
             within_spacing = 0;
-    /* velocities may change where positions do not */
+    /* velocities may change while positions do not */
     if (!(step * active_vehicle_size(correction, work) <= K(4.0) * active_vehicle_EPSILON * active_vehicle_extent(q,
         work)))
         within_spacing = 0;
@@ -1587,7 +1587,7 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
  *                  vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0
  * Factors serve until one more step with them would cost more than the average step since they were made, their
- * making included; one iteration more is chance. Where they do not even serve the next step, they are made in every
+ * making included; one iteration more is chance. If they do not even serve the next step, they are made in every
  * step, and reuse is tried again ever more rarely. */
 static active_vehicle_status active_vehicle_advance(const active_vehicle_parameters *p,
     const active_vehicle_settings *settings,
@@ -1659,8 +1659,8 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
             work->rate_of_convergence = rate;
-        /* accept when what is left is small, as the contraction promises: very small if the increment was not small
-         * itself */
+        /* accept when the remaining error is small, as the contraction promises: very small if the increment was not
+         * small itself */
         known = iteration == 0 && !fresh && work->unobserved_steps < active_vehicle_UNOBSERVED
             && work->unobserved_steps <= work->observed_reuse && error <= K(4.0) * work->first_increment;
         converged = error == K(0.0)
@@ -1774,9 +1774,9 @@ static active_vehicle_status active_vehicle_part(const active_vehicle_parameters
     return status;
 }
 
-/* A step as four of implicit Euler (Rannacher 1984): what a start excites in motions too fast for the step is damped,
- * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and are those of a motion that the steps
- * can follow. Where the velocity behind them is of the size that the accelerations of the start make, these are no
+/* A step as four of implicit Euler (Rannacher 1984): motions too fast for the step that a start excites are damped,
+ * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and belong to a motion that the steps
+ * can follow. If the velocity behind them is of the size that the accelerations of the start make, these are no
  * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
  * and length place the step between the input rows. */
 static active_vehicle_status active_vehicle_damped_step(const active_vehicle_parameters *p,
@@ -1928,7 +1928,7 @@ active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, co
     return status;
 }
 
-/* A row of the record. inputs: those at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
 static void active_vehicle_write_row(const active_vehicle_parameters *p, const active_vehicle_state *state,
     const real *inputs,
     active_vehicle_workspace *work, real *row)
@@ -1940,7 +1940,7 @@ static void active_vehicle_write_row(const active_vehicle_parameters *p, const a
     (void)p; (void)inputs; (void)work;
 }
 
-/* Rows of inputs for step k of many, on the straight line from u to u_end; u alone, held, where that is NULL. */
+/* Rows of inputs for step k of many, on the straight line from u to u_end; u alone, held, if that is NULL. */
 static const real *active_vehicle_rows_of_inputs(const real *u, const real *u_end, long k, long steps, real *rows)
 {
     static const double at[2] = { 0.0, 1.0 };
@@ -2019,7 +2019,7 @@ void active_vehicle_simulator_default(active_vehicle_simulator *simulator)
     active_vehicle_default_state(&simulator->state);
 }
 
-/* Note where a start or a step ended, and the inputs there; NULL: formulas. */
+/* Note the end of a start or a step, and the inputs there; NULL: formulas. */
 static void active_vehicle_note_simulator(active_vehicle_simulator *simulator, const real *u)
 {
     simulator->end.known = 1;

@@ -14,7 +14,7 @@
 #define PARAMETERS 4
 #define SETTINGS 8
 
-/* What name=value may set: tunable parameters, then inputs. */
+/* Names that name=value may set: tunable parameters, then inputs. */
 static const char *const setting_names[SETTINGS] = {
     "damper_front",
     "damper_rear",
@@ -76,8 +76,8 @@ static int set_by_name(const char *text, active_vehicle_parameters *p)
     return 0;
 }
 
-/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all.
- * Times are those of the grid, so that a step's first row is to the bit the last one of the step before. */
+/* The inputs over the next step, row after row; NULL if there are none, or the scene's formulas give them all.
+ * Times are the grid's, so that a step's first row is to the bit the last one of the step before. */
 static const real *inputs_over_step(const active_vehicle_parameters *p, const active_vehicle_state *state, real step)
 {
     static real rows[8];

@@ -145,7 +145,7 @@ void bouncing_ball_energy(const bouncing_ball_parameters *p, eomgen_real t, cons
 
 /* ---- time integration: Taylor series of any order ---- */
 
-/* What a call came to. On anything but OK the state is the last good one. */
+/* Status of a call. On anything but OK the state is the last good one. */
 typedef enum bouncing_ball_status {
     BOUNCING_BALL_OK = 0,
     /* the Taylor series disagrees with the equations where it ends, however short the step */
@@ -225,7 +225,7 @@ typedef enum bouncing_ball_event_number {
 /* Names of the events, by their numbers. */
 extern const char *const bouncing_ball_event_names[4];
 
-/* An event: what it found and what it left. work->found holds those of the last call of
+/* An event: the states before and behind it. work->found holds the events of the last call of
  * bouncing_ball_step or bouncing_ball_run.
  * The latter ends behind the step in which half of that log is used: state->count tells how far it came. Counts and
  * modes are in state->event_state, which is zero at the beginning of a new run. */
@@ -243,7 +243,7 @@ typedef struct bouncing_ball_workspace {
     eomgen_real kept[2];      /* values at order 0 that coefficients of all orders need */
     eomgen_real q_row[82], v_row[82]; /* coefficients of the motion, order by order */
     eomgen_real q_rate[2], v_rate[2];     /* at the start of the next series */
-    eomgen_real followed[1];  /* 1 where an input follows the scene's formula, 0 where it is held */
+    eomgen_real followed[1];  /* 1 if an input follows the scene's formula, 0 if it is held */
     eomgen_real begin, begin_low;    /* time of order 0, in two parts */
     eomgen_real extent[2];           /* size of the machine, m, and of gravity, m/s^2 */
     long order;               /* of the series, 0 when there is none */
@@ -251,8 +251,8 @@ typedef struct bouncing_ball_workspace {
     eomgen_real length;              /* for which the series is good, s */
     eomgen_real verified_length;     /* up to which it was found to agree with the equations, from its start */
     eomgen_real previous_length;     /* length of the series before, 0 when there is none */
-    eomgen_real tolerance, spacing;  /* that it was made for; coefficients are those of the time in spacings */
-    /* by how much the square of a quaternion's length was off where the series was taken last */
+    eomgen_real tolerance, spacing;  /* that it was made for; coefficients refer to the time in spacings */
+    /* error of the square of a quaternion's length at the last evaluation of the series */
     eomgen_real quaternion_error;
     eomgen_real u[1];
     eomgen_real q[2];
@@ -285,7 +285,7 @@ bouncing_ball_status bouncing_ball_initialize(const bouncing_ball_parameters *p,
  * consistent with them first, and its time grid starts anew. u_table as above.
  * Parameters may change
  * between two steps:
- * where a parameter is not what the last step
+ * if a parameter is not the value that the last step
  * ended with, the step expands the motion anew; the time grid and the statistics go on.
  * After t, q or v of the state have been changed by hand, call bouncing_ball_initialize. */
 bouncing_ball_status bouncing_ball_step(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
@@ -304,13 +304,13 @@ bouncing_ball_status bouncing_ball_run(const bouncing_ball_parameters *p, const 
 
 /* Up to `steps` steps without a record.
  * The scene has no inputs: u and u_end are NULL.
- * It ends early, with BOUNCING_BALL_OK, where the log of events is half full: state->count tells.
+ * It ends early, with BOUNCING_BALL_OK, if the log of events is half full: state->count tells.
  */
 bouncing_ball_status bouncing_ball_run_inputs(const bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings, bouncing_ball_state *state,
     bouncing_ball_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
-/* Where the last step of a simulator ended, or its start. */
+/* The end of the last step of a simulator, or its start. */
 typedef struct bouncing_ball_simulator_end {
     int known;
     eomgen_real t;
@@ -320,7 +320,7 @@ typedef struct bouncing_ball_simulator_end {
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the
- * state: a step compares these with the end of the last one and starts again from what was written.
+ * state: a step compares these with the end of the last one and starts again from the new values.
  */
 typedef struct bouncing_ball_simulator {
     bouncing_ball_parameters parameters;
@@ -340,7 +340,7 @@ bouncing_ball_status bouncing_ball_simulator_start(bouncing_ball_simulator *simu
 bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simulator, long steps, const eomgen_real *u,
     const eomgen_real *u_end);
 
-/* The scene's outputs y[2] where the last step ended, or at the start, as bouncing_ball_outputs has them.
+/* The scene's outputs y[2] at the end of the last step, or at the start, as bouncing_ball_outputs has them.
  * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
 bouncing_ball_status bouncing_ball_simulator_outputs(bouncing_ball_simulator *simulator, eomgen_real *y);
 

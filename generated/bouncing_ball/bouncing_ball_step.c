@@ -10,7 +10,7 @@
 #define EOMGEN_SHORT_NAMES
 #include "bouncing_ball.h"
 
-/* Steppers compare values to decide what to do next, which lanes and complex numbers cannot; model functions serve
+/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
  * all of them. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
@@ -112,8 +112,8 @@ static int bouncing_ball_finite(const real *x, int size)
 }
 
 
-/* Order 0 at work->q, v and the time work->begin: accelerations, and what the recurrence needs. u:
- * inputs that are held, NULL or not a number where an input follows the scene. */
+/* Order 0 at work->q, v and the time work->begin: accelerations, and values for the recurrence.
+ * u: inputs that are held, NULL or not a number if an input follows the scene. */
 static bouncing_ball_status bouncing_ball_evaluate(const bouncing_ball_parameters *p, bouncing_ball_workspace *work,
     const real *u,
     bouncing_ball_statistics *statistics)
@@ -146,7 +146,7 @@ static real bouncing_ball_normalize(real *q)
     return stretch;
 }
 
-/* What rounding of a kind is a fraction of: 1 rad, and the size of the machine, whose parameters must have been
+/* Scale of rounding of a kind: 1 rad, and the size of the machine, whose parameters must have been
  * seen. */
 static void bouncing_ball_measure(const bouncing_ball_parameters *p, bouncing_ball_workspace *work)
 {
@@ -163,8 +163,8 @@ static int bouncing_ball_settings_are_good(const bouncing_ball_settings *s)
 }
 
 /* For how many spacings the series is good: neither of its last two terms exceeds the tolerance of the size that the
- * motion has within such a time, as it begins and as it accelerates, or the rounding of where it is; velocities are
- * taken as ways over that time. A size is that of its kind; less than a hundredth of 1 rad, or of the machine, is
+ * motion has within such a time, as it begins and as it accelerates, or the rounding of its position; velocities are
+ * taken as ways over that time. A size belongs to its kind; less than a hundredth of 1 rad, or of the machine, is
  * none. Found by iteration, from the series before. */
 static real bouncing_ball_reach(const bouncing_ball_settings *settings, const bouncing_ball_workspace *work)
 {
@@ -181,7 +181,7 @@ static real bouncing_ball_reach(const bouncing_ball_settings *settings, const bo
     const real length_way_last = step * bouncing_ball_largest(work->v_row + last * 2, 2);
     const real length_before = bouncing_ball_largest(work->q_row + (last - 1) * 2, 2);
     const real length_way_before = step * bouncing_ball_largest(work->v_row + (last - 1) * 2, 2);
-    real reach = work->previous_length / step; /* of the first series 0: the size of what is at its start */
+    real reach = work->previous_length / step; /* of the first series 0: the size at its start */
     int attempt;
     for (attempt = 0; attempt < 4; ++attempt) {
         const real guess = reach;
@@ -190,7 +190,7 @@ static real bouncing_ball_reach(const bouncing_ball_settings *settings, const bo
             K(0.01) * work->extent[0]) + finest * length;
         at_last = bouncing_ball_larger(bouncing_ball_larger(length_last, guess * length_way_last) / allowed, at_last);
         before = bouncing_ball_larger(bouncing_ball_larger(length_before, guess * length_way_before) / allowed, before);
-        at_last = -EG_LOG(at_last) / (real)last; /* infinite where the coefficient is zero */
+        at_last = -EG_LOG(at_last) / (real)last; /* infinite if the coefficient is zero */
         if (last > 2)
             before = -EG_LOG(before) / (real)(last - 1);
         reach = EG_EXP(last > 2 && before < at_last ? before : at_last);
@@ -202,7 +202,7 @@ static real bouncing_ball_reach(const bouncing_ball_settings *settings, const bo
 }
 
 /* All coefficients from the start that was evaluated last, and the length for which they are good, but not many times
- * that of the series before, which may have come from a place where a force is not felt yet. */
+ * the length of the series before, which may have begun before a force is felt. */
 static bouncing_ball_status bouncing_ball_expand(const bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings,
     bouncing_ball_workspace *work, bouncing_ball_statistics *statistics)
@@ -309,7 +309,7 @@ bouncing_ball_status bouncing_ball_initialize(const bouncing_ball_parameters *p,
 }
 
 /* Moves to a time after the start of the series and evaluates accelerations there; *agrees tells whether they are
- * those that the series says, as far as the tolerance lets expect. Only what series know of is in their coefficients:
+ * the ones of the series, as far as the tolerance lets expect. Only forces felt at its start are in its coefficients:
  * one may have been trusted for too long. */
 static bouncing_ball_status bouncing_ball_move(const bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings,
@@ -344,7 +344,7 @@ static bouncing_ball_status bouncing_ball_move(const bouncing_ball_parameters *p
     return BOUNCING_BALL_OK;
 }
 
-/* A shorter length for a series that disagrees with the equations at a time: half of it, or up to the last row where
+/* A shorter length for a series that disagrees with the equations at a time: half of it, or up to the last row at which
  * they agreed. */
 static void bouncing_ball_shorten(bouncing_ball_workspace *work, real time, bouncing_ball_statistics *statistics)
 {
@@ -352,7 +352,7 @@ static void bouncing_ball_shorten(bouncing_ball_workspace *work, real time, boun
     ++statistics->rejections;
 }
 
-/* The next series, from the end of the one before, or from earlier where that does not hold so far. */
+/* The next series, from the end of the one before, or from earlier if that does not hold so far. */
 static bouncing_ball_status bouncing_ball_advance(const bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings,
     bouncing_ball_workspace *work, const real *u, bouncing_ball_statistics *statistics)
@@ -378,7 +378,7 @@ static bouncing_ball_status bouncing_ball_advance(const bouncing_ball_parameters
     return status != BOUNCING_BALL_OK ? status : BOUNCING_BALL_NOT_CONVERGED;
 }
 
-/* Takes the state at a time within the series, which is not used beyond it, or not even so far, where it disagrees
+/* Takes the state at a time within the series, which is not used beyond it, or not even so far, if it disagrees
  * with the equations: a force that is not felt at its start is in none of its coefficients. */
 static int bouncing_ball_take(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
     bouncing_ball_workspace *work,
@@ -518,7 +518,7 @@ static bouncing_ball_status bouncing_ball_sample_events(const bouncing_ball_para
         : BOUNCING_BALL_EVENT_WITHOUT_VALUE;
 }
 
-/* How far a function may be from zero at a root: what it moves by within the rounding of time. */
+/* How far a function may be from zero at a root: its change within the rounding of time. */
 static real bouncing_ball_near_root(real t, real step, real rate)
 {
     return K(16.0) * bouncing_ball_EVENT_EPSILON * (EG_ABS(t) + step) * EG_ABS(rate);
@@ -673,7 +673,7 @@ static bouncing_ball_status bouncing_ball_locate(const bouncing_ball_parameters 
     bouncing_ball_event_sample sample;
     bouncing_ball_status status;
     int k, side = 0;
-    if (!(a > K(0.0))) { /* it has just left a root: from where it is largest on */
+    if (!(a > K(0.0))) { /* it has just left a root: from its maximum on */
         time = bouncing_ball_event_has_rate[event] && a_rate > K(0.0)
             ? bouncing_ball_extreme(K(-1.0), K(0.0), a_rate, b, b_rate, length) * length : K(0.5) * length;
         for (k = 0; k < 16 && !(at_low > K(0.0)) && time > finest; ++k) {
@@ -753,7 +753,7 @@ static int bouncing_ball_is_due(int event, long side, const bouncing_ball_event_
 }
 
 /* v := v + dv, the change with the least dv . M dv for which C dv = d (Gauss): M dv + C^T s = 0, s impulses. C: count
- * rows. 0 where M or the rows are singular. Elimination with partial pivoting; velocities are measured by their inertia
+ * rows. 0 if M or the rows are singular. Elimination with partial pivoting; velocities are measured by their inertia
  * and rows by their largest coefficient, so that no unit decides which pivot counts as zero. */
 static int bouncing_ball_impulse(const real *M, const real *C, const real *d, int count, real *v)
 {
@@ -848,7 +848,7 @@ static bouncing_ball_status bouncing_ball_act(const bouncing_ball_parameters *p,
         : BOUNCING_BALL_EVENT_NOT_FINITE;
 }
 
-/* Counts an event at a state; its place in the log, -1 where it is only counted. */
+/* Counts an event at a state; its place in the log, -1 if it is only counted. */
 static long bouncing_ball_count_event(int event, bouncing_ball_state *state, bouncing_ball_workspace *work)
 {
     long place = -1;
@@ -868,7 +868,7 @@ static long bouncing_ball_count_event(int event, bouncing_ball_state *state, bou
     return place;
 }
 
-/* What an event has left, at its place in the log; -1: none. */
+/* The state behind an event, at its place in the log; -1: none. */
 static void bouncing_ball_complete_entry(const bouncing_ball_state *state, long place, bouncing_ball_workspace *work)
 {
     int i;
@@ -882,7 +882,7 @@ static void bouncing_ball_complete_entry(const bouncing_ball_state *state, long 
         work->found[place].mode[i] = state->event_state.mode[i];
 }
 
-/* The sign of a function; on a root, or as near to one as `near`, that of its rate, or what it was. */
+/* The sign of a function; on a root, or as near to one as `near`, the sign of its rate, or the last sign. */
 static long bouncing_ball_side_of(int event, const bouncing_ball_event_sample *sample, real t, real step, real near,
     long otherwise)
 {
@@ -894,9 +894,8 @@ static long bouncing_ball_side_of(int event, const bouncing_ball_event_sample *s
     return otherwise;
 }
 
-/* The events at the end of a stretch, in the order of the scene: known, and those that are due there. *acted: whether
- * one has changed the motion; rest: of the step behind it, s. On BOUNCING_BALL_EVENT_STOP the state is that behind
- * it. */
+/* The events at the end of a stretch, in the order of the scene: known, and all that are due there. *acted: whether
+ * one has changed the motion; rest: of the step behind it, s. On BOUNCING_BALL_EVENT_STOP it is the state behind it. */
 static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings,
     bouncing_ball_stretch *stretch, int known, real rest, long *here, bouncing_ball_workspace *work,
@@ -941,7 +940,7 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
             stopped = stopped || bouncing_ball_event_stops[i];
         }
         bouncing_ball_complete_entry(state, place, work);
-        if (bouncing_ball_event_acts[i]) { /* what the next one finds */
+        if (bouncing_ball_event_acts[i]) { /* the start of the next one */
             status = bouncing_ball_sample_events(p, state, row, &stretch->at_end);
             if (status != BOUNCING_BALL_OK)
                 return status;
@@ -963,7 +962,7 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
     for (i = 0; i < 4 && changed; ++i) {
         const long side = state->event_state.side[i], was = due[i] ? -side : side;
         const int moved = due[i] && bouncing_ball_event_moves[i];
-        if (moved && bouncing_ball_event_impacts[i]) /* whatever rounding says, it is in front of what it has met */
+        if (moved && bouncing_ball_event_impacts[i]) /* in spite of rounding, it is in front of the obstacle */
             state->event_state.side[i] = bouncing_ball_event_sign[i] != 0 ? -bouncing_ball_event_sign[i] : was;
         else if (moved && EG_ABS(stretch->at_end.value[i]) <= K(2.0) * EG_ABS(before.value[i])
             && EG_ABS(stretch->at_end.rate[i]) <= K(64.0) * bouncing_ball_EVENT_EPSILON * EG_ABS(before.rate[i]))
@@ -975,7 +974,7 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
     return stopped ? BOUNCING_BALL_EVENT_STOP : BOUNCING_BALL_OK;
 }
 
-/* The event whose function passes zero first in a stretch, by the cubics through its ends; -1 where none does. */
+/* The event whose function passes zero first in a stretch, by the cubics through its ends; -1 if none does. */
 static int bouncing_ball_first_event(const bouncing_ball_stretch *stretch, const long *side)
 {
     real first = K(2.0);
@@ -1020,7 +1019,7 @@ static bouncing_ball_status bouncing_ball_locate_first(const bouncing_ball_param
     return status;
 }
 
-/* Where functions are behind a stretch without events: some have passed zero in the direction that does not count, or
+/* Signs of functions behind a stretch without events: some have passed zero in the direction that does not count, or
  * have left a root that they were on. */
 static void bouncing_ball_note_sides(const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch)
 {
@@ -1034,7 +1033,7 @@ static void bouncing_ball_note_sides(const bouncing_ball_settings *settings, bou
     }
 }
 
-/* Sides at the start of a run. What leaves a root is no event, but an impact is one there, too. */
+/* Sides at the start of a run. A function that leaves a root is no event, but an impact is one there, too. */
 static void bouncing_ball_find_sides(const bouncing_ball_settings *settings, const bouncing_ball_event_sample *sample,
     bouncing_ball_state *state)
 {
@@ -1050,7 +1049,7 @@ static void bouncing_ball_find_sides(const bouncing_ball_settings *settings, con
     state->event_state.known = 1;
 }
 
-/* One step of the grid with the events in it. What only counts or records leaves the step as it is; behind what
+/* One step of the grid with the events in it. Events that only count or record leave the step as it is; behind one that
  * changes the motion it goes on in a part of its own. */
 static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_parameters *given,
     const bouncing_ball_settings *settings,
@@ -1152,7 +1151,7 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
     }
     whole.end.event_state = stretch.from.event_state;
     whole.end.statistics = statistics;
-    if (ever) { /* what holds from here on, for the next step */
+    if (ever) { /* the values from here on, for the next step */
         bouncing_ball_state behind = whole.end;
         const real *row = bouncing_ball_rows_of_part(u_table, K(1.0), K(1.0), rows);
         behind.t = origin + settings->step * (real)(count + 1);
@@ -1183,7 +1182,7 @@ bouncing_ball_status bouncing_ball_step(const bouncing_ball_parameters *p, const
     return bouncing_ball_step_with_events(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: those at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
 static void bouncing_ball_write_row(const bouncing_ball_parameters *p, const bouncing_ball_state *state,
     const real *inputs,
     bouncing_ball_workspace *work, real *row)
@@ -1253,7 +1252,7 @@ void bouncing_ball_simulator_default(bouncing_ball_simulator *simulator)
     bouncing_ball_default_state(&simulator->state);
 }
 
-/* Note where a start or a step ended. */
+/* Note the end of a start or a step. */
 static void bouncing_ball_note_simulator(bouncing_ball_simulator *simulator)
 {
     simulator->end.known = 1;

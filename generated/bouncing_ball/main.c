@@ -14,7 +14,7 @@
 #define PARAMETERS 3
 #define SETTINGS 3
 
-/* What name=value may set: tunable parameters, then inputs. */
+/* Names that name=value may set: tunable parameters, then inputs. */
 static const char *const setting_names[SETTINGS] = {
     "restitution",
     "shake",
@@ -52,8 +52,8 @@ static int set_by_name(const char *text, bouncing_ball_parameters *p)
     return 0;
 }
 
-/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all.
- * Times are those of the grid, so that a step's first row is to the bit the last one of the step before. */
+/* The inputs over the next step, row after row; NULL if there are none, or the scene's formulas give them all.
+ * Times are the grid's, so that a step's first row is to the bit the last one of the step before. */
 static const real *inputs_over_step(const bouncing_ball_parameters *p, const bouncing_ball_state *state, real step)
 {
     (void)p;

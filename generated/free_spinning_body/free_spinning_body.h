@@ -112,7 +112,7 @@ void free_spinning_body_energy(const eomgen_real *q, const eomgen_real *v, eomge
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
 
-/* What a call came to. On anything but OK the state is the last good one. */
+/* Status of a call. On anything but OK the state is the last good one. */
 typedef enum free_spinning_body_status {
     FREE_SPINNING_BODY_OK = 0,
     /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
@@ -181,7 +181,7 @@ typedef struct free_spinning_body_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    /* of each unknown, its value at a kinetic energy of 1/2 alone, and its inverse; 0: none */
     eomgen_real unit[6], per_unit[6];
     /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[6], rounding_decay;
@@ -192,7 +192,7 @@ typedef struct free_spinning_body_workspace {
     eomgen_real tangents[1];
     eomgen_real entries[24];     /* nonzeros of the iteration matrix */
     eomgen_real factors[26];
-    int whole;                /* the factors in use are those of the whole matrix */
+    int whole;                /* the factors in use belong to the whole matrix */
     int pivot[6];
     eomgen_real matrix[36];
     free_spinning_body_coefficients coefficients;
@@ -254,7 +254,7 @@ free_spinning_body_status free_spinning_body_run_inputs(const free_spinning_body
     const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
-/* Where the last step of a simulator ended, or its start. */
+/* The end of the last step of a simulator, or its start. */
 typedef struct free_spinning_body_simulator_end {
     int known;
     eomgen_real t;
@@ -264,7 +264,7 @@ typedef struct free_spinning_body_simulator_end {
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the
- * state: a step compares these with the end of the last one and starts again from what was written.
+ * state: a step compares these with the end of the last one and starts again from the new values.
  */
 typedef struct free_spinning_body_simulator {
     free_spinning_body_parameters parameters;
@@ -286,7 +286,7 @@ free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_s
     const eomgen_real *u,
     const eomgen_real *u_end);
 
-/* The scene's outputs y[7] where the last step ended, or at the start, as free_spinning_body_outputs has them.
+/* The scene's outputs y[7] at the end of the last step, or at the start, as free_spinning_body_outputs has them.
  * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
 free_spinning_body_status free_spinning_body_simulator_outputs(free_spinning_body_simulator *simulator, eomgen_real *y);
 

@@ -171,7 +171,7 @@ void heavy_top_r3xso3_energy(const eomgen_real *q, const eomgen_real *v, eomgen_
 
 /* ---- time integration: generalized-alpha on Lie groups, stabilised index 2 ---- */
 
-/* What a call came to. On anything but OK the state is the last good one. */
+/* Status of a call. On anything but OK the state is the last good one. */
 typedef enum heavy_top_r3xso3_status {
     HEAVY_TOP_R3XSO3_OK = 0,
     /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
@@ -254,7 +254,7 @@ typedef struct heavy_top_r3xso3_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    /* of each unknown, its value at a kinetic energy of 1/2 alone, and its inverse; 0: none */
     eomgen_real unit[12], per_unit[12];
     /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[12], rounding_decay;
@@ -273,7 +273,7 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real tangents[9];
     eomgen_real entries[101];     /* nonzeros of the iteration matrix */
     eomgen_real factors[104];
-    int whole;                /* the factors in use are those of the whole matrix */
+    int whole;                /* the factors in use belong to the whole matrix */
     int pivot[12];
     eomgen_real matrix[144];
     heavy_top_r3xso3_coefficients coefficients;
@@ -336,7 +336,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_run_inputs(const heavy_top_r3xso3_param
     const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
-/* Where the last step of a simulator ended, or its start. */
+/* The end of the last step of a simulator, or its start. */
 typedef struct heavy_top_r3xso3_simulator_end {
     int known;
     eomgen_real t;
@@ -346,7 +346,7 @@ typedef struct heavy_top_r3xso3_simulator_end {
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the
- * state: a step compares these with the end of the last one and starts again from what was written.
+ * state: a step compares these with the end of the last one and starts again from the new values.
  */
 typedef struct heavy_top_r3xso3_simulator {
     heavy_top_r3xso3_parameters parameters;
@@ -367,7 +367,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulat
     const eomgen_real *u,
     const eomgen_real *u_end);
 
-/* The scene's outputs y[4] where the last step ended, or at the start, as heavy_top_r3xso3_outputs has them.
+/* The scene's outputs y[4] at the end of the last step, or at the start, as heavy_top_r3xso3_outputs has them.
  * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
 heavy_top_r3xso3_status heavy_top_r3xso3_simulator_outputs(heavy_top_r3xso3_simulator *simulator, eomgen_real *y);
 

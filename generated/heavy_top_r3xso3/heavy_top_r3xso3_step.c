@@ -10,7 +10,7 @@
 #define EOMGEN_SHORT_NAMES
 #include "heavy_top_r3xso3.h"
 
-/* Steppers compare values to decide what to do next, which lanes and complex numbers cannot; model functions serve
+/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
  * all of them. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
@@ -21,7 +21,7 @@
 #else
 #define heavy_top_r3xso3_EPSILON K(2.220446049250313e-16)
 #define heavy_top_r3xso3_NOTHING K(1e-300) /* keeps quotients finite */
-#define heavy_top_r3xso3_FAR K(4096.0) /* away, in corrections, where rounding is looked for; and near: */
+#define heavy_top_r3xso3_FAR K(4096.0) /* away, in corrections, in the search for rounding; and near: */
 #endif
 #define heavy_top_r3xso3_NEAR K(0.015625)
 
@@ -177,7 +177,7 @@ static int heavy_top_r3xso3_finite(const real *x, int size)
 }
 
 /* Inputs and base at time t into the workspace. first and last are input rows between which u is linear, fraction
- * says where; NULL: formulas. */
+ * the place between them; NULL: formulas. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_prepare(const heavy_top_r3xso3_parameters *p, real t,
     const real *first, const real *last,
     real fraction, heavy_top_r3xso3_workspace *work)
@@ -410,7 +410,7 @@ static void heavy_top_r3xso3_solve(const real *A, const int *pivot, real *x)
     }
 }
 
-/* By what a row of the matrix is multiplied where rows are compared. */
+/* Factor of a row of the matrix in comparisons of rows. */
 #define heavy_top_r3xso3_ROW_UNIT(row) \
     unit[(row) < 9 || (row) >= 12 ? (row) : (row) - 3]
 
@@ -930,7 +930,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
 }
 
 /* Factors of the assembled
- * matrix: pivots chosen beforehand, then, where they break down, by size.
+ * matrix: pivots chosen beforehand, then, if they break down, by size.
  * 0: singular, or not finite. */
 static int heavy_top_r3xso3_factorize(heavy_top_r3xso3_workspace *work)
 {
@@ -942,14 +942,14 @@ static int heavy_top_r3xso3_factorize(heavy_top_r3xso3_workspace *work)
     return heavy_top_r3xso3_factor(work->matrix, work->pivot);
 }
 
-/* By what the rows of the equations are multiplied before they are solved for a correction, and what it does to v,
+/* Factors of the rows of the equations before they are solved for a correction, and of its parts in v,
  * vdot and lam. */
 typedef struct heavy_top_r3xso3_scale {
     real r, phi, w;
     real v, vdot, lam;
 } heavy_top_r3xso3_scale;
 
-/* As below, with the pivots chosen beforehand. What was computed last comes last in every sum. */
+/* As below, with the pivots chosen beforehand. Values computed last come last in every sum. */
 static real heavy_top_r3xso3_correct_quickly(const heavy_top_r3xso3_scale *scale, heavy_top_r3xso3_workspace *work)
 {
     const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
@@ -1107,7 +1107,7 @@ static void heavy_top_r3xso3_partial_numbers(const heavy_top_r3xso3_parameters *
     (void)p; (void)t; (void)work;
 }
 
-/* What the summands of each row of Phi add up to at work->q, and the largest of it as a distance by kinetic energy. */
+/* Sum of magnitudes of each row of Phi at work->q, and the largest of these as a distance by kinetic energy. */
 static void heavy_top_r3xso3_measure_rows(const heavy_top_r3xso3_parameters *p, real t,
     heavy_top_r3xso3_workspace *work)
 {
@@ -1120,7 +1120,7 @@ static void heavy_top_r3xso3_measure_rows(const heavy_top_r3xso3_parameters *p, 
     (void)p; (void)t; (void)extent;
 }
 
-/* Of each unknown, what a kinetic energy of 1/2 makes of it alone, by the diagonal of
+/* Of each unknown, its value at a kinetic energy of 1/2 alone, by the diagonal of
  * M and the rows of B at the state that is prepared in work. */
 static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real t,
     const real *inverse_inertia, heavy_top_r3xso3_workspace *work)
@@ -1165,7 +1165,7 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     heavy_top_r3xso3_measure_rows(p, t, work);
 }
 
-/* Size of a configuration in the same units: what changes of it are small against. A radian is large; a length is one
+/* Size of a configuration in the same units: the scale of its changes. A radian is large; a length is one
  * from the origin. */
 static real heavy_top_r3xso3_extent(const real *q, const heavy_top_r3xso3_workspace *work)
 {
@@ -1193,7 +1193,7 @@ static real heavy_top_r3xso3_size(const real *x, const heavy_top_r3xso3_workspac
     return EG_SQRT(sum);
 }
 
-/* Weigh the columns of B at the start of a step by what eta moves positions by: 1/M_ii, so that no unit of length
+/* Weigh the columns of B at the start of a step by the change of positions per eta: 1/M_ii, so that no unit of length
  * makes a difference. */
 static void heavy_top_r3xso3_weigh_jacobian(heavy_top_r3xso3_workspace *work)
 {
@@ -1207,7 +1207,7 @@ static void heavy_top_r3xso3_weigh_jacobian(heavy_top_r3xso3_workspace *work)
     }
 }
 
-/* Where constraint rows are among the equations of a step: w of every row at velocity level, and Phi of every
+/* Places of constraint rows among the equations of a step: w of every row at velocity level, and Phi of every
  * holonomic one. */
 #define heavy_top_r3xso3_RATE_ROW(i) (9 + (i))
 
@@ -1268,8 +1268,8 @@ static void heavy_top_r3xso3_violation(const heavy_top_r3xso3_parameters *p, rea
     (void)p; (void)t;
 }
 
-/* Bring q and v of a state onto the constraints by the nearest change in the metric of M; what meets them is left as
- * it is. */
+/* Bring q and v of a state onto the constraints by the nearest change in the metric of M; a state that meets them is
+ * left as it is. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_project(const heavy_top_r3xso3_parameters *p,
     heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work)
 {
@@ -1285,7 +1285,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_project(const heavy_top_r3xso3_p
     for (attempt = 0;; ++attempt) {
         heavy_top_r3xso3_violation(p, state->t, &position, &velocity, work);
         heavy_top_r3xso3_measure_rows(p, state->t, work);
-        position = K(0.0); /* in units of what rounding does to each row */
+        position = K(0.0); /* in units of the rounding of each row */
         for (i = 0; i < 3; ++i)
             position = heavy_top_r3xso3_larger(position,
                 EG_ABS(work->right[6 + i]) / (heavy_top_r3xso3_EPSILON * work->size[i] + heavy_top_r3xso3_NOTHING));
@@ -1363,7 +1363,7 @@ static heavy_top_r3xso3_coefficients heavy_top_r3xso3_coefficients_of(real rho)
     return c;
 }
 
-/* Those of implicit Euler: v' = v + step vdot', q' = q o exp(step v') where a = vdot = 0. */
+/* Coefficients of implicit Euler: v' = v + step vdot', q' = q o exp(step v') at a = vdot = 0. */
 static heavy_top_r3xso3_coefficients heavy_top_r3xso3_implicit_euler(const heavy_top_r3xso3_coefficients *method)
 {
     heavy_top_r3xso3_coefficients c = *method;
@@ -1397,14 +1397,14 @@ static real heavy_top_r3xso3_size_by_inertia(const heavy_top_r3xso3_parameters *
     return EG_SQRT(heavy_top_r3xso3_larger(sum, K(0.0)));
 }
 
-/* How many times the accelerations of a start may change on their way through a step: 4 are those of a damping c with
- * step c/m = 4, or of a spring k with step^2 k/m = 8. */
+/* How many times the accelerations of a start may change on their way through a step: 4 for a damping c with
+ * step c/m = 4, or for a spring k with step^2 k/m = 8. */
 #define heavy_top_r3xso3_CHANGE_OF_START K(4.0)
 
-/* 1 where the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
- * make more velocity than there is, and where they lead within the step they are other ones by far. Overdamped joints
- * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep what is
- * excited. */
+/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
+ * make more velocity than there is, and differ by far at the place that they lead to within the step. Overdamped joints
+ * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep these
+ * oscillations. */
 static int heavy_top_r3xso3_too_fast(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_coefficients *c,
     heavy_top_r3xso3_state *state, real step,
     const real *vdot, heavy_top_r3xso3_workspace *work)
@@ -1432,9 +1432,9 @@ static int heavy_top_r3xso3_too_fast(const heavy_top_r3xso3_parameters *p, const
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
  * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
- * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
- * Motions too fast for the step have no such derivative: where the accelerations change by more than step vddot if
- * the state is moved by what it does within half a step, it is left out. Where they excite such motions, and `damp`
+ * forward, because forces may jump at t. fraction and length place the step between the input rows.
+ * Motions too fast for the step have no such derivative: if the accelerations change by more than step vddot when
+ * the state is moved by half a step, it is left out. If they excite such motions, and `damp`
  * allows it, history becomes -1: the first step is to be damped.
  * state->vdot and lam become those of f(0). */
 static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_parameters *p,
@@ -1501,7 +1501,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_par
     return heavy_top_r3xso3_finite(state->a, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
 }
 
-/* Measure the unknowns at a state, where that has not been done. */
+/* Measure the unknowns at a state, unless that has been done. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_know_units(const heavy_top_r3xso3_parameters *p,
     heavy_top_r3xso3_state *state, const real *first,
     const real *last, heavy_top_r3xso3_workspace *work)
@@ -1520,7 +1520,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_know_units(const heavy_top_r3xso
     return status;
 }
 
-/* What a step begins with beside q and v, which are brought onto the constraints first:
+/* Start of a step beside q and v, which are brought onto the constraints first:
  * accelerations, multipliers, with the parameters and inputs of the step. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_renew(const heavy_top_r3xso3_parameters *p,
     const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
@@ -1630,13 +1630,13 @@ static int heavy_top_r3xso3_rotation_too_large(real step, const heavy_top_r3xso3
     return 0;
 }
 
-/* What forming and factoring the matrix costs, in iterations. */
+/* Cost of forming and factoring the matrix, in iterations. */
 #define heavy_top_r3xso3_FACTORS_COST K(2.0235571260306244)
 
-/* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough.
+/* Scales of the increments of the unknowns, for some steps: a weighted RMS of 1 is small enough.
  * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
- * what the kinetic energy of the step, and of what it changes, gives each if they share it; of step lam, all of these
- * impulses together; of eta, what it does to velocities.
+ * the value of each if they share the kinetic energy of the step and of its changes; of step lam, all of these impulses
+ * together; of eta, its effect on velocities.
  * No tolerance is below the observed rounding. */
 static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *settings,
     const heavy_top_r3xso3_coefficients *c,
@@ -1680,7 +1680,7 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
 }
 
 /* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then.
- * Velocities alone do not tell: where all of them are prescribed,
+ * Velocities alone do not tell: if all of them are prescribed,
  * multipliers and eta would be free to grow. */
 static int heavy_top_r3xso3_only_rounding(const heavy_top_r3xso3_coefficients *c,
     const heavy_top_r3xso3_workspace *work)
@@ -1731,8 +1731,8 @@ static int heavy_top_r3xso3_keep_rates(const heavy_top_r3xso3_parameters *p, con
     }
 }
 
-/* How far corrections from an iterate moved by a part of `moved` end from where the correction from the iterate
- * itself leads. */
+/* How far corrections from an iterate moved by a part of `moved` end from the end of the correction from the iterate
+ * itself. */
 static real heavy_top_r3xso3_correction_error(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_scale *scale,
     const heavy_top_r3xso3_state *from, real t, real step, const real *correction, const real *moved, real part,
         real *error,
@@ -1757,7 +1757,7 @@ static real heavy_top_r3xso3_correction_error(const heavy_top_r3xso3_parameters 
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
  * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
  * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
- * and v show. Where the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
+ * and v show. If the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
  * all, and no conclusion is drawn from near by. The observed rounding is stored. */
 static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_coefficients *c,
     const heavy_top_r3xso3_scale *scale, const heavy_top_r3xso3_state *from, real t, real step,
@@ -1785,14 +1785,14 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
     for (i = 0; i < 7; ++i)
         if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * heavy_top_r3xso3_EPSILON * (unit[i] ? K(1.0) : EG_ABS(q[i]))))
             within_spacing = 0;
-    /* velocities may change where positions do not: E and eta cancel there */
+    /* velocities may change while positions do not: E and eta cancel there */
     if (!(step * heavy_top_r3xso3_size(correction,
         work) <= K(4.0) * heavy_top_r3xso3_EPSILON * heavy_top_r3xso3_extent(q, work)))
         within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     for (i = 0; i < 12; ++i)
         largest = heavy_top_r3xso3_larger(largest, EG_ABS(work->per_tolerance[i] * correction[i]));
-    /* known well, they stay: what is little to eta may be much to velocities */
+    /* known well, they stay: an error small for eta may be large for velocities */
     for (i = 9; i < 12; ++i)
         if (!(EG_ABS(work->per_tolerance[i] * correction[i]) > K(0.1) * largest))
             moved[i] = work->solution[i] = K(0.0);
@@ -1828,7 +1828,7 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
  *                  vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0,  Phi(q, t)/step = 0,  w(q, v, t) = 0
  * Factors serve until one more step with them would cost more than the average step since they were made, their
- * making included; one iteration more is chance. Where they do not even serve the next step, they are made in every
+ * making included; one iteration more is chance. If they do not even serve the next step, they are made in every
  * step, and reuse is tried again ever more rarely. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_parameters *p,
     const heavy_top_r3xso3_settings *settings,
@@ -1913,8 +1913,8 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
             work->rate_of_convergence = rate;
-        /* accept when what is left is small, as the contraction promises: very small if the increment was not small
-         * itself */
+        /* accept when the remaining error is small, as the contraction promises: very small if the increment was not
+         * small itself */
         converged = error == K(0.0)
             || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate)
                 || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
@@ -2022,9 +2022,9 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_part(const heavy_top_r3xso3_para
     return status;
 }
 
-/* A step as four of implicit Euler (Rannacher 1984): what a start excites in motions too fast for the step is damped,
- * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and are those of a motion that the steps
- * can follow. Where the velocity behind them is of the size that the accelerations of the start make, these are no
+/* A step as four of implicit Euler (Rannacher 1984): motions too fast for the step that a start excites are damped,
+ * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and belong to a motion that the steps
+ * can follow. If the velocity behind them is of the size that the accelerations of the start make, these are no
  * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
  * and length place the step between the input rows. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_damped_step(const heavy_top_r3xso3_parameters *p,
@@ -2151,7 +2151,7 @@ static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy
     state->statistics.max_constraint = heavy_top_r3xso3_larger(state->statistics.max_constraint, position);
     state->statistics.max_constraint_velocity = heavy_top_r3xso3_larger(state->statistics.max_constraint_velocity,
         velocity);
-    /* where nothing moves, there are no impulses to be part of */
+    /* at rest there are no impulses to be part of */
     if (work->speed[0] > K(4.0) * work->position_rounding)
         state->statistics.max_rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding,
             work->rounding_share < K(1.0) ? work->rounding_share : K(1.0));
@@ -2190,7 +2190,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters 
     return heavy_top_r3xso3_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: those at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
 static void heavy_top_r3xso3_write_row(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_state *state,
     const real *inputs,
     heavy_top_r3xso3_workspace *work, real *row)
@@ -2261,7 +2261,7 @@ void heavy_top_r3xso3_simulator_default(heavy_top_r3xso3_simulator *simulator)
     heavy_top_r3xso3_default_state(&simulator->state);
 }
 
-/* Note where a start or a step ended. */
+/* Note the end of a start or a step. */
 static void heavy_top_r3xso3_note_simulator(heavy_top_r3xso3_simulator *simulator)
 {
     simulator->end.known = 1;

@@ -143,7 +143,7 @@ void pendulum_on_shaking_base_base(eomgen_real t, pendulum_on_shaking_base_base_
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
 
-/* What a call came to. On anything but OK the state is the last good one. */
+/* Status of a call. On anything but OK the state is the last good one. */
 typedef enum pendulum_on_shaking_base_status {
     PENDULUM_ON_SHAKING_BASE_OK = 0,
     /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
@@ -212,7 +212,7 @@ typedef struct pendulum_on_shaking_base_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    /* of each unknown, its value at a kinetic energy of 1/2 alone, and its inverse; 0: none */
     eomgen_real unit[1], per_unit[1];
     /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[1], rounding_decay;
@@ -223,7 +223,7 @@ typedef struct pendulum_on_shaking_base_workspace {
     eomgen_real tangents[1];
     eomgen_real entries[1];     /* nonzeros of the iteration matrix */
     eomgen_real factors[1];
-    int whole;                /* the factors in use are those of the whole matrix */
+    int whole;                /* the factors in use belong to the whole matrix */
     int pivot[1];
     eomgen_real matrix[1];
     pendulum_on_shaking_base_coefficients coefficients;
@@ -287,7 +287,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_run_inputs(const pendul
     const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
-/* Where the last step of a simulator ended, or its start. */
+/* The end of the last step of a simulator, or its start. */
 typedef struct pendulum_on_shaking_base_simulator_end {
     int known;
     eomgen_real t;
@@ -297,7 +297,7 @@ typedef struct pendulum_on_shaking_base_simulator_end {
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the
- * state: a step compares these with the end of the last one and starts again from what was written.
+ * state: a step compares these with the end of the last one and starts again from the new values.
  */
 typedef struct pendulum_on_shaking_base_simulator {
     pendulum_on_shaking_base_parameters parameters;
@@ -319,7 +319,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum
     long steps, const eomgen_real *u,
     const eomgen_real *u_end);
 
-/* The scene's outputs y[4] where the last step ended, or at the start, as pendulum_on_shaking_base_outputs has them.
+/* The scene's outputs y[4] at the end of the last step, or at the start, as pendulum_on_shaking_base_outputs has them.
  * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
 pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_outputs(
     pendulum_on_shaking_base_simulator *simulator, eomgen_real *y);

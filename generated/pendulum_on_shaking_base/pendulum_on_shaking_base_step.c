@@ -10,7 +10,7 @@
 #define EOMGEN_SHORT_NAMES
 #include "pendulum_on_shaking_base.h"
 
-/* Steppers compare values to decide what to do next, which lanes and complex numbers cannot; model functions serve
+/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
  * all of them. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
@@ -21,7 +21,7 @@
 #else
 #define pendulum_on_shaking_base_EPSILON K(2.220446049250313e-16)
 #define pendulum_on_shaking_base_NOTHING K(1e-300) /* keeps quotients finite */
-#define pendulum_on_shaking_base_FAR K(4096.0) /* away, in corrections, where rounding is looked for; and near: */
+#define pendulum_on_shaking_base_FAR K(4096.0) /* away, in corrections, in the search for rounding; and near: */
 #endif
 #define pendulum_on_shaking_base_NEAR K(0.015625)
 
@@ -84,7 +84,7 @@ static int pendulum_on_shaking_base_finite(const real *x, int size)
     return 1;
 }
 
-/* What the equations of a step read of the base's state at time t, into the workspace. */
+/* The parts of the base's state at time t that the equations of a step read, into the workspace. */
 static void pendulum_on_shaking_base_base_of_step(const pendulum_on_shaking_base_parameters *p, real t,
     pendulum_on_shaking_base_workspace *work)
 {
@@ -93,7 +93,7 @@ static void pendulum_on_shaking_base_base_of_step(const pendulum_on_shaking_base
 }
 
 /* Inputs and base at time t into the workspace. first and last are input rows between which u is linear, fraction
- * says where; NULL: formulas. */
+ * the place between them; NULL: formulas. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_prepare(const pendulum_on_shaking_base_parameters *p,
     real t, const real *first, const real *last,
     real fraction, pendulum_on_shaking_base_workspace *work)
@@ -173,7 +173,7 @@ static void pendulum_on_shaking_base_solve(const real *A, const int *pivot, real
     }
 }
 
-/* By what a row of the matrix is multiplied where rows are compared. */
+/* Factor of a row of the matrix in comparisons of rows. */
 #define pendulum_on_shaking_base_ROW_UNIT(row) \
     unit[(row) < 1 || (row) >= 1 ? (row) : (row) - 0]
 
@@ -209,7 +209,7 @@ static int pendulum_on_shaking_base_eliminate(const real *restrict S, const real
 }
 
 /* Factors of the assembled
- * matrix: pivots chosen beforehand, then, where they break down, by size.
+ * matrix: pivots chosen beforehand, then, if they break down, by size.
  * 0: singular, or not finite. */
 static int pendulum_on_shaking_base_factorize(pendulum_on_shaking_base_workspace *work)
 {
@@ -221,14 +221,14 @@ static int pendulum_on_shaking_base_factorize(pendulum_on_shaking_base_workspace
     return pendulum_on_shaking_base_factor(work->matrix, work->pivot);
 }
 
-/* By what the rows of the equations are multiplied before they are solved for a correction, and what it does to v,
+/* Factors of the rows of the equations before they are solved for a correction, and of its parts in v,
  * vdot and lam. */
 typedef struct pendulum_on_shaking_base_scale {
     real r, phi, w;
     real v, vdot, lam;
 } pendulum_on_shaking_base_scale;
 
-/* As below, with the pivots chosen beforehand. What was computed last comes last in every sum. */
+/* As below, with the pivots chosen beforehand. Values computed last come last in every sum. */
 static real pendulum_on_shaking_base_correct_quickly(const pendulum_on_shaking_base_scale *scale,
     pendulum_on_shaking_base_workspace *work)
 {
@@ -301,7 +301,7 @@ static void pendulum_on_shaking_base_partial_numbers(const pendulum_on_shaking_b
     (void)p; (void)t; (void)work;
 }
 
-/* Of each unknown, what a kinetic energy of 1/2 makes of it alone, by the diagonal of
+/* Of each unknown, its value at a kinetic energy of 1/2 alone, by the diagonal of
  * M at the state that is prepared in work. */
 static void pendulum_on_shaking_base_measure(const pendulum_on_shaking_base_parameters *p, real t,
     pendulum_on_shaking_base_workspace *work)
@@ -324,7 +324,7 @@ static void pendulum_on_shaking_base_measure(const pendulum_on_shaking_base_para
     }
 }
 
-/* Size of a configuration in the same units: what changes of it are small against. A radian is large; a length is one
+/* Size of a configuration in the same units: the scale of its changes. A radian is large; a length is one
  * from the origin. */
 static real pendulum_on_shaking_base_extent(const real *q, const pendulum_on_shaking_base_workspace *work)
 {
@@ -380,7 +380,7 @@ static pendulum_on_shaking_base_coefficients pendulum_on_shaking_base_coefficien
     return c;
 }
 
-/* Those of implicit Euler: v' = v + step vdot', q' = q o exp(step v') where a = vdot = 0. */
+/* Coefficients of implicit Euler: v' = v + step vdot', q' = q o exp(step v') at a = vdot = 0. */
 static pendulum_on_shaking_base_coefficients pendulum_on_shaking_base_implicit_euler(
     const pendulum_on_shaking_base_coefficients *method)
 {
@@ -415,14 +415,14 @@ static real pendulum_on_shaking_base_size_by_inertia(const pendulum_on_shaking_b
     return EG_SQRT(pendulum_on_shaking_base_larger(sum, K(0.0)));
 }
 
-/* How many times the accelerations of a start may change on their way through a step: 4 are those of a damping c with
- * step c/m = 4, or of a spring k with step^2 k/m = 8. */
+/* How many times the accelerations of a start may change on their way through a step: 4 for a damping c with
+ * step c/m = 4, or for a spring k with step^2 k/m = 8. */
 #define pendulum_on_shaking_base_CHANGE_OF_START K(4.0)
 
-/* 1 where the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
- * make more velocity than there is, and where they lead within the step they are other ones by far. Overdamped joints
- * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep what is
- * excited. */
+/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
+ * make more velocity than there is, and differ by far at the place that they lead to within the step. Overdamped joints
+ * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep these
+ * oscillations. */
 static int pendulum_on_shaking_base_too_fast(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real step,
     const real *vdot, pendulum_on_shaking_base_workspace *work)
@@ -451,9 +451,9 @@ static int pendulum_on_shaking_base_too_fast(const pendulum_on_shaking_base_para
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
  * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
- * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
- * Motions too fast for the step have no such derivative: where the accelerations change by more than step vddot if
- * the state is moved by what it does within half a step, it is left out. Where they excite such motions, and `damp`
+ * forward, because forces may jump at t. fraction and length place the step between the input rows.
+ * Motions too fast for the step have no such derivative: if the accelerations change by more than step vddot when
+ * the state is moved by half a step, it is left out. If they excite such motions, and `damp`
  * allows it, history becomes -1: the first step is to be damped.
  * state->vdot becomes that of f(0). */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pendulum_on_shaking_base_parameters *p,
@@ -522,7 +522,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
         : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
 }
 
-/* Measure the unknowns at a state, where that has not been done. */
+/* Measure the unknowns at a state, unless that has been done. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_know_units(
     const pendulum_on_shaking_base_parameters *p, pendulum_on_shaking_base_state *state, const real *first,
     const real *last, pendulum_on_shaking_base_workspace *work)
@@ -538,7 +538,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_know_units(
     return status;
 }
 
-/* What a step begins with beside q and v:
+/* Start of a step beside q and v:
  * accelerations, with the parameters and inputs of the step. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_renew(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
@@ -624,12 +624,12 @@ static int pendulum_on_shaking_base_rotation_too_large(real step, const pendulum
     return 0;
 }
 
-/* What forming and factoring the matrix costs, in iterations. */
+/* Cost of forming and factoring the matrix, in iterations. */
 #define pendulum_on_shaking_base_FACTORS_COST K(0.3684210526315789)
 
-/* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough.
+/* Scales of the increments of the unknowns, for some steps: a weighted RMS of 1 is small enough.
  * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
- * what the kinetic energy of the step, and of what it changes, gives each if they share it.
+ * the value of each if they share the kinetic energy of the step and of its changes.
  * No tolerance is below the observed rounding. */
 static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_settings *settings,
     const pendulum_on_shaking_base_coefficients *c,
@@ -656,7 +656,7 @@ static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_s
 }
 
 /* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then.
- * Velocities alone do not tell: where all of them are prescribed,
+ * Velocities alone do not tell: if all of them are prescribed,
  * the others would be free to grow. */
 static int pendulum_on_shaking_base_only_rounding(const pendulum_on_shaking_base_workspace *work)
 {
@@ -668,8 +668,8 @@ static int pendulum_on_shaking_base_only_rounding(const pendulum_on_shaking_base
     return 1;
 }
 
-/* How far corrections from an iterate moved by a part of `moved` end from where the correction from the iterate
- * itself leads. */
+/* How far corrections from an iterate moved by a part of `moved` end from the end of the correction from the iterate
+ * itself. */
 static real pendulum_on_shaking_base_correction_error(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_scale *scale,
     const pendulum_on_shaking_base_state *from, real t, real step, const real *correction, const real *moved,
@@ -695,7 +695,7 @@ static real pendulum_on_shaking_base_correction_error(const pendulum_on_shaking_
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
  * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
  * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
- * and v show. Where the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
+ * and v show. If the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
  * all, and no conclusion is drawn from near by. The observed rounding is stored. */
 static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_coefficients *c,
@@ -724,7 +724,7 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
     for (i = 0; i < 1; ++i)
         if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * pendulum_on_shaking_base_EPSILON * EG_ABS(q[i])))
             within_spacing = 0;
-    /* velocities may change where positions do not */
+    /* velocities may change while positions do not */
     if (!(step * pendulum_on_shaking_base_size(correction,
         work) <= K(4.0) * pendulum_on_shaking_base_EPSILON * pendulum_on_shaking_base_extent(q, work)))
         within_spacing = 0;
@@ -757,7 +757,7 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
  *                  vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0
  * Factors serve until one more step with them would cost more than the average step since they were made, their
- * making included; one iteration more is chance. Where they do not even serve the next step, they are made in every
+ * making included; one iteration more is chance. If they do not even serve the next step, they are made in every
  * step, and reuse is tried again ever more rarely. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_settings *settings,
@@ -830,8 +830,8 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
             work->rate_of_convergence = rate;
-        /* accept when what is left is small, as the contraction promises: very small if the increment was not small
-         * itself */
+        /* accept when the remaining error is small, as the contraction promises: very small if the increment was not
+         * small itself */
         converged = error == K(0.0)
             || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate)
                 || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
@@ -930,9 +930,9 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_part(const pendu
     return status;
 }
 
-/* A step as four of implicit Euler (Rannacher 1984): what a start excites in motions too fast for the step is damped,
- * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and are those of a motion that the steps
- * can follow. Where the velocity behind them is of the size that the accelerations of the start make, these are no
+/* A step as four of implicit Euler (Rannacher 1984): motions too fast for the step that a start excites are damped,
+ * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and belong to a motion that the steps
+ * can follow. If the velocity behind them is of the size that the accelerations of the start make, these are no
  * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
  * and length place the step between the input rows. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_damped_step(
@@ -1059,7 +1059,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_
     return pendulum_on_shaking_base_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: those at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
 static void pendulum_on_shaking_base_write_row(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_state *state, const real *inputs,
     pendulum_on_shaking_base_workspace *work, real *row)
@@ -1127,7 +1127,7 @@ void pendulum_on_shaking_base_simulator_default(pendulum_on_shaking_base_simulat
     pendulum_on_shaking_base_default_state(&simulator->state);
 }
 
-/* Note where a start or a step ended. */
+/* Note the end of a start or a step. */
 static void pendulum_on_shaking_base_note_simulator(pendulum_on_shaking_base_simulator *simulator)
 {
     simulator->end.known = 1;

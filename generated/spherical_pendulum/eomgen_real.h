@@ -93,7 +93,7 @@ static inline eg_wide eg_blend(eg_bits mask, eg_wide then, eg_wide otherwise)
     return eg_from_bits((mask & eg_to_bits(then)) | (~mask & eg_to_bits(otherwise)));
 }
 
-/* What a comparison gives: 1 or 0, and NaN where something that is compared is not a number, so that it does not
+/* Result of a comparison: 1 or 0, and NaN if one of its operands is NaN, so that it does not
  * vanish in a choice. */
 static inline eg_wide eg_truth(eg_bits holds, eg_bits unordered)
 {
@@ -109,14 +109,14 @@ static inline eg_wide eg_choose(eg_wide c, eg_wide x, eg_wide y)
  * The argument is reduced by multiples of pi/2 in three pieces (20 + 20 + 53 bits, so that the first two products are
  * exact for multiples below 2^33), the rest of the reduction is carried to first order, and the quadrant is read from
  * the bits of the rounded multiple. Absolute error below 1e-16 for |x| <= EG_LARGEST_ANGLE, with fused multiply-add or
- * without. Beyond, where neighbouring numbers are 2e-6 and more apart, for NaN and for infinities both are NaN.
+ * without. Beyond (neighbouring numbers are 2e-6 and more apart), for NaN and for infinities both are NaN.
  */
 #define EG_LARGEST_ANGLE 10000000000.0
 static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
 {
     const eg_wide round = EG_WIDE(6755399441055744.0); /* 1.5 * 2^52 */
     const eg_bits magnitude = eg_to_bits(x) & UINT64_C(0x7fffffffffffffff);
-    /* all bits set are a NaN; what comes as one, and infinity less infinity, become NaN on the way */
+    /* all bits set are a NaN; an argument that is NaN, and infinity less infinity, become NaN on the way */
     const eg_bits beyond = EG_MASK(eg_from_bits(magnitude) > EG_WIDE(EG_LARGEST_ANGLE));
     const eg_wide rounded = x * EG_WIDE(0.6366197723675814) + round;
     const eg_wide n = rounded - round;
@@ -157,7 +157,7 @@ static inline eg_wide eg_power_of_two(eg_wide rounded)
  *
  * exp(x) = 2^n exp(r) with |r| <= ln(2)/2; the multiple of ln(2) is taken off in two pieces, of which the products with
  * the first (32 bits) are exact, and exp(r) is its Taylor series, whose rest is below 5e-18. 2^n is two factors, since
- * it may lie beyond the numbers where the result does not.
+ * it may overflow although the result does not.
  */
 static inline eg_wide eg_exp_of_sum(eg_wide x, eg_wide addition)
 {
@@ -225,7 +225,7 @@ static inline eg_wide eg_log(eg_wide x)
 /* The upper 26 bits of a number: products of two such are exact, fused or not. */
 static inline eg_wide eg_upper(eg_wide x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0xfffffffff8000000)); }
 
-/* Where a number is whole. */
+/* Whether a number is whole. */
 static inline eg_bits eg_is_whole(eg_wide x)
 {
     const eg_wide large = EG_WIDE(4503599627370496.0); /* 2^52: from here on all are */
@@ -233,7 +233,7 @@ static inline eg_bits eg_is_whole(eg_wide x)
     return EG_MASK(magnitude >= large) | EG_MASK(((magnitude + large) - large) == magnitude);
 }
 
-/* Powers, within 1 unit in the last place, and at zeros, ones, infinities and NaN what C99 (F.9.4.4) says.
+/* Powers, within 1 unit in the last place, and at zeros, ones, infinities and NaN as in C99 (F.9.4.4).
  *
  * exp(y log(|x|)) with the logarithm as a sum of two numbers to 65 bits: pieces whose products are exact stand for
  * quotient, square and series (terms beyond the second in one number), as in fdlibm's e_pow.c.
@@ -270,7 +270,7 @@ static inline eg_wide eg_pow(eg_wide x, eg_wide y)
     const eg_wide sum = far + near1;
     const eg_wide l1 = eg_upper(sum);
     const eg_wide l2 = (sum - l1) + (((far - sum) + near1) + (near2 + k * EG_WIDE(1.9082149292705877e-10)));
-    /* times y, where neither overflows; beyond 2^64 powers of all but 1 do, or vanish */
+    /* times y, if neither overflows; beyond 2^64 powers of all but 1 do, or vanish */
     const eg_wide most = EG_WIDE(18446744073709551616.0);
     const eg_wide low = eg_blend(EG_MASK(y < -most), -most, y), within = eg_blend(EG_MASK(low > most), most, low);
     const eg_wide y1 = eg_upper(within), y2 = within - y1;
@@ -321,7 +321,7 @@ static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
 #define EG_LANE(x, lane) (x)
 #endif
 
-/* -- float: sine and cosine are those of double, rounded ------------------------------------------------------- */
+/* -- float: sine and cosine of double, rounded ---------------------------------------------------------- */
 
 #if defined(EOMGEN_REAL_FLOAT)
 #define EG_C(c) ((float)(c))
@@ -394,7 +394,7 @@ static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
     return eg_complex(eg_choose(creal(c), creal(x), creal(y)), eg_choose(creal(c), cimag(x), cimag(y)));
 }
 static inline eomgen_real eg_abs(eomgen_real x) { return eg_select(eg_lt(x, EG_C(0.0)), -x, x); }
-/* The angle of (x, y) turned back by that of the real parts is small, so its arc tangent is on the right branch. */
+/* The angle of (x, y) turned back by the angle of the real parts is small: its arc tangent is on the right branch. */
 static inline eomgen_real eg_atan2(eomgen_real y, eomgen_real x)
 {
     const double angle = atan2(creal(y), creal(x)), c = cos(angle), s = sin(angle);
@@ -429,7 +429,7 @@ static inline eomgen_real eg_pow(eomgen_real x, eomgen_real y)
 #define EG_LANE(x, lane) (x)
 #endif
 
-/* -- lanes: what is not written out goes lane by lane through <math.h>, to the bits that double has -------------- */
+/* -- lanes: other functions go lane by lane through <math.h>, to the bits of double ------------------------ */
 
 #if defined(EOMGEN_REAL_LANES)
 #define EG_C(c) EG_WIDE(c)

@@ -21,8 +21,8 @@ static int set_by_name(const char *text, spherical_pendulum_parameters *p)
     return 2;
 }
 
-/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all.
- * Times are those of the grid, so that a step's first row is to the bit the last one of the step before. */
+/* The inputs over the next step, row after row; NULL if there are none, or the scene's formulas give them all.
+ * Times are the grid's, so that a step's first row is to the bit the last one of the step before. */
 static const real *inputs_over_step(const spherical_pendulum_parameters *p, const spherical_pendulum_state *state,
     real step)
 {

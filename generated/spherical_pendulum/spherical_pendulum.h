@@ -112,7 +112,7 @@ void spherical_pendulum_energy(const eomgen_real *q, const eomgen_real *v, eomge
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
 
-/* What a call came to. On anything but OK the state is the last good one. */
+/* Status of a call. On anything but OK the state is the last good one. */
 typedef enum spherical_pendulum_status {
     SPHERICAL_PENDULUM_OK = 0,
     /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
@@ -181,7 +181,7 @@ typedef struct spherical_pendulum_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    /* of each unknown, its value at a kinetic energy of 1/2 alone, and its inverse; 0: none */
     eomgen_real unit[3], per_unit[3];
     /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[3], rounding_decay;
@@ -192,7 +192,7 @@ typedef struct spherical_pendulum_workspace {
     eomgen_real tangents[9];
     eomgen_real entries[7];     /* nonzeros of the iteration matrix */
     eomgen_real factors[7];
-    int whole;                /* the factors in use are those of the whole matrix */
+    int whole;                /* the factors in use belong to the whole matrix */
     int pivot[3];
     eomgen_real matrix[9];
     spherical_pendulum_coefficients coefficients;
@@ -254,7 +254,7 @@ spherical_pendulum_status spherical_pendulum_run_inputs(const spherical_pendulum
     const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
 
-/* Where the last step of a simulator ended, or its start. */
+/* The end of the last step of a simulator, or its start. */
 typedef struct spherical_pendulum_simulator_end {
     int known;
     eomgen_real t;
@@ -264,7 +264,7 @@ typedef struct spherical_pendulum_simulator_end {
 
 /* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
  * same bits. Parameters may be written between two steps, and t, q or v of the
- * state: a step compares these with the end of the last one and starts again from what was written.
+ * state: a step compares these with the end of the last one and starts again from the new values.
  */
 typedef struct spherical_pendulum_simulator {
     spherical_pendulum_parameters parameters;
@@ -286,7 +286,7 @@ spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_s
     const eomgen_real *u,
     const eomgen_real *u_end);
 
-/* The scene's outputs y[4] where the last step ended, or at the start, as spherical_pendulum_outputs has them.
+/* The scene's outputs y[4] at the end of the last step, or at the start, as spherical_pendulum_outputs has them.
  * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
 spherical_pendulum_status spherical_pendulum_simulator_outputs(spherical_pendulum_simulator *simulator, eomgen_real *y);
 

@@ -10,7 +10,7 @@
 #define EOMGEN_SHORT_NAMES
 #include "spherical_pendulum.h"
 
-/* Steppers compare values to decide what to do next, which lanes and complex numbers cannot; model functions serve
+/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
  * all of them. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
@@ -21,7 +21,7 @@
 #else
 #define spherical_pendulum_EPSILON K(2.220446049250313e-16)
 #define spherical_pendulum_NOTHING K(1e-300) /* keeps quotients finite */
-#define spherical_pendulum_FAR K(4096.0) /* away, in corrections, where rounding is looked for; and near: */
+#define spherical_pendulum_FAR K(4096.0) /* away, in corrections, in the search for rounding; and near: */
 #endif
 #define spherical_pendulum_NEAR K(0.015625)
 
@@ -172,7 +172,7 @@ static int spherical_pendulum_finite(const real *x, int size)
 }
 
 /* Inputs and base at time t into the workspace. first and last are input rows between which u is linear, fraction
- * says where; NULL: formulas. */
+ * the place between them; NULL: formulas. */
 static spherical_pendulum_status spherical_pendulum_prepare(const spherical_pendulum_parameters *p, real t,
     const real *first, const real *last,
     real fraction, spherical_pendulum_workspace *work)
@@ -263,7 +263,7 @@ static void spherical_pendulum_solve(const real *A, const int *pivot, real *x)
     }
 }
 
-/* By what a row of the matrix is multiplied where rows are compared. */
+/* Factor of a row of the matrix in comparisons of rows. */
 #define spherical_pendulum_ROW_UNIT(row) \
     unit[(row) < 3 || (row) >= 3 ? (row) : (row) - 0]
 
@@ -322,7 +322,7 @@ static int spherical_pendulum_eliminate(const real *restrict S, const real *rest
 }
 
 /* Factors of the assembled
- * matrix: pivots chosen beforehand, then, where they break down, by size.
+ * matrix: pivots chosen beforehand, then, if they break down, by size.
  * 0: singular, or not finite. */
 static int spherical_pendulum_factorize(spherical_pendulum_workspace *work)
 {
@@ -334,14 +334,14 @@ static int spherical_pendulum_factorize(spherical_pendulum_workspace *work)
     return spherical_pendulum_factor(work->matrix, work->pivot);
 }
 
-/* By what the rows of the equations are multiplied before they are solved for a correction, and what it does to v,
+/* Factors of the rows of the equations before they are solved for a correction, and of its parts in v,
  * vdot and lam. */
 typedef struct spherical_pendulum_scale {
     real r, phi, w;
     real v, vdot, lam;
 } spherical_pendulum_scale;
 
-/* As below, with the pivots chosen beforehand. What was computed last comes last in every sum. */
+/* As below, with the pivots chosen beforehand. Values computed last come last in every sum. */
 static real spherical_pendulum_correct_quickly(const spherical_pendulum_scale *scale,
     spherical_pendulum_workspace *work)
 {
@@ -428,7 +428,7 @@ static void spherical_pendulum_partial_numbers(const spherical_pendulum_paramete
     (void)p; (void)t; (void)work;
 }
 
-/* Of each unknown, what a kinetic energy of 1/2 makes of it alone, by the diagonal of
+/* Of each unknown, its value at a kinetic energy of 1/2 alone, by the diagonal of
  * M at the state that is prepared in work. */
 static void spherical_pendulum_measure(const spherical_pendulum_parameters *p, real t,
     spherical_pendulum_workspace *work)
@@ -451,7 +451,7 @@ static void spherical_pendulum_measure(const spherical_pendulum_parameters *p, r
     }
 }
 
-/* Size of a configuration in the same units: what changes of it are small against. A radian is large; a length is one
+/* Size of a configuration in the same units: the scale of its changes. A radian is large; a length is one
  * from the origin. */
 static real spherical_pendulum_extent(const real *q, const spherical_pendulum_workspace *work)
 {
@@ -506,7 +506,7 @@ static spherical_pendulum_coefficients spherical_pendulum_coefficients_of(real r
     return c;
 }
 
-/* Those of implicit Euler: v' = v + step vdot', q' = q o exp(step v') where a = vdot = 0. */
+/* Coefficients of implicit Euler: v' = v + step vdot', q' = q o exp(step v') at a = vdot = 0. */
 static spherical_pendulum_coefficients spherical_pendulum_implicit_euler(const spherical_pendulum_coefficients *method)
 {
     spherical_pendulum_coefficients c = *method;
@@ -540,14 +540,14 @@ static real spherical_pendulum_size_by_inertia(const spherical_pendulum_paramete
     return EG_SQRT(spherical_pendulum_larger(sum, K(0.0)));
 }
 
-/* How many times the accelerations of a start may change on their way through a step: 4 are those of a damping c with
- * step c/m = 4, or of a spring k with step^2 k/m = 8. */
+/* How many times the accelerations of a start may change on their way through a step: 4 for a damping c with
+ * step c/m = 4, or for a spring k with step^2 k/m = 8. */
 #define spherical_pendulum_CHANGE_OF_START K(4.0)
 
-/* 1 where the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
- * make more velocity than there is, and where they lead within the step they are other ones by far. Overdamped joints
- * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep what is
- * excited. */
+/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
+ * make more velocity than there is, and differ by far at the place that they lead to within the step. Overdamped joints
+ * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep these
+ * oscillations. */
 static int spherical_pendulum_too_fast(const spherical_pendulum_parameters *p,
     const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real step,
     const real *vdot, spherical_pendulum_workspace *work)
@@ -576,9 +576,9 @@ static int spherical_pendulum_too_fast(const spherical_pendulum_parameters *p,
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
  * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
- * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
- * Motions too fast for the step have no such derivative: where the accelerations change by more than step vddot if
- * the state is moved by what it does within half a step, it is left out. Where they excite such motions, and `damp`
+ * forward, because forces may jump at t. fraction and length place the step between the input rows.
+ * Motions too fast for the step have no such derivative: if the accelerations change by more than step vddot when
+ * the state is moved by half a step, it is left out. If they excite such motions, and `damp`
  * allows it, history becomes -1: the first step is to be damped.
  * state->vdot becomes that of f(0). */
 static spherical_pendulum_status spherical_pendulum_start(const spherical_pendulum_parameters *p,
@@ -644,7 +644,7 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
     return spherical_pendulum_finite(state->a, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
 }
 
-/* Measure the unknowns at a state, where that has not been done. */
+/* Measure the unknowns at a state, unless that has been done. */
 static spherical_pendulum_status spherical_pendulum_know_units(const spherical_pendulum_parameters *p,
     spherical_pendulum_state *state, const real *first,
     const real *last, spherical_pendulum_workspace *work)
@@ -660,7 +660,7 @@ static spherical_pendulum_status spherical_pendulum_know_units(const spherical_p
     return status;
 }
 
-/* What a step begins with beside q and v:
+/* Start of a step beside q and v:
  * accelerations, with the parameters and inputs of the step. */
 static spherical_pendulum_status spherical_pendulum_renew(const spherical_pendulum_parameters *p,
     const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
@@ -756,12 +756,12 @@ static int spherical_pendulum_rotation_too_large(real step, const spherical_pend
     return 0;
 }
 
-/* What forming and factoring the matrix costs, in iterations. */
+/* Cost of forming and factoring the matrix, in iterations. */
 #define spherical_pendulum_FACTORS_COST K(0.7014925373134329)
 
-/* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough.
+/* Scales of the increments of the unknowns, for some steps: a weighted RMS of 1 is small enough.
  * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
- * what the kinetic energy of the step, and of what it changes, gives each if they share it.
+ * the value of each if they share the kinetic energy of the step and of its changes.
  * No tolerance is below the observed rounding. */
 static void spherical_pendulum_tolerances(const spherical_pendulum_settings *settings,
     const spherical_pendulum_coefficients *c,
@@ -788,7 +788,7 @@ static void spherical_pendulum_tolerances(const spherical_pendulum_settings *set
 }
 
 /* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then.
- * Velocities alone do not tell: where all of them are prescribed,
+ * Velocities alone do not tell: if all of them are prescribed,
  * the others would be free to grow. */
 static int spherical_pendulum_only_rounding(const spherical_pendulum_workspace *work)
 {
@@ -800,8 +800,8 @@ static int spherical_pendulum_only_rounding(const spherical_pendulum_workspace *
     return 1;
 }
 
-/* How far corrections from an iterate moved by a part of `moved` end from where the correction from the iterate
- * itself leads. */
+/* How far corrections from an iterate moved by a part of `moved` end from the end of the correction from the iterate
+ * itself. */
 static real spherical_pendulum_correction_error(const spherical_pendulum_parameters *p,
     const spherical_pendulum_scale *scale,
     const spherical_pendulum_state *from, real t, real step, const real *correction, const real *moved, real part,
@@ -827,7 +827,7 @@ static real spherical_pendulum_correction_error(const spherical_pendulum_paramet
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
  * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
  * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
- * and v show. Where the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
+ * and v show. If the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
  * all, and no conclusion is drawn from near by. The observed rounding is stored. */
 static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters *p,
     const spherical_pendulum_coefficients *c,
@@ -856,7 +856,7 @@ static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters
     for (i = 0; i < 4; ++i)
         if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * spherical_pendulum_EPSILON * (unit[i] ? K(1.0) : EG_ABS(q[i]))))
             within_spacing = 0;
-    /* velocities may change where positions do not */
+    /* velocities may change while positions do not */
     if (!(step * spherical_pendulum_size(correction,
         work) <= K(4.0) * spherical_pendulum_EPSILON * spherical_pendulum_extent(q, work)))
         within_spacing = 0;
@@ -889,7 +889,7 @@ static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters
  *                  vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0
  * Factors serve until one more step with them would cost more than the average step since they were made, their
- * making included; one iteration more is chance. Where they do not even serve the next step, they are made in every
+ * making included; one iteration more is chance. If they do not even serve the next step, they are made in every
  * step, and reuse is tried again ever more rarely. */
 static spherical_pendulum_status spherical_pendulum_advance(const spherical_pendulum_parameters *p,
     const spherical_pendulum_settings *settings,
@@ -962,8 +962,8 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
             work->rate_of_convergence = rate;
-        /* accept when what is left is small, as the contraction promises: very small if the increment was not small
-         * itself */
+        /* accept when the remaining error is small, as the contraction promises: very small if the increment was not
+         * small itself */
         converged = error == K(0.0)
             || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate)
                 || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
@@ -1062,9 +1062,9 @@ static spherical_pendulum_status spherical_pendulum_part(const spherical_pendulu
     return status;
 }
 
-/* A step as four of implicit Euler (Rannacher 1984): what a start excites in motions too fast for the step is damped,
- * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and are those of a motion that the steps
- * can follow. Where the velocity behind them is of the size that the accelerations of the start make, these are no
+/* A step as four of implicit Euler (Rannacher 1984): motions too fast for the step that a start excites are damped,
+ * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and belong to a motion that the steps
+ * can follow. If the velocity behind them is of the size that the accelerations of the start make, these are no
  * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
  * and length place the step between the input rows. */
 static spherical_pendulum_status spherical_pendulum_damped_step(const spherical_pendulum_parameters *p,
@@ -1187,7 +1187,7 @@ spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_param
     return spherical_pendulum_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: those at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
 static void spherical_pendulum_write_row(const spherical_pendulum_parameters *p, const spherical_pendulum_state *state,
     const real *inputs,
     spherical_pendulum_workspace *work, real *row)
@@ -1255,7 +1255,7 @@ void spherical_pendulum_simulator_default(spherical_pendulum_simulator *simulato
     spherical_pendulum_default_state(&simulator->state);
 }
 
-/* Note where a start or a step ended. */
+/* Note the end of a start or a step. */
 static void spherical_pendulum_note_simulator(spherical_pendulum_simulator *simulator)
 {
     simulator->end.known = 1;

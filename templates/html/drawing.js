@@ -247,7 +247,7 @@ function draw() {
   reportView();
 }
 
-/** A solid as its outline and its edges around a light filling, so that what it holds or hides stays in sight. */
+/** A solid as its outline and its edges around a light filling, so that parts inside or behind it stay in sight. */
 function addGlass(add, body, world, flat, seen) {
   if (flat.some((place) => place[2] < camera.near)) return;
   const depth = flat.reduce((sum, place) => sum + place[2], 0) / flat.length;
@@ -276,7 +276,7 @@ function addSection(add, body, pose, length) {
   });
 }
 
-/** The outline of what is drawn flat: of a tube by its rings, of anything else its convex hull. */
+/** The outline of a flat drawing: of a tube by its rings, of anything else its convex hull. */
 const around = (flat, sides) => (sides ? outlineOf([...Array(flat.length / sides).keys()].map((k) => flat.slice(k * sides, (k + 1) * sides))) : hullOf(flat));
 
 function castShadow(world, sides) {
@@ -322,7 +322,7 @@ function drawScale() {
   ink.textAlign = "left";
 }
 
-/** What the camera sees, for programs: where a point of the world is on the canvas follows from it. */
+/** The view of the camera, for programs: the place of a point of the world on the canvas follows from it. */
 function reportView() {
   if (state.playing) return;
   const { eye, right, above, forward, focal, middleX, middleY } = camera;

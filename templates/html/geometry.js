@@ -142,7 +142,7 @@ class Camera {
     this.aim();
   }
 
-  /** Position on the canvas and distance along the line of sight, which is below `near` where the point cannot be drawn. */
+  /** Position on the canvas and distance along the line of sight, below `near` if the point cannot be drawn. */
   project(point) {
     const ray = minus(point, this.eye);
     const depth = dot(ray, this.forward);
@@ -150,7 +150,7 @@ class Camera {
     return [this.middleX + scale * dot(ray, this.right), this.middleY - scale * dot(ray, this.above), depth];
   }
 
-  /** Both ends of a line on the canvas, cut where it comes too near; null where nothing of it is in front. */
+  /** Both ends of a line on the canvas, cut at the near plane; null if no part of it is in front. */
   segment(a, b) {
     const [da, db] = [a, b].map((point) => dot(minus(point, this.eye), this.forward));
     if (da < this.near && db < this.near) return null;

@@ -1,7 +1,7 @@
 const byId = (name) => document.getElementById(name);
 const page = document.documentElement;
 
-/** Make what went wrong visible to whoever looks, person or program. */
+/** Make an error visible to the viewer, person or program. */
 window.addEventListener("error", (event) => {
   page.dataset.error = event.message;
   byId("warning").hidden = false;
@@ -47,7 +47,7 @@ function frameAt(time) {
   return [low, Math.min(Math.max(part, 0), 1)];
 }
 
-// -- what is there -----------------------------------------------------------------------------------------------------
+// -- the scenery ------------------------------------------------------------------------------------------------------
 
 const up = norm(scene.gravity) > 0 ? unit(times(-1, scene.gravity)) : [0, 0, 1];
 const camera = new Camera(up);
@@ -112,7 +112,7 @@ const bounds = (() => {
 
 const following = bounds.travel > 3 * bounds.spread;
 if (!following) {
-  // where joints sit and where the base is belongs into the picture, unless the machine drives away from it
+  // places of joints and of the base belong into the picture, unless the machine drives away from it
   for (let frame = 0; frame < count; frame += Math.max(1, Math.floor(count / 120))) {
     const seats = scene.joints.filter((joint) => joint.type !== "free").map(({ seat }) => placed(poseAt(seat.carrier, frame, 0), seat.position));
     for (const place of scene.base >= 0 ? [...seats, poseAt(scene.base, frame, 0).p] : seats) {
@@ -156,7 +156,7 @@ function traceOf(point) {
 
 const middle = between(bounds.low, bounds.high, 0.5);
 
-/** Where the ground is, along `up`: at zero, or below all that hangs lower. */
+/** Height of the ground along `up`: at zero, or below all that hangs lower. */
 const lowest = dot(middle, up) + Math.min(...cornersOf(minus(bounds.high, bounds.low)).map((corner) => dot(corner, up)));
 const level = lowest < -0.01 * unitSize || lowest > unitSize ? lowest - 0.02 * unitSize : Math.min(0, lowest);
 const spacing = (() => {
@@ -199,7 +199,7 @@ function resetView() {
   untouched = true;
 }
 
-/** Tips of the axes that are drawn: of the base at some frames, and of the world where they are near. */
+/** Tips of the axes that are drawn: of the base at some frames, and of the world if they are near. */
 function axesTips() {
   const tips = (pose, length) => [0, 1, 2].map((k) => placed(pose, times(length, REST.R[k])));
   const world = norm(middle) < unitSize ? tips(REST, 0.14 * unitSize) : [];
@@ -208,7 +208,7 @@ function axesTips() {
   return [...world, ...frames.flatMap((frame) => tips(poseAt(scene.base, frame, 0), 0.12 * unitSize))];
 }
 
-/** Where the centre of a body is, of a beam the middle of its bent axis. */
+/** Centre of a body, of a beam the middle of its bent axis. */
 const middleOf = (body, pose) => (body.axis ? pose(body.axis[body.axis.length >> 1]).p : placed(pose(body.carrier), body.solid.center));
 
 function centreAt(time) {

@@ -137,7 +137,7 @@ static void eg_multiply(eg_number *X, eg_number s, long count)
         X[k] *= s;
 }
 
-/* 1 over the largest of so many numbers; 0 where all are 0, or one is no finite number. */
+/* 1 over the largest of so many numbers; 0 if all are 0, or one is no finite number. */
 static double eg_inverse_of_largest(const eg_number *x, long step, long count)
 {
     double largest = 0.0;

@@ -16,7 +16,7 @@
  * Matrices are row-major, one behind the other for each step; blocks of directions are (size, directions).
  */
 
-/* What a caller hands over. Pointers to matrices of steps: as many as there are steps, in their order. */
+/* Arguments of the caller. Pointers to matrices of steps: as many as there are steps, in their order. */
 typedef struct eg_steps {
     long nv, nz, nl, nh; /* velocities, internal states, rows of constraints, holonomic ones with eta */
     long np;             /* parameters */
@@ -90,7 +90,7 @@ static void eg_times_tangent(const eg_steps *given, const double *X, const doubl
     }
 }
 
-/* Where the matrices of a step are. */
+/* Places of the matrices of a step. */
 typedef struct eg_step {
     const double *Jq, *Jv, *Ja, *Jz, *Jlam, *P, *A, *T, *G, *N, *Np;
 } eg_step;
@@ -160,7 +160,7 @@ EG_SEEN long eomgen_step_room(long nv, long nz, long nl, long nh, long direction
 
 /* Tangents through the steps. state, in and out, (4 nv + 3 nz, directions): dq, dv, dvdot, da, dz, dzdot, dr. dp: (np,
  * directions). record, of each step, (3 nv + nz + nl, directions): dq, dv, dvdot, dz, dlam at its end; eta, of each step,
- * (nh, directions). Returns the number of the first step whose matrix is singular, else that of steps. */
+ * (nh, directions). Returns the number of the first step whose matrix is singular, else the number of steps. */
 EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *eta,
     double *room, long *pivot)
 {
@@ -177,7 +177,7 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
         eg_matrix(given, &g, &at, JT, S);
         if (!eg_factor(S, row, column, pivot, n))
             return k;
-        /* what the unknowns leave as it is */
+        /* the part that the unknowns do not change */
         memcpy(D, v, (size_t)block * sizeof *D);
         eg_add_scaled(D, g.h * (0.5 - g.beta), a, block);
         if (nh) {
@@ -225,12 +225,12 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
 }
 
 /* Adjoints through the steps, from the last to the first. state, in and out, (4 nv + 3 nz, directions): derivatives of
- * the functionals in q, v, vdot, a, z, zdot, r at the end of the last step, without what they take of that row
- * themselves; then at the start of the first. direct, of each step, (3 nv + nz + nl, directions): what functionals take
- * of the row at its end. gradient: (np, directions), to which the derivatives in parameters are added. multipliers:
- * those of the equations of each step, (rows, directions). ends, of each step, (2 nv, directions): derivatives in q' and
- * in D. sources, of each step, (2 nv + nh, directions), or NULL: what is added to the derivatives in q at its start, in
- * h D and in eta, where these are differentiated once more. */
+ * the functionals in q, v, vdot, a, z, zdot, r at the end of the last step, without their direct part of that
+ * row; then at the start of the first. direct, of each step, (3 nv + nz + nl, directions): the direct part of
+ * functionals at the row of its end. gradient: (np, directions), to which the derivatives in parameters are added.
+ * multipliers: of the equations of each step, (rows, directions). ends, of each step, (2 nv, directions): derivatives
+ * in q' and in D. sources, of each step, (2 nv + nh, directions), or NULL: additions to the derivatives in q at its start, in
+ * h D and in eta, if these are differentiated once more. */
 EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, const double *sources, double *state,
     double *gradient, double *multipliers, double *ends, double *room, long *pivot)
 {
@@ -268,7 +268,7 @@ EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, c
         for (i = 0; i < small; ++i)
             x[(nv + nl + nh) * count + i] = r[i] + g.h * g.zgamma * z[i] + g.to_zdot * zdot[i];
         eg_solve_transposed(S, row, column, pivot, n, x, count);
-        /* of what the unknowns leave as it is */
+        /* of the part that the unknowns do not change */
         eg_add_transposed(q, -1.0, at.Jq, n, nv, x, count);
         eg_add_transposed(v, -1.0, at.Jv, n, nv, x, count);
         eg_add_transposed(vdot, -1.0, at.Ja, n, nv, x, count);

@@ -4,12 +4,12 @@
  * Part of eomgen; the same for all models. Griewank and Walther, Evaluating Derivatives (2008), chapter 4.
  */
 
-/* Derivatives of functionals in what a node has. */
+/* Derivatives of functionals in the values of a node. */
 typedef struct eg_taken {
-    eg_number *q, *v, *a, *z; /* (size, functionals); a: NULL where it stays 0 */
+    eg_number *q, *v, *a, *z; /* (size, functionals); a: NULL if it stays 0 */
 } eg_taken;
 
-/* Adds what multipliers (rows, functionals) of e at a point take of a node. */
+/* Adds the product of multipliers (rows, functionals) with the partials of e at a point, to a node. */
 static void eg_pull_equations(const eg_passes *g, long point, long k, long rows, const eg_number *multipliers,
     eg_taken taken)
 {
@@ -22,7 +22,7 @@ static void eg_pull_equations(const eg_passes *g, long point, long k, long rows,
 }
 
 /* Takes a solution of S, whose derivatives are x, back: x becomes multipliers; d, the derivatives in its theta, become
- * those in u. T_0 moves with v. */
+ * the ones in u. T_0 moves with v. */
 static void eg_pull_pair(const eg_passes *g, long pair, long k, eg_number *x, eg_number *d, eg_number *of_v,
     eg_number *room)
 {
@@ -38,8 +38,8 @@ static void eg_pull_pair(const eg_passes *g, long pair, long k, eg_number *x, eg
     memcpy(d, room, (size_t)block * sizeof *d);
 }
 
-/* Takes what multipliers of the pairs of a step, (pairs, rows, functionals), make of how e' changes with its start:
- * pair by pair, or row by row of e where that is less. Returns a status of the call. */
+/* Takes the product of multipliers of the pairs of a step, (pairs, rows, functionals), with the change of e' by its
+ * start: pair by pair, or row by row of e if that is less. Returns a status of the call. */
 static int eg_bend_step(const eg_passes *g, const eg_curvature *by, long k, const eg_number *multipliers,
     eg_number *state, eg_number *rest)
 {
@@ -96,11 +96,11 @@ EG_SEEN long eomgen_passes_adjoint_room(const eg_passes *g)
 }
 
 /* Adjoints through the steps, from the last to the first. state, in and out, (3 nv + nz, directions): derivatives of
- * functionals in q, v, a, z at the end of the last step, without what they take of that row themselves; then at the start
- * of the first. direct, of each step, (3 nv + nz, directions): what functionals take of its end. multipliers: derivatives
- * in e at the points, (points, steps, rows, directions). rest, of each step,
- * (moved - (3 nv + nz), directions): what e'' at its start takes of parameters and inputs. Returns the number of steps, or
- * -1 where a function of the model failed. */
+ * functionals in q, v, a, z at the end of the last step, without their direct part of that row; then at the start
+ * of the first. direct, of each step, (3 nv + nz, directions): the direct part of functionals at its end. multipliers:
+ * derivatives in e at the points, (points, steps, rows, directions). rest, of each step,
+ * (moved - (3 nv + nz), directions): the part of e'' at its start in parameters and inputs. Returns the number of
+ * steps, or -1 if a function of the model failed. */
 EG_SEEN long eomgen_passes_adjoints(const eg_passes *g, const eg_curvature *by, const eg_number *direct,
     eg_number *state, eg_number *multipliers, eg_number *rest, eg_number *room)
 {

@@ -2,13 +2,13 @@
  *
  * SPDX-License-Identifier: MIT
  * Part of eomgen; the same for all models. Griewank and Walther, Evaluating Derivatives (2008), chapter 4; the passes
- * are those of eomgen/integrators/families/discontinuous_galerkin.py.
+ * are described in eomgen/integrators/families/discontinuous_galerkin.py.
  *
  * A step is a fixed number of passes over nodes i, which have changes theta_i, w_i, y_i of q (q = q_0 o exp(theta)), v
  * and z from the start x_0 = (q_0, v_0, a_0, z_0), all 0 before the first pass, and accelerations a_i = sum D_ij w_j / h;
  * e are the equations there: residual, minus the rates of internal states. A pass begins with
  *   f_i = -e(q_i, v_i, a_i, z_i),   r_i = T(theta_i)^-1 v_i,
- * or, where it is refined, with f_i = -e(q_i, v_i, a_i - x_v, z_i) - (M_0 x_v, 0), S x = (residual_i, 0), and finds
+ * or, if it is refined, with f_i = -e(q_i, v_i, a_i - x_v, z_i) - (M_0 x_v, 0), S x = (residual_i, 0), and finds
  * polynomial by polynomial
  *   e'(x_0) xi_j + (0, sum_(l<=j) x_l,z) = sum_(l<=j) sum_i (h I_li f_i - (0, B_li y_i)),   d_j = T_0 u_j,
  *   u_j = sum_(l<=j) sum_i (h I_li r_i - B_li theta_i) - sum_(l<j) d_l + g x_j,v,
@@ -18,11 +18,11 @@
  * is 0, and nodes differ in time alone.
  *
  * How e'(x_0) changes along xi, e''[xi, .], a function of the model says: to tangents row by row, to adjoints contracted
- * with their multipliers. Pairs are such xi in the order in which they
- * occur: of a refined pass those of S x for each node, then (0, 0, x_v, 0), and in each pass those of the modes.
+ * with their multipliers. Pairs are such xi in the order in which they occur: of a refined pass the pairs of S x for
+ * each node, then (0, 0, x_v, 0), and in each pass the pairs of the modes.
  *
- * Arrays are (number, steps, size, directions), number a node, mode, pair or point; points are where e is evaluated: of
- * the first pass, then in each later one the nodes, and these again where it is refined.
+ * Arrays are (number, steps, size, directions), number a node, mode, pair or point; points are the arguments of e: of
+ * the first pass, then in each later one the nodes, and these again if it is refined.
  */
 
 /* Second derivatives of the equations at the starts of steps, by a function of the model for a batch of samples: changes
@@ -30,20 +30,20 @@
 typedef struct eg_curvature {
     int (*call)(int function, long count, const double *const *inputs, const long *strides, double *const *outputs);
     int function;
-    long inputs;             /* blocks, of which two are those below */
-    const double **input;    /* of the first step, then of the next: moved by what follows */
-    const long *of_step;     /* doubles of a step; 0 of what is the same in all */
+    long inputs;             /* blocks, of which two are named below */
+    const double **input;    /* of the first step, then of the next: moved by of_step */
+    const long *of_step;     /* doubles of a step; 0 for blocks that are the same in all */
     const long *strides;     /* doubles of a sample, 0 but for weights and direction */
     long weights, direction; /* numbers of these blocks */
-    long weighted, moved;    /* their sizes; those of direction are q, v, a, z, then parameters and inputs */
+    long weighted, moved;    /* their sizes; of direction: q, v, a, z, then parameters and inputs */
     eg_number *room;         /* (samples, weighted + 2 moved) and rows: samples are pairs of tangents times rows */
 } eg_curvature;
 
-/* What a caller hands over. */
+/* Arguments of the caller. */
 typedef struct eg_passes {
     long nv, nz, np;
     long nodes, passes, refined;
-    long first; /* points of the first pass: 1 where nothing depends on time, else one for each node */
+    long first; /* points of the first pass: 1 if no function depends on time, else one for each node */
     long steps, directions;
     long turns; /* rotating factors: first velocity component and size of each */
     const long *turn;
@@ -126,7 +126,7 @@ static void eg_add_plain(const eg_passes *g, eg_number *Y, double s, const eg_nu
             eg_add_scaled(Y + i * count, s, D + i * count, count);
 }
 
-/* Y += s T D of blocks of rotating factors, and of what does not turn, where T is 1. */
+/* Y += s T D of blocks of rotating factors, and of other components, for which T is 1. */
 static void eg_add_tangent(const eg_passes *g, eg_number *Y, double s, const eg_number *T, int transposed,
     const eg_number *D, long count)
 {
@@ -167,7 +167,7 @@ EG_SEEN int eomgen_passes_run(int (*run)(const double *parameters, const double 
     return 0;
 }
 
-/* Inputs of a function of the model become those of another step, so many ahead. */
+/* Inputs of a function of the model become the inputs of another step, so many ahead. */
 static void eg_move_inputs(const eg_curvature *by, long steps)
 {
     long i;
@@ -240,8 +240,8 @@ static void eg_pair(const eg_passes *g, const eg_number *d, const eg_number *x, 
         xi[3 * g->nv + i] = g->gain * x[g->nv + i];
 }
 
-/* Accelerations of the nodes become those of a refined pass, and missing, the residuals there (nodes, steps, nv), M_0
- * times what they are corrected by. along, before: pairs of the pass and their u; room: rows + nv. */
+/* Accelerations of the nodes become accelerations of a refined pass, and missing, the residuals there (nodes, steps,
+ * nv), M_0 times their corrections. along, before: pairs of the pass and their u; room: rows + nv. */
 EG_SEEN void eomgen_passes_refine(const eg_passes *g, eg_number *missing, eg_number *accelerations, eg_number *along,
     eg_number *before, eg_number *room)
 {

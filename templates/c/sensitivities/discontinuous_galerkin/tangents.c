@@ -6,7 +6,7 @@
 
 /* Changes at a node. */
 typedef struct eg_moved {
-    const eg_number *q, *v, *a, *z; /* (size, directions); a: NULL where it stays 0 */
+    const eg_number *q, *v, *a, *z; /* (size, directions); a: NULL if it stays 0 */
 } eg_moved;
 
 /* Y += s de of a point in its first rows. */
@@ -22,7 +22,7 @@ static void eg_add_equations(const eg_passes *g, long point, long k, long rows, 
     eg_add(Y, s, g->P + at * g->np, rows, g->np, dp, count);
 }
 
-/* e''[xi, .] of all pairs of a step, (pairs, rows, moved), or NULL where a function of the model failed. */
+/* e''[xi, .] of all pairs of a step, (pairs, rows, moved), or NULL if a function of the model failed. */
 static const eg_number *eg_second(const eg_passes *g, const eg_curvature *by, long k)
 {
     const long n = eg_rows(g), width = eg_width(g), pairs = eg_first_pair(g, g->passes);
@@ -52,13 +52,14 @@ static const eg_number *eg_second(const eg_passes *g, const eg_curvature *by, lo
     return found;
 }
 
-/* What a step begins with along the directions: (q, v, a, z) and, behind z, what e'' moves with, (moved - width, ...). */
+/* Changes of the start of a step along the directions: (q, v, a, z) and, behind z, other arguments of e'',
+ * (moved - width, ...). */
 typedef struct eg_begun {
     const eg_number *second, *state, *rest;
     long moved;
 } eg_begun;
 
-/* Y -= e''[xi, .] of a pair along what the step begins with, in its first rows. */
+/* Y -= e''[xi, .] of a pair along the start of the step, in its first rows. */
 static void eg_take_second(const eg_passes *g, long pair, long rows, eg_begun begun, eg_number *Y)
 {
     const long width = eg_width(g), count = g->directions;
@@ -70,7 +71,8 @@ static void eg_take_second(const eg_passes *g, long pair, long rows, eg_begun be
     }
 }
 
-/* Turned directions T_0 du and those of T_0 along dv, of a pair, into d; what it changes right sides by is taken off X. */
+/* Turned directions T_0 du and derivatives of T_0 along dv, of a pair, into d; its change of right sides is taken
+ * off X. */
 static void eg_turn_pair(const eg_passes *g, long pair, long k, const eg_number *du, const eg_number *dv, eg_number *d,
     eg_number *X)
 {
@@ -90,8 +92,8 @@ EG_SEEN long eomgen_passes_tangent_room(const eg_passes *g)
 }
 
 /* Tangents through the steps. state, in and out, (3 nv + nz, directions): dq, dv, da, dz; dp (np, directions). rest, of
- * each step, or of all where rest_of_step is 0: what e'' at its start moves with behind z, (moved - (3 nv + nz),
- * directions). ends, of each step: the state at its end. Returns the number of steps, or -1 where a function of the model
+ * each step, or of all if rest_of_step is 0: arguments of e'' at its start behind z, (moved - (3 nv + nz),
+ * directions). ends, of each step: the state at its end. Returns the number of steps, or -1 if a function of the model
  * failed. */
 EG_SEEN long eomgen_passes_tangents(const eg_passes *g, const eg_curvature *by, const eg_number *dp,
     const eg_number *rest, long rest_of_step, eg_number *state, eg_number *ends, eg_number *room)
