@@ -196,15 +196,15 @@ def from_data(
     from eomgen.scene.document.assemble import assemble  # noqa: PLC0415  # pydantic is slow to import
 
     report = Report(file, lines or {})
-    report.found += [(0, problem) for problem in problems]
-    if not data and not report.found:
+    report.noted += [(0, problem) for problem in problems]
+    if not data and not report.noted:
         report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
         report.raise_problems()
     if data.get("kind") == "hamiltonian":
         from eomgen.scene.hamiltonian.document import OF_HAMILTONIANS  # noqa: PLC0415  # for a mistake only
 
-        what = "this is a Hamiltonian system, and what was asked for is for mechanical scenes"
-        report.add("kind", what, OF_HAMILTONIANS)
+        fault = "this is a Hamiltonian system, and what was asked for is for mechanical scenes"
+        report.add("kind", fault, OF_HAMILTONIANS)
         report.raise_problems()
     if "repeat" in data:
         from eomgen.scene.includes.repeat import numbers_of_copies, repeated  # noqa: PLC0415  # most scenes have none

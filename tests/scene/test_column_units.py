@@ -119,7 +119,7 @@ def test_a_column_takes_every_unit_of_its_dimension_and_no_other(place: str) -> 
         for key in path:
             found = found[key]
         fits = dimension(unit) == dimension(wanted)
-        assert bool(report.found) != fits, (place, unit, report.found)
+        assert bool(report.noted) != fits, (place, unit, report.noted)
         if fits and isinstance(path[-1], str) and path[-1].endswith("_unit"):
             assert found == unit
         elif fits and " " not in unit and "/" not in unit:

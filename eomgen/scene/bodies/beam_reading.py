@@ -146,11 +146,11 @@ class _Section:
 
     def once(self, field: str) -> None:
         if self.entry.section is not None:
-            what = f"{field} is given, and follows from the section too"
-            self.values.report.add(f"{self.key}.{field}", what, "one of them; mass_profile for a mass that varies")
+            fault = f"{field} is given, and follows from the section too"
+            self.values.report.add(f"{self.key}.{field}", fault, "one of them; mass_profile for a mass that varies")
 
 
-def _profile(key: str, given: Sequence[float | str], what: str, values: Values) -> tuple[float, ...]:
+def _profile(key: str, given: Sequence[float | str], quantity: str, values: Values) -> tuple[float, ...]:
     """Return the coefficients of a polynomial that is positive along the beam."""
     coefficients = tuple(values.constants(key, given))
     if not coefficients:
@@ -164,7 +164,7 @@ def _profile(key: str, given: Sequence[float | str], what: str, values: Values) 
     lowest = min([0.0, *turns, 1.0], key=lambda s: float(polynomial(s)))
     if polynomial(lowest) <= 0.0:
         how = "vanishes" if polynomial(lowest) == 0.0 else f"is {float(polynomial(lowest)):.6g} of its value"
-        text = f"the profile of the {what} {how} at s = {lowest:.6g}"
+        text = f"the profile of the {quantity} {how} at s = {lowest:.6g}"
         values.report.add(key, text, "coefficients of a polynomial above 0 for s from 0 to 1")
         return _UNIFORM
     return coefficients
@@ -192,8 +192,8 @@ def _deformation(
             for field in ("at", "mass", "inertia")
         )
         if beam.is_beyond(at):
-            what = f"x = {at:.6g} m is beyond the beam, which goes from {start:.6g} m to {end:.6g} m"
-            values.report.add(f"{key}.masses[{place}].at", what, "a place on the beam")
+            fault = f"x = {at:.6g} m is beyond the beam, which goes from {start:.6g} m to {end:.6g} m"
+            values.report.add(f"{key}.masses[{place}].at", fault, "a place on the beam")
         for field, number in (("mass", amount), ("inertia", inertia)):
             if number < 0.0:
                 values.report.add(
@@ -224,11 +224,11 @@ def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: 
     meshed = given.shapes == "finite_elements"
     for field in ("elements", "coordinates", "masses"):
         if getattr(given, field) and not meshed:
-            what = f"{field} is for a mesh, and the shapes are {given.shapes}"
-            report.add(f"{key}.{field}", what, 'shapes = "finite_elements"')
+            fault = f"{field} is for a mesh, and the shapes are {given.shapes}"
+            report.add(f"{key}.{field}", fault, 'shapes = "finite_elements"')
     if given.ends is not None and not meshed and given.shapes != "polynomial":
-        what = f"the shapes {given.shapes} have their own conditions at the ends"
-        report.add(f"{key}.ends", what, f'shapes = "{given.ends}", or "polynomial"')
+        fault = f"the shapes {given.shapes} have their own conditions at the ends"
+        report.add(f"{key}.ends", fault, f'shapes = "{given.ends}", or "polynomial"')
     if meshed and given.elements is None:
         report.add(key, "finite elements need their number", "elements = 8")
     per_element, beside = (_NODAL_BENDING if kind.startswith("bending") else _NODAL)[given.ends or Deformation.ends]
@@ -237,16 +237,16 @@ def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: 
         if given.modes not in (None, size):
             report.add(f"{key}.modes", f"the mesh has {size} nodal coordinates, not {given.modes}", "no modes")
         if size > written.MOST_NODAL:
-            what = f"{given.elements} elements have {size} nodal coordinates, and {written.MOST_NODAL} are the most"
-            report.add(f"{key}.elements", what, "modal coordinates, with modes = 3")
+            fault = f"{given.elements} elements have {size} nodal coordinates, and {written.MOST_NODAL} are the most"
+            report.add(f"{key}.elements", fault, "modal coordinates, with modes = 3")
         return max(size, 1)
     if given.modes is None:
         report.add(key, "the key modes is missing", "modes = 3")
         return 1
     rigid = (2 if kind.startswith("bending") else 1) if given.ends == "free_free" else 0
     if meshed and given.elements is not None and given.modes > size - rigid:
-        what = f"{given.modes} modes are requested from a mesh that has {size - rigid}"
-        report.add(f"{key}.modes", what, f"at most {size - rigid} modes, or more elements: 3 for each mode")
+        fault = f"{given.modes} modes are requested from a mesh that has {size - rigid}"
+        report.add(f"{key}.modes", fault, f"at most {size - rigid} modes, or more elements: 3 for each mode")
     return given.modes
 
 

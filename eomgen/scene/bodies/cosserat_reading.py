@@ -50,12 +50,12 @@ def check_keys(name: str, entry: written.Beam, values: Values) -> None:
     exact, model = is_exact(entry), entry.model or "euler_bernoulli"
     for field in _OF_DEFLECTIONS if exact else _OF_EXACT:
         if field in entry.model_fields_set:
-            what = f"a beam of the model {model} has no {field}"
+            fault = f"a beam of the model {model} has no {field}"
             hint = _COUNTERPARTS.get(field, "without it") if exact else 'model = "cosserat"'
-            values.report.add(key_of("beams", name, field), what, hint)
+            values.report.add(key_of("beams", name, field), fault, hint)
     if not exact and entry.section is not None and entry.section.shear_factors is not None:
-        what = "a beam of the model euler_bernoulli does not shear"
-        values.report.add(key_of("beams", name, "section", "shear_factors"), what, 'model = "cosserat"')
+        fault = "a beam of the model euler_bernoulli does not shear"
+        values.report.add(key_of("beams", name, "section", "shear_factors"), fault, 'model = "cosserat"')
     if exact:
         _check_strains(name, entry, values)
 
@@ -75,10 +75,10 @@ def _check_strains(name: str, entry: written.Beam, values: Values) -> None:
             given += [(*before, field, strain) for strain in without if inner and strain in inner.model_fields_set]
     for parts in given:
         last = str(parts[-1])
-        what = f"a beam of the model {model} does not {'stretch' if last == 'stretch' else 'shear'}"
+        fault = f"a beam of the model {model} does not {'stretch' if last == 'stretch' else 'shear'}"
         models = [other for other, strains in CONSTRAINED.items() if last not in strains and other != model]
         hint = " or ".join(f'model = "{other}"' for other in (models if last in STRAINS else ["cosserat"]))
-        values.report.add(key_of("beams", name, *parts), what, f"without it, or {hint}")
+        values.report.add(key_of("beams", name, *parts), fault, f"without it, or {hint}")
 
 
 _COUNTERPARTS: Mapping[str, str] = {
@@ -133,9 +133,9 @@ def _beyond_numbers(beam: Cosserat, values: Values) -> str:
             f"the stiffness of an element, {stiffness:.6g} by {length:.6g} m,": stiffness / length,
             f"the stiffness of an element, {stiffness:.6g} over {length:.6g} m,": stiffness * length,
         }
-        for what, number in numbers.items():
+        for label, number in numbers.items():
             if not math.isnan(number) and not _LEAST < number < _MOST:
-                return what
+                return label
     return ""
 
 
@@ -166,13 +166,13 @@ def _pieces(whole: Keys, shape: Shape | None, values: Values) -> list[_Piece]:
         return [_Piece(whole, _equal(_length(whole, shape, values), entry.elements or 1))]
     for field in ("length", "elements", "shape"):
         if getattr(entry, field) is not None:
-            what = f"{field} is given, and parts too, which have their own"
+            fault = f"{field} is given, and parts too, which have their own"
             hint = "curvature in the parts" if field == "shape" else f"{field} in the parts alone"
-            report.add(f"{whole.key}.{field}", what, hint)
+            report.add(f"{whole.key}.{field}", fault, hint)
     count = sum(part.elements for part in entry.parts)
     if count > written.MOST_EXACT_ELEMENTS:
-        what = f"the parts have {count} elements, and {written.MOST_EXACT_ELEMENTS} are the most of a beam"
-        report.add(f"{whole.key}.parts", what, "fewer elements")
+        fault = f"the parts have {count} elements, and {written.MOST_EXACT_ELEMENTS} are the most of a beam"
+        report.add(f"{whole.key}.parts", fault, "fewer elements")
     pieces = []
     for number, part in enumerate(entry.parts):
         keys = Keys(whole.key, entry, f"{whole.key}.parts[{number}]", part)
@@ -202,16 +202,16 @@ def _with_nodes(whole: Keys, pieces: Sequence[_Piece], stations: Sequence[float]
         start += piece.length
     before, after = (sum(len(piece.widths) for piece in some) for some in (pieces, result))
     if after > before:
-        what = f"{before} elements become {after}, since something is attached at more places than they have nodes"
-        values.note([f"{whole.key}.elements: {what}"])
+        note = f"{before} elements become {after}, since something is attached at more places than they have nodes"
+        values.note([f"{whole.key}.elements: {note}"])
     return result
 
 
 def _length(whole: Keys, shape: Shape | None, values: Values) -> Fraction:
     if shape is not None:
         if whole.entry.length is not None:
-            what = "length is given, and follows from the shape too"
-            values.report.add(f"{whole.key}.length", what, "one of them")
+            fault = "length is given, and follows from the shape too"
+            values.report.add(f"{whole.key}.length", fault, "one of them")
         return Fraction(shape.length)
     if whole.entry.length is None:
         if whole.entry.shape is None:  # one that is wrong is reported
@@ -220,11 +220,11 @@ def _length(whole: Keys, shape: Shape | None, values: Values) -> Fraction:
     return _positive(f"{whole.key}.length", "a beam", whole.entry.length, values)
 
 
-def _positive(key: str, what: str, given: float | str, values: Values) -> Fraction:
+def _positive(key: str, beam_or_part: str, given: float | str, values: Values) -> Fraction:
     length = values.constant(key, given)
     if not length > 0.0:
         if not math.isnan(length):
-            values.report.add(key, f"the length of {what} is {length:.6g}", "a number above 0")
+            values.report.add(key, f"the length of {beam_or_part} is {length:.6g}", "a number above 0")
         return Fraction(1)
     return Fraction(length)
 
@@ -260,8 +260,8 @@ def _section(keys: Keys, values: Values) -> BeamSection:
 
 def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Rows:
     if keys["stiffness"] is not None and keys["stiffness_matrix"] is not None:
-        what = "stiffness and stiffness_matrix are both given"
-        values.report.add(keys.of("stiffness_matrix"), what, "one of them")
+        fault = "stiffness and stiffness_matrix are both given"
+        values.report.add(keys.of("stiffness_matrix"), fault, "one of them")
     free = [strain for strain in STRAINS if strain not in CONSTRAINED[keys.model]]
     if (given := keys["stiffness_matrix"]) is not None:
         place = keys.of("stiffness_matrix")
@@ -275,8 +275,8 @@ def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Row
     if (by_strain := keys["stiffness"]) is not None:
         return _diagonal(_given(keys.of("stiffness"), by_strain, free, values))
     if section is None:
-        what = "the sections have no stiffness"
-        values.report.add(keys.key, what, f"stiffness = {{ {free[-1]} = ..., ... }}, stiffness_matrix, or a section")
+        fault = "the sections have no stiffness"
+        values.report.add(keys.key, fault, f"stiffness = {{ {free[-1]} = ..., ... }}, stiffness_matrix, or a section")
         return _diagonal(_SECTION_UNKNOWN)
     area, shear, torsion = (section.needed(field) for field in ("area", "shear_modulus", "torsion_constant"))
     across_y, across_z = section.needed_pair("second_moments")
@@ -348,5 +348,5 @@ def _check_fold(whole: Keys, turn: float, elements: int, values: Values) -> None
     given = [field for field in ("pretwist", "shape", "curvature", "parts") if getattr(whole.entry, field)]
     which = "each of" if given == ["curvature"] else "one of"
     degrees = f"{math.degrees(turn):.6g} degrees"
-    what = f"{which} the {elements} elements turns by {degrees} at rest, and only less than 180 can be told"
-    values.report.add(f"{whole.key}.{given[0]}", what, f"elements = {4 * least}; {least} is the least")
+    fault = f"{which} the {elements} elements turns by {degrees} at rest, and only less than 180 can be told"
+    values.report.add(f"{whole.key}.{given[0]}", fault, f"elements = {4 * least}; {least} is the least")

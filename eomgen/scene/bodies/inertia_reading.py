@@ -48,12 +48,12 @@ def _mass_per_length(keys: Keys, section: SectionReader | None, values: Values) 
     given = keys["mass_per_length"]
     if given is not None:
         if section is not None and keys.together("mass_per_length", "section"):
-            what = "mass_per_length is given, and follows from the section too"
-            values.report.add(keys.of("mass_per_length"), what, "one of them")
+            fault = "mass_per_length is given, and follows from the section too"
+            values.report.add(keys.of("mass_per_length"), fault, "one of them")
         return values.formula(keys.of("mass_per_length"), given, PARAMETERS)
     if section is None:
-        what, hint = "the key mass_per_length is missing", "mass_per_length = ..., or a section"
-        values.report.add(keys.key, what, hint)
+        fault, hint = "the key mass_per_length is missing", "mass_per_length = ..., or a section"
+        values.report.add(keys.key, fault, hint)
         return ZERO
     return product(section.density, section.needed("area"))
 
@@ -66,8 +66,8 @@ def _rotary_inertia(keys: Keys, section: SectionReader | None, values: Values) -
             values.require(keys.of("rotary_inertia"), RELATIONS["rotary inertia"], entries)
         return _not_thin(keys.of("rotary_inertia"), entries, values)
     if section is None:
-        what = "the sections have no rotary inertia, without which their rotations have none"
-        values.report.add(keys.key, what, "rotary_inertia = [polar, about y, about z], or a section")
+        fault = "the sections have no rotary inertia, without which their rotations have none"
+        values.report.add(keys.key, fault, "rotary_inertia = [polar, about y, about z], or a section")
         return ZERO, ZERO, ZERO
     across_y, across_z = section.needed_pair("second_moments")
     density = section.density

@@ -63,8 +63,8 @@ def _fault(matrix: Array) -> tuple[str, str]:
     if not np.all(np.isfinite(matrix)):
         return "", ""
     if (pair := unlike(matrix)) is not None:
-        what = f"the matrix is not symmetric, as an inertia is: entry [{pair[0]}][{pair[1]}] differs from"
-        return f"{what} [{pair[1]}][{pair[0]}]", "the mean of both"
+        message = f"the matrix is not symmetric, as an inertia is: entry [{pair[0]}][{pair[1]}] differs from"
+        return f"{message} [{pair[1]}][{pair[0]}]", "the mean of both"
     mass = matrix[3, 3]
     if not mass > 0.0:
         return f"the mass per length, entry [3][3], is {mass:.6g}", "a number above 0"
@@ -79,13 +79,13 @@ def _fault(matrix: Array) -> tuple[str, str]:
         apart = np.abs(given - form)
         if np.any(apart > _ROUNDING * scale):
             row, column = np.unravel_index(int(apart.argmax()), (3, 3))
-            what = f"no rigid section has this inertia: entry [{corner[0] + row}][{corner[1] + column}], a {block},"
-            return f"{what} is {given[row, column]:.6g} where {form[row, column]:.6g} belongs", _FORM
+            message = f"no rigid section has this inertia: entry [{corner[0] + row}][{corner[1] + column}], a {block},"
+            return f"{message} is {given[row, column]:.6g} where {form[row, column]:.6g} belongs", _FORM
     about = matrix[:3, :3] - mass * np.array([[y * y + z * z, 0.0, 0.0], [0.0, z * z, -y * z], [0.0, -y * z, y * y]])
     least, _, largest = np.linalg.eigvalsh(about).tolist()
     hint = "moments about the beam's axis, not about the centre of mass"
     if not least > NO_INERTIA * largest:
-        what = "the rotary inertia about the centre of mass is not positive definite: its smallest eigenvalue is"
-        return f"{what} {least:.6g}", hint
+        message = "the rotary inertia about the centre of mass is not positive definite: its smallest eigenvalue is"
+        return f"{message} {least:.6g}", hint
     fault = impossible(mass, about)
     return (f"about the centre of mass, {fault}", hint) if fault else ("", "")

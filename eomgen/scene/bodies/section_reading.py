@@ -31,11 +31,11 @@ class SectionReader:
         self.elastic_modulus = self._formula("elastic_modulus", section.elastic_modulus)
         self.density = self._formula("density", section.density)
         if 0.0 < (density := values.value(self.density)) < _LIGHTEST:
-            what = f"the density {density:.6g} kg/m^3 is less than that of any foam"
-            values.note([f"{key}.density: {what}; {1e3 * density:.6g} if it is in g/cm^3"])
+            note = f"the density {density:.6g} kg/m^3 is less than that of any foam"
+            values.note([f"{key}.density: {note}; {1e3 * density:.6g} if it is in g/cm^3"])
         if 0.0 < (modulus := values.value(self.elastic_modulus)) < _SOFTEST:
-            what = f"the modulus {modulus:.6g} Pa is less than that of any solid"
-            values.note([f"{key}.elastic_modulus: {what}; {1e9 * modulus:.6g} if it is in GPa"])
+            note = f"the modulus {modulus:.6g} Pa is less than that of any solid"
+            values.note([f"{key}.elastic_modulus: {note}; {1e9 * modulus:.6g} if it is in GPa"])
         self._check_shape()
 
     @cached_property
@@ -111,9 +111,9 @@ class SectionReader:
 
     def _missing(self, field: str) -> Formula:
         if not self.values.report.concerns(self.key):
-            what = f"the section has no {field}, which a geometrically exact beam needs"
+            fault = f"the section has no {field}, which a geometrically exact beam needs"
             other = "poisson_ratio = ..." if field == "shear_modulus" else "stiffness = { ... } without a section"
-            self.values.report.add(self.key, what, f"{field} = ..., or {other}")
+            self.values.report.add(self.key, fault, f"{field} = ..., or {other}")
         return ZERO
 
     def _check_shape(self) -> None:
@@ -121,26 +121,26 @@ class SectionReader:
         section, report = self.section, self.values.report
         given = [size for size in _SIZES if getattr(section, size) is not None]
         if section.shear_modulus is not None and section.poisson_ratio is not None:
-            what = "shear_modulus and poisson_ratio are both given"
-            report.add(f"{self.key}.poisson_ratio", what, "one of them: shear modulus = E/(2 (1 + ratio))")
+            fault = "shear_modulus and poisson_ratio are both given"
+            report.add(f"{self.key}.poisson_ratio", fault, "one of them: shear modulus = E/(2 (1 + ratio))")
         if section.shape is None:
             if given:
                 shapes = [name for name, shape in SHAPES.items() if given[0] in shape.sizes]
-                what = f"{given[0]} is of a shape, and the section has none"
-                report.add(f"{self.key}.{given[0]}", what, " or ".join(f'shape = "{name}"' for name in shapes))
+                fault = f"{given[0]} is of a shape, and the section has none"
+                report.add(f"{self.key}.{given[0]}", fault, " or ".join(f'shape = "{name}"' for name in shapes))
             return
         sizes = SHAPES[section.shape].sizes
         for size in given:
             if size not in sizes:
-                what = f"a {section.shape} has no {size}"
-                report.add(f"{self.key}.{size}", what, listed(sizes))
+                fault = f"a {section.shape} has no {size}"
+                report.add(f"{self.key}.{size}", fault, listed(sizes))
         for size in sizes:
             if size not in given:
                 report.add(self.key, f"a {section.shape} needs its {size}", f"{size} = 0.02")
         for field in _OF_SHAPES:
             if getattr(section, field) is not None:
-                what = f"{field} is given, and follows from the shape too"
-                report.add(f"{self.key}.{field}", what, f"{field} without shape, or shape without {field}")
+                fault = f"{field} is given, and follows from the shape too"
+                report.add(f"{self.key}.{field}", fault, f"{field} without shape, or shape without {field}")
 
     def _formula(self, field: str, value: float | str) -> Formula:
         return self.values.formula(f"{self.key}.{field}", value, PARAMETERS)

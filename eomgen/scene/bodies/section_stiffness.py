@@ -47,12 +47,12 @@ def _fault(matrix: Array, model: str) -> tuple[str, str]:
     if not np.all(np.isfinite(matrix)):
         return "", ""
     if (pair := unlike(matrix)) is not None:
-        what = f"the matrix is not symmetric, so it has no potential: entry [{pair[0]}][{pair[1]}] differs from"
-        return f"{what} [{pair[1]}][{pair[0]}]", "the mean of both"
+        fault = f"the matrix is not symmetric, so it has no potential: entry [{pair[0]}][{pair[1]}] differs from"
+        return f"{fault} [{pair[1]}][{pair[0]}]", "the mean of both"
     for place in map(STRAINS.index, CONSTRAINED[model]):
         if matrix[place].any():
-            what = f"a beam of the model {model} has no {STRAINS[place]}, and row [{place}] of the matrix is not 0"
-            return what, "0 in rows and columns of strains that it does not have"
+            fault = f"a beam of the model {model} has no {STRAINS[place]}, and row [{place}] of the matrix is not 0"
+            return fault, "0 in rows and columns of strains that it does not have"
     free = [place for place, strain in enumerate(STRAINS) if strain not in CONSTRAINED[model]]
     diagonal = np.diag(matrix)
     if weak := [place for place in free if not diagonal[place] > 0.0]:
@@ -63,5 +63,5 @@ def _fault(matrix: Array, model: str) -> tuple[str, str]:
     smallest = float(np.linalg.eigvalsh(matrix[np.ix_(free, free)] / np.outer(scale, scale))[0])
     if smallest > _NONE:
         return "", ""
-    what = "the matrix is not positive definite, so the section gives way to some strain: scaled to a diagonal of 1,"
-    return f"{what} its smallest eigenvalue is {smallest:.6g}", _DEFINITE
+    fault = "the matrix is not positive definite, so the section gives way to some strain: scaled to a diagonal of 1,"
+    return f"{fault} its smallest eigenvalue is {smallest:.6g}", _DEFINITE

@@ -36,8 +36,8 @@ def read_shape(whole: Keys, values: Values) -> Shape | None:
         report.add(f"{whole.key}.curvature", "curvature and shape are both given", "one of them")
     both = given.points is not None and given.frames is not None
     if both or (given.points is None and given.frames is None):
-        what = "points and frames are both given" if both else "the shape has neither points nor frames"
-        report.add(key, what, "one of them" if both else "points = [[0, 0, 0], [1, 0, 0], [2, 1, 0]]")
+        fault = "points and frames are both given" if both else "the shape has neither points nor frames"
+        report.add(key, fault, "one of them" if both else "points = [[0, 0, 0], [1, 0, 0], [2, 1, 0]]")
         return None
     if given.points is not None:
         return _through_points(f"{key}.points", given.points, values)
@@ -50,15 +50,15 @@ def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Va
         return None
     chord = points[1]
     if np.arctan2(np.hypot(chord[1], chord[2]), chord[0]) >= _BEHIND:
-        what = "the second point is not ahead of the first one, from where the beam leaves along x"
-        values.report.add(f"{key}[1]", what, "axes with x along the beam, and the rotation of its joint")
+        fault = "the second point is not ahead of the first one, from where the beam leaves along x"
+        values.report.add(f"{key}[1]", fault, "axes with x along the beam, and the rotation of its joint")
         return None
     chords = np.diff(points, axis=0)
     for place, (before, after) in enumerate(pairwise(chords), 1):
         turn = np.arctan2(float(np.linalg.norm(np.cross(before, after))), float(before @ after))
         if turn > math.pi - _FOLDED:
-            what = f"the points go back on themselves: by {math.degrees(turn):.4g} degrees"
-            values.report.add(f"{key}[{place}]", what, "points around the bend, closer together")
+            fault = f"the points go back on themselves: by {math.degrees(turn):.4g} degrees"
+            values.report.add(f"{key}[{place}]", fault, "points around the bend, closer together")
             return None
     return through_points(points)
 
@@ -74,26 +74,26 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
     if len(quaternions) < len(given):
         return None
     if abs(abs(quaternions[0][0]) - 1.0) > _AT_ORIGIN:
-        what = "the first frame is turned against the beam's, which it is"
-        values.report.add(f"{key}[0].rotation", what, "no rotation here, and that of the beam's joint")
+        fault = "the first frame is turned against the beam's, which it is"
+        values.report.add(f"{key}[0].rotation", fault, "no rotation here, and that of the beam's joint")
         return None
     poses = np.column_stack([np.array(quaternions), positions])
     for place, (before, after) in enumerate(pairwise(turned), 1):
         twist = relative_twist(poses[place - 1], poses[place])
         turn = max(float(np.linalg.norm(twist[:3])), _turn_about_one_axis(before or (), after or ()))
         if turn > math.pi - _AT_ORIGIN:
-            what = f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before"
-            what += ", and which way the beam goes round is told below 180 alone"
-            values.report.add(f"{key}[{place}].rotation", what, "a frame between them")
+            fault = f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before"
+            fault += ", and which way the beam goes round is told below 180 alone"
+            values.report.add(f"{key}[{place}].rotation", fault, "a frame between them")
             return None
         off = math.atan2(float(np.hypot(twist[4], twist[5])), float(twist[3]))
         if off > _OFF_AXIS:
-            what = f"from the frame before to this one the axis goes {math.degrees(off):.6g} degrees off the x of both"
-            values.report.add(f"{key}[{place}]", what, "rotations with x along the beam, or points in place of frames")
+            fault = f"from the frame before to this one the axis goes {math.degrees(off):.6g} degrees off the x of both"
+            values.report.add(f"{key}[{place}]", fault, "rotations with x along the beam, or points in place of frames")
             return None
         if off > _OBLIQUE:
-            what = f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses are"
-            values.note([f"{key}[{place}]: {what} those in the axes of the sections"])
+            fault = f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses are"
+            values.note([f"{key}[{place}]: {fault} those in the axes of the sections"])
     return through_frames(poses)
 
 
@@ -113,11 +113,11 @@ def _turn_about_one_axis(before: Sequence[tuple[Array, float]], after: Sequence[
     return abs(second - first)
 
 
-def _several(key: str, what: str, places: Array, values: Values) -> bool:
+def _several(key: str, plural: str, places: Array, values: Values) -> bool:
     """Tell whether a list has two places or more, neighbours apart, the first at the beam's origin; report faults."""
     report = values.report
     if len(places) < 2:
-        report.add(key, f"a shape needs two {what} at least, not {len(places)}", "[0, 0, 0], and where the beam goes")
+        report.add(key, f"a shape needs two {plural} at least, not {len(places)}", "[0, 0, 0], and where the beam goes")
         return False
     if not np.all(np.isfinite(places)):
         return False
@@ -125,12 +125,12 @@ def _several(key: str, what: str, places: Array, values: Values) -> bool:
     size = float(np.max(apart))
     if np.linalg.norm(places[0]) > _AT_ORIGIN * size:
         listed = ", ".join(f"{number:.6g}" for number in places[0])
-        fault = f"the first of the {what} is at [{listed}], and the origin of the beam's frame is there"
+        fault = f"the first of the {plural} is at [{listed}], and the origin of the beam's frame is there"
         report.add(f"{key}[0]", fault, "[0, 0, 0]; the place of the beam is that of its joint")
         return False
     if float(np.min(apart)) <= _AT_ORIGIN * size:
         place = int(np.argmin(apart))
-        report.add(f"{key}[{place + 1}]", f"two of the {what} one behind the other are at one place", "one of them")
+        report.add(f"{key}[{place + 1}]", f"two of the {plural} one behind the other are at one place", "one of them")
         return False
     return True
 
@@ -167,9 +167,9 @@ def pretwisted(whole: Keys, shape: Shape, values: Values) -> Shape:
 
     at_start = angle(0.0)
     if abs(at_start) > _AT_ORIGIN:
-        what = f"the pretwist is {at_start:.6g} rad at s = 0, where the sections have the axes of the beam's frame"
+        fault = f"the pretwist is {at_start:.6g} rad at s = 0, where the sections have the axes of the beam's frame"
         hint = "the angle from there on, and the rest as rotation of the joint"
         if angle(shape.length) == at_start:
             hint = f'"{at_start:.6g} * s" for that much up to the other end, or a rotation of the joint'
-        values.report.add(key, what, hint)
+        values.report.add(key, fault, hint)
     return Turned(shape, angle)

@@ -60,14 +60,14 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
         made["filtered"] = (e - f) / T, start("initial_filtered")
         share = number("lead", 0.0) / T
         free = number("gain", 1.0) * (f + share * (e - f))
-    what = {"integral": "integral", "filtered": "filtered signal"}
+    state_words = {"integral": "integral", "filtered": "filtered signal"}
     states = [
         State(
             f"{name}_{suffix}",
             rate,
             initial,
             entry.unit if suffix == "integral" or entry.type == "low_pass" else "",
-            f"{what[suffix]} of the controller {name}",
+            f"{state_words[suffix]} of the controller {name}",
         )
         for suffix, (rate, initial) in made.items()
     ]
@@ -123,8 +123,8 @@ def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElemen
     loop = algebraic_loop(depends)
     if loop:
         chain = " uses ".join(part.replace("springs.", "tension.") for part in loop)
-        what = f"an algebraic loop: {chain}, with no state between"
-        values.report.add(loop[0], what, "a low_pass controller, or a state, somewhere in the loop")
+        fault = f"an algebraic loop: {chain}, with no state between"
+        values.report.add(loop[0], fault, "a low_pass controller, or a state, somewhere in the loop")
 
 
 def _used(formulas: Iterable[Formula]) -> list[str]:

@@ -48,7 +48,7 @@ def read_reference(name: str, entry: ReferenceEntry, followers: frozenset[str], 
     """Return a reference motion; ``followers`` are joints that mimic others."""
     parts: dict[str, tuple[tuple[str, Formula], ...]] = {}
     for part in ("position", "velocity", "acceleration"):
-        found = []
+        formulas = []
         for joint, text in getattr(entry, part).items():
             place = key_of("references", name, part, joint)
             if not check_reference(place, joint, values.names.joints, "joint", values.report):
@@ -58,6 +58,6 @@ def read_reference(name: str, entry: ReferenceEntry, followers: frozenset[str], 
                 values.report.add(place, f"a {kind.name} joint has not one coordinate", "a joint of one coordinate")
             if joint in followers:
                 values.report.add(place, f"the joint {joint} follows another", "the joint that it follows")
-            found.append((joint, values.formula(place, text, SPRING_FORCE)))
-        parts[part] = tuple(found)
+            formulas.append((joint, values.formula(place, text, SPRING_FORCE)))
+        parts[part] = tuple(formulas)
     return Reference(name, **parts)

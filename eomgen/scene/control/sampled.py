@@ -109,13 +109,13 @@ def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource |
             report.add(f"{key}.function", "function is the name of one in a C file", 'source = "controller.c"')
         return None
     if entry.function is None:
-        what = "the name of the function in the C file is missing"
-        report.add(f"{key}.source", what, 'function = "controller"')
+        message = "the name of the function in the C file is missing"
+        report.add(f"{key}.source", message, 'function = "controller"')
         return None
     function = entry.function
     if not _IDENTIFIER.fullmatch(function) or _KEYWORDS.fullmatch(function) or function.startswith("eomgen"):
-        what = f"{shown(function)} cannot be the name of a C function here"
-        report.add(f"{key}.function", what, "letters, digits and underscores, no word of C, not eomgen at its start")
+        message = f"{shown(function)} cannot be the name of a C function here"
+        report.add(f"{key}.function", message, "letters, digits and underscores, no word of C, not eomgen at its start")
         return None
     path = folder / entry.source
     fault, hint = "", "the path of a C file, from the scene file's folder"

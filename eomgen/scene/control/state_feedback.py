@@ -80,8 +80,8 @@ def parameters_of(name: str, entry: Written) -> list[Parameter]:
     labels = _labels(entry)
     result = []
     for row, (output, gains) in enumerate(zip(made.outputs, made.gains, strict=True)):
-        for parameter, (table, what), label in zip(gains, tables, labels, strict=True):
-            values = table.get(what, ())
+        for parameter, (table, signal), label in zip(gains, tables, labels, strict=True):
+            values = table.get(signal, ())
             value = values[row] if row < len(values) else 0.0
             result.append(Parameter(parameter, value, True, "", f"gain of {label} in {output}"))
     for parameter, label in zip(made.references, labels, strict=True):
@@ -168,8 +168,8 @@ def _check_gains(key: str, entry: Written, count: int, values: Values) -> None:
     for table in tables:
         for name, gains in getattr(entry, table).items():
             if len(gains) != count:
-                what = f"{len(gains)} gain{'s' * (len(gains) > 1)} given for {count} output{'s' * (count > 1)}"
-                values.report.add(f"{key}.{table}.{key_of(name)}", what, "one gain for each output")
+                fault = f"{len(gains)} gain{'s' * (len(gains) > 1)} given for {count} output{'s' * (count > 1)}"
+                values.report.add(f"{key}.{table}.{key_of(name)}", fault, "one gain for each output")
     if tables and entry.calibration is not None:
         values.report.add(
             f"{key}.{tables[0]}", "gains are given, and a calibration that would find them, too", "one of them"
@@ -210,8 +210,8 @@ def read_calibration(
         for joint in getattr(written, table) or ():
             kind = values.names.joints.get(joint, "")
             if kind and JOINTS[kind].v_size != 1:
-                what = f"the {kind} joint {joint} has not one coordinate"
-                report.add(f"{key}.{table}.{key_of(joint)}", what, "an output, and its weight in output_weights")
+                fault = f"the {kind} joint {joint} has not one coordinate"
+                report.add(f"{key}.{table}.{key_of(joint)}", fault, "an output, and its weight in output_weights")
     for table in ("position_weights", "velocity_weights", "signal_weights", "output_weights"):
         for name, weight in (getattr(written, table) or {}).items():
             if weight < 0.0:
@@ -219,8 +219,8 @@ def read_calibration(
     _check_lists(key, written, count, values)
     for place, (real, imaginary) in enumerate(written.poles or ()):
         if real >= 0.0:
-            what = f"the pole [{real:g}, {imaginary:g}] does not decay: its real part is not below 0"
-            report.add(f"{key}.poles[{place}]", what, f"[{-real or -1.0:g}, {imaginary:g}]")
+            fault = f"the pole [{real:g}, {imaginary:g}] does not decay: its real part is not below 0"
+            report.add(f"{key}.poles[{place}]", fault, f"[{-real or -1.0:g}, {imaginary:g}]")
     poles = tuple(complex(*pair) for pair in written.poles or ())
     return Calibration(
         method,
@@ -246,8 +246,8 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
         if given is not None and len(given) not in numbers:
             needed = " or ".join(map(str, dict.fromkeys(numbers)))
             of = ("output" if method == "lqr" else "mode") + "s" * (numbers[-1] > 1)
-            what = f"{len(given)} number{'s' * (len(given) > 1)} given for {numbers[-1]} {of}"
-            report.add(f"{key}.{field}", what, f"a list of {needed}")
+            fault = f"{len(given)} number{'s' * (len(given) > 1)} given for {numbers[-1]} {of}"
+            report.add(f"{key}.{field}", fault, f"a list of {needed}")
         for place, number in enumerate(given or ()):
             allowed = number >= 0.0 if (method, field) == ("lqr", "effort_weights") else number > 0.0
             if not allowed:
@@ -267,15 +267,15 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
 
 
 def check_known(
-    key: str, table: Mapping[str, object] | None, known: Collection[str], what: str, values: Values
+    key: str, table: Mapping[str, object] | None, known: Collection[str], kind: str, values: Values
 ) -> None:
     """Report the unknown names in a table."""
     for name in table or ():
         if name in known:
             continue
-        if what == "joint" and name in values.names.beams:
+        if kind == "joint" and name in values.names.beams:
             hint = f'a signal "q.{name}[0]", or "v.{name}[0]", and its weight in signal_weights'
             values.report.add(f"{key}.{key_of(name)}", f"{shown(name)} is a beam, not a joint", hint)
         else:
             hint = nearest(name, known) or f"without {key.rpartition('.')[2]}"
-            values.report.add(f"{key}.{key_of(name)}", f"there is no {what} {shown(name)}", hint)
+            values.report.add(f"{key}.{key_of(name)}", f"there is no {kind} {shown(name)}", hint)

@@ -98,8 +98,8 @@ def _check_groups(document: Document, reading: Reading) -> None:
     for joint in document.section("joints").values():
         body = document.section("bodies").get(joint.child)
         if not JOINTS[joint.type].moves and body is not None and body.group is not None:
-            what = f"the body {joint.child} has no motion of its own: a fixed joint carries it"
-            reading.report.add(key_of("bodies", joint.child, "group"), what, "the group of the body that carries it")
+            fault = f"the body {joint.child} has no motion of its own: a fixed joint carries it"
+            reading.report.add(key_of("bodies", joint.child, "group"), fault, "the group of the body that carries it")
 
 
 def _check_drive_efforts(document: Document, reading: Reading) -> None:
@@ -113,9 +113,9 @@ def _check_drive_efforts(document: Document, reading: Reading) -> None:
     for key, formula in formulas:
         for symbol in sorted(symbols(formula), key=lambda symbol: symbol.name):
             if symbol.kind == "drive_effort" and (count := driven.count(symbol.name)) != 1:
-                what = f"{symbol.name} has no drive" if not count else f"two drives are called {symbol.name}"
+                fault = f"{symbol.name} has no drive" if not count else f"two drives are called {symbol.name}"
                 hint = nearest(symbol.name, driven) or 'drive = "0.5 * t"'
-                report.add(key, f"drive_effort.{symbol.name}: {what}", hint if not count else "another name")
+                report.add(key, f"drive_effort.{symbol.name}: {fault}", hint if not count else "another name")
 
 
 def _check_simulation(document: Document, reading: Reading) -> None:
@@ -143,7 +143,7 @@ def unused_names(document: Document, values: Values) -> list[str]:
     random = document.section("random")
     by_parameters = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in mentioned}
     by_parameters |= {name for name in random if ("parameter", variables_of(name, 1)[0]) in mentioned}
-    for kind, what_it_is, plural, names in (
+    for kind, singular, plural, names in (
         ("parameter", "parameter", "parameters", document.section("parameters")),
         ("input", "input", "inputs", document.section("inputs")),
         ("curve", "curve", "curves", document.section("curves")),
@@ -153,8 +153,8 @@ def unused_names(document: Document, values: Values) -> list[str]:
         unused = [name for name in names if (kind, name) not in mentioned and name not in by_parameters]
         if unused:
             several = len(unused) > 1
-            what = f"the {plural} {listed(unused)} change" if several else f"the {what_it_is} {unused[0]} changes"
-            notes.append(f"{what} nothing: no formula mentions {'them' if several else 'it'}")
+            note = f"the {plural} {listed(unused)} change" if several else f"the {singular} {unused[0]} changes"
+            notes.append(f"{note} nothing: no formula mentions {'them' if several else 'it'}")
     for name in document.section("modes"):
         if ("parameter", mode_parameter(name)) not in values.mentioned:
             notes.append(f"the mode {name} changes nothing: no formula mentions it")

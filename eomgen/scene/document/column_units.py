@@ -69,8 +69,8 @@ class ColumnUnits:
                 return None
         except UnitError:
             pass
-        what = f"its {column}s are in {unit}, and the label {shown(label)} says otherwise"
-        return what, f'{word} = "{unit}", or no {word}'
+        fault = f"its {column}s are in {unit}, and the label {shown(label)} says otherwise"
+        return fault, f'{word} = "{unit}", or no {word}'
 
 
 def columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | None:

@@ -61,15 +61,15 @@ def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> 
         entry, key = document.section("beams")[name], key_of("beams", name)
         tables = [(f"{key}.section", entry.section)]
         tables += [(f"{key}.parts[{number}].section", part.section) for number, part in enumerate(entry.parts)]
-        found = [size for place, section in tables if section is not None for size in _of(place, section, values)]
-        for place, size in found:
+        sizes = [size for place, section in tables if section is not None for size in _of(place, section, values)]
+        for place, size in sizes:
             if size >= length:
-                what = f"{size:.6g} m is more than the length of the beam, {length:.6g} m"
-                yield f"{place}: {what}; {1e-3 * size:.6g} if it is in mm"
-        place, largest = max(found, key=lambda pair: pair[1], default=("", math.inf))
+                note = f"{size:.6g} m is more than the length of the beam, {length:.6g} m"
+                yield f"{place}: {note}; {1e-3 * size:.6g} if it is in mm"
+        place, largest = max(sizes, key=lambda pair: pair[1], default=("", math.inf))
         if 0.0 < largest < length / _SLENDEREST:
-            what = f"the beam is {length:.6g} m long, {length / largest:.3g} times as long as its sections are thick"
-            yield f"{key}: {what} ({place} {largest:.3g} m); numbers without a unit are in m"
+            note = f"the beam is {length:.6g} m long, {length / largest:.3g} times as long as its sections are thick"
+            yield f"{key}: {note} ({place} {largest:.3g} m); numbers without a unit are in m"
 
 
 def _of(key: str, section: Section, values: Values) -> Iterator[tuple[str, float]]:
@@ -96,10 +96,10 @@ def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterat
     weight = max(values.value(section.mass_per_length) for section in sections) * beam.length * _GRAVITY
     noise, loads = _ROUNDING * largest, max(bending / beam.length**2, weight)
     if noise > _NOISE * loads:
-        what = f"the stiffness of stretch is {largest:.3g} N, by which rounding of positions exerts {noise:.2g} N, and"
+        note = f"the stiffness of stretch is {largest:.3g} N, by which rounding of positions exerts {noise:.2g} N, and"
         size = f"its bending and its weight exert {loads:.2g} N"
         field = ".stiffness.stretch" if document.section("beams")[beam.name].stiffness is not None else ""
-        yield f'{key_of("beams", beam.name)}{field}: {what} {size}; model = "inextensible" does not stretch at all'
+        yield f'{key_of("beams", beam.name)}{field}: {note} {size}; model = "inextensible" does not stretch at all'
 
 
 def _rigid_arms(
@@ -129,5 +129,5 @@ def _rigid_arms(
             beam = axes[body]
             off = math.hypot(*(values.value(part) for part in position[1:]))
             if off > _BESIDE * lengths[beam]:
-                what = f"{off:.4g} m beside the axis of the beam {beam}, which is {lengths[beam]:.4g} m long"
-                yield f"{key}: {what}: a rigid arm reaches from its sections to there"
+                note = f"{off:.4g} m beside the axis of the beam {beam}, which is {lengths[beam]:.4g} m long"
+                yield f"{key}: {note}: a rigid arm reaches from its sections to there"

@@ -34,24 +34,24 @@ def doubtful_hulls(hulls: Sequence[Hull], places: Mapping[str, tuple[Array, Arra
 def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Values) -> Iterator[str]:
     density, diameter = values.value(hull.density), values.value(hull.diameter)
     if 0.0 < density < _LIGHTEST:
-        what = f"the density {density:.6g} kg/m^3 is that of no water"
-        yield f"{what}; {1e3 * density:.6g} if it is in t/m^3" if density < 2.0 else what
+        note = f"the density {density:.6g} kg/m^3 is that of no water"
+        yield f"{note}; {1e3 * density:.6g} if it is in t/m^3" if density < 2.0 else note
     if hull.waves is not None and len(hull.waves.components) > 0:
         kx, ky, _, amplitude, *_ = max(hull.waves.components[: hull.waves.free], key=lambda wave: wave.amplitude)
         length = 2.0 * math.pi / max(math.hypot(kx, ky), 1e-300)
         if amplitude > 0.0 and diameter > _DIFFRACTING * length:
-            what = f"its diameter of {diameter:.4g} m is more than a fifth of the length of the largest wave"
-            yield f"{what}, {length:.4g} m, which it would turn and reflect: Morison's equation is of thinner hulls"
+            note = f"its diameter of {diameter:.4g} m is more than a fifth of the length of the largest wave"
+            yield f"{note}, {length:.4g} m, which it would turn and reflect: Morison's equation is of thinner hulls"
     area = values.value(hull.area) if hull.area is not None else math.nan
     round_ = 0.25 * math.pi * diameter**2
     if area > 0.0 and diameter > 0.0 and not 1.0 / _APART <= area / round_ <= _APART:
-        what = f"its area, of buoyancy, is {area:.6g} m^2, and a circle of its diameter, which drag goes by, has"
-        yield f"{what} {round_:.6g} m^2"
+        note = f"its area, of buoyancy, is {area:.6g} m^2, and a circle of its diameter, which drag goes by, has"
+        yield f"{note} {round_:.6g} m^2"
     start, end = (np.array([values.value(part) for part in place]) for place in (hull.start, hull.end))
     counted = [name for name in ("wet", "axial_added_mass", "axial_drag") if getattr(hull, name) not in _NONE]
     if counted and start[2] > end[2]:
-        what = f"start is above end in the axes of {hull.body}, and {counted[0]} is of the lower part of a column"
-        yield f"{what}, which start is to be at"
+        note = f"start is above end in the axes of {hull.body}, and {counted[0]} is of the lower part of a column"
+        yield f"{note}, which start is to be at"
     if hull.body not in places:
         return
     turned, origin = places[hull.body]
@@ -61,8 +61,8 @@ def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Value
         yield f"it begins {low - level:.4g} m above the water at rest, where no water acts on it"
     elif hull.wet is None and hull.moves_water and high - low > diameter and high - level > 0.05 * (high - low):
         part = (level - low) / (high - low) * float(np.linalg.norm(end - start))
-        what = f"all of its {np.linalg.norm(end - start):.4g} m move water, and {high - level:.4g} m of it begin above"
-        yield f"{what} the water at rest; wet = {part:.4g} counts those below"
+        note = f"all of its {np.linalg.norm(end - start):.4g} m move water, and {high - level:.4g} m of it begin above"
+        yield f"{note} the water at rest; wet = {part:.4g} counts those below"
 
 
 _NONE: tuple[Formula | None, ...] = (None, Number(0.0))

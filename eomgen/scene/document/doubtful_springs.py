@@ -44,6 +44,6 @@ def springs_within_bodies(document: Document) -> list[str]:
         if first is None or second is None:
             continue
         if first.body == second.body and first.body not in document.section("beams"):
-            what = f"both its points are fixed in {first.body}, so the spring moves nothing"
-            notes.append(f"{key_of('springs', name)}: {what}")
+            note = f"both its points are fixed in {first.body}, so the spring moves nothing"
+            notes.append(f"{key_of('springs', name)}: {note}")
     return notes

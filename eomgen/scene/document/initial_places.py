@@ -22,9 +22,9 @@ def tyres_in_the_road(
     tyres: Sequence[Tyre], points: Sequence[Point], places: Mapping[str, tuple[Array, Array]], values: Values
 ) -> list[str]:
     """Return a note on each tyre that starts deep in its road; inputs are zero there, and t is."""
-    found, notes = {point.name: point for point in points}, []
+    by_name, notes = {point.name: point for point in points}, []
     for tyre in tyres:
-        point = found.get(tyre.center)
+        point = by_name.get(tyre.center)
         if point is None or point.body not in places:
             continue
         turned, origin = places[point.body]

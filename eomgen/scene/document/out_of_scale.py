@@ -34,7 +34,7 @@ class _Arm(NamedTuple):
     moves."""
 
     key: str
-    what: str
+    quantity: str
     length: float
     moves: bool
 
@@ -65,7 +65,7 @@ def out_of_scale(
         for arm in far:
             if arm.moves:
                 beside = f"{arm.length:.3g} m from the body's origin, and all else is within {rest:.3g} m"
-                notes.append(f"{arm.key}: {arm.what} is {beside}; numbers without a unit are in m")
+                notes.append(f"{arm.key}: {arm.quantity} is {beside}; numbers without a unit are in m")
     near = [arm.length for arm in arms if arm not in far]
     known = [*near, *(abs(start) for joint in joints for start in joint.initial_position or ())]
     known += [body.beam.length for body in bodies if body.beam is not None]
@@ -77,13 +77,13 @@ def out_of_scale(
     if len(apart) >= _OF_A_BODY:
         notes += _too_heavy(bodies, max(apart), values)
     well_known = len(apart) >= _ARMS
-    for key, what, length, hint in _lengths(bodies, elements, shaped, values):
+    for key, quantity, length, hint in _lengths(bodies, elements, shaped, values):
         factor = _OF_GYRATION if well_known and key.endswith(".inertia") else _FACTOR
         if key.endswith(".rotary_inertia"):
             factor = 1.0  # no section is as large as all that is joined
         if length >= factor * size and math.isfinite(length):
             beside = f"{length:.3g} m, and the scene is no larger than {size:.3g} m"
-            notes.append(f"{key}: {what} is {beside}; numbers without a unit are in {hint}")
+            notes.append(f"{key}: {quantity} is {beside}; numbers without a unit are in {hint}")
     return notes
 
 
@@ -92,8 +92,8 @@ def _too_heavy(bodies: Iterable[Body], size: float, values: Values) -> Iterator[
     for body in bodies:
         mass = values.value(body.mass)
         if body.beam is None and not body.node_of and mass > _DENSEST * size**3:
-            what = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, {size:.3g} m, has less"
-            yield f"{key_of('bodies', body.name, 'mass')}: {what}; numbers without a unit are in kg"
+            note = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, {size:.3g} m, has less"
+            yield f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg"
 
 
 def _arms(

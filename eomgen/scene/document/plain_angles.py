@@ -19,7 +19,7 @@ def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:
     data : of a scene that is well formed, as it is written: unit strings are not converted
     """
     result = [*_of_joints(data), *_of_springs(data), *_of_rotations(data), *_of_waves(data)]
-    return list(dict.fromkeys(note for what, angle in result if (note := several_turns(what, angle))))
+    return list(dict.fromkeys(note for subject, angle in result if (note := several_turns(subject, angle))))
 
 
 def _of_joints(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
@@ -34,11 +34,11 @@ def _of_joints(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
         )
         # of free and spherical joints a start has no angles: a place in m, and rotations by axis and angle
         units = tuple(JOINTS[joint["type"]].coordinates.values())
-        for what, written in places:
+        for subject, written in places:
             values = written if isinstance(written, list | tuple) else (written,) * len(units)
             for value, unit in zip(values, units, strict=False):
                 if unit == "rad" and isinstance(value, int | float):
-                    yield what, value
+                    yield subject, value
 
 
 def _of_springs(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
@@ -49,15 +49,15 @@ def _of_springs(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
 
 def _of_rotations(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     turned = [("the base is turned by", data.get("base") or {})]
-    for section, what in (("joints", "joint"), ("frames", "frame")):
-        turned += [(f"the {what} {name} is turned by", entry) for name, entry in data.get(section, {}).items()]
+    for section, kind in (("joints", "joint"), ("frames", "frame")):
+        turned += [(f"the {kind} {name} is turned by", entry) for name, entry in data.get(section, {}).items()]
     for name, constraint in data.get("constraints", {}).items():
         sides = [constraint.get(side) for side in ("first", "second")]
         turned += [(f"a frame of the constraint {name} is turned by", side) for side in sides if isinstance(side, dict)]
-    for what, entry in turned:
+    for subject, entry in turned:
         for rotation in entry.get("rotation") or ():
             if isinstance(value := rotation.get("angle"), int | float):
-                yield what, value
+                yield subject, value
 
 
 def _of_waves(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
@@ -65,6 +65,6 @@ def _of_waves(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
         angles = [(f"the waves {name} run to", sea.get("heading"))]
         for number, wave in enumerate(sea.get("regular") or ()):
             angles.append((f"regular[{number}] of the waves {name} runs to", wave.get("heading")))
-        for what, value in angles:
+        for subject, value in angles:
             if isinstance(value, int | float):
-                yield what, value
+                yield subject, value

@@ -29,14 +29,14 @@ def doubtful_times(data: Mapping[str, Any], document: Document) -> list[str]:
             delay, period = data[section][name].get("delay"), entry.sample
             written = data[section][name].get("sample")
             if isinstance(written, int | float) and written >= _RARE:
-                what = f"the time between two samples is {written:g} s"
-                notes.append(f'{key_of(section, name)}.sample: {what}; {written:g} a second are "{1 / written:.6g} s"')
+                note = f"the time between two samples is {written:g} s"
+                notes.append(f'{key_of(section, name)}.sample: {note}; {written:g} a second are "{1 / written:.6g} s"')
             if not (isinstance(delay, int | float) and isinstance(period, int | float)):
                 continue
             if float(delay).is_integer() and delay >= _MANY_SAMPLES * period:
-                what = f"the delay {delay:g} is {delay:g} s, {delay / period:.4g} samples"
+                note = f"the delay {delay:g} is {delay:g} s, {delay / period:.4g} samples"
                 notes.append(
-                    f"{key_of(section, name)}.delay: {what}: times without a unit are in s, and one sample is"
+                    f"{key_of(section, name)}.delay: {note}: times without a unit are in s, and one sample is"
                     f' "{period:.6g} s"'
                 )
     return notes

@@ -68,8 +68,8 @@ _KINDS: tuple[tuple[Any, str], ...] = (
 
 def tables() -> dict[str, type[Table]]:
     """Return every class of the schema by name, an entry of force elements by its element's name."""
-    found = tables_of(every_document()).values()
-    parts = (part for table in found for part in table.__mro__ if issubclass(part, Table) and part is not Table)
+    models = tables_of(every_document()).values()
+    parts = (part for table in models for part in table.__mro__ if issubclass(part, Table) and part is not Table)
     return {part.__name__.removesuffix("Entry"): part for part in parts}
 
 

@@ -149,11 +149,11 @@ class _Converter:
             if not label.strip():
                 result["unit"] = unit
             elif factors is None or not is_coherent(factors, quantity):
-                what = f"{shown(written)} becomes {number:.9g} {unit}, and the label {shown(label)} says otherwise"
-                self.report.add(f"{key}.unit", what, f'unit = "{unit}", or no unit')
+                fault = f"{shown(written)} becomes {number:.9g} {unit}, and the label {shown(label)} says otherwise"
+                self.report.add(f"{key}.unit", fault, f'unit = "{unit}", or no unit')
         elif isinstance(number, int | float) and factors and not all(names()[name].is_coherent for name, _ in factors):
-            what = f"its unit {label} is a label, so {number:g} is taken as it is"
-            self.notes.append(f'{key}: {what}; "{number:g} {label}" would be converted to SI')
+            fault = f"its unit {label} is a label, so {number:g} is taken as it is"
+            self.notes.append(f'{key}: {fault}; "{number:g} {label}" would be converted to SI')
 
     def kind_of_joint(self, data: Mapping[str, Any]) -> object:
         joint = self.joints.get(data["joint"]) if isinstance(data.get("joint"), str) else None
@@ -218,8 +218,8 @@ class _Converter:
 
         from eomgen.units.conversion import misplaced, to_unit  # noqa: PLC0415
 
-        if name in self.parameters and (what := misplaced(self.labels[name], unit)):
-            self.report.add(key, f"the parameter {name} is {what}", f"a parameter in {unit}")
+        if name in self.parameters and (fault := misplaced(self.labels[name], unit)):
+            self.report.add(key, f"the parameter {name} is {fault}", f"a parameter in {unit}")
             return Refused(name)
         try:
             to_unit(Quantity(name, Fraction(1), factors), unit)
@@ -258,8 +258,8 @@ class _Converter:
         try:
             if over_time and (product := _WITH_TIME.fullmatch(text)):
                 number = to_si(read_quantity(product[1], self.known))[0]
-                what = f"{shown(text)} is a formula, and formulas take numbers in SI, without units"
-                raise UnitError(what, f'"{number:.6g} * t"')
+                fault = f"{shown(text)} is a formula, and formulas take numbers in SI, without units"
+                raise UnitError(fault, f'"{number:.6g} * t"')
             quantity = read_quantity(text, self.known)
             if not isinstance(unit, str):
                 raise UnitError(
@@ -268,15 +268,15 @@ class _Converter:
             if unit:
                 return to_si(quantity)[0] if unit == ANY_UNIT else to_unit(quantity, unit, over_time=over_time)
             number, coherent = to_si(quantity)
-            what, hint = (
+            fault, hint = (
                 f"{shown(text)} has a unit, and a number without one is needed here",
                 repr(number).removesuffix(".0"),
             )
             if measure(quantity.factors)[0] != 1:
                 hint = f"{hint}, which it is in {coherent}"
         except UnitError as error:
-            what, hint = error.what, error.hint
-        self.report.add(key, what, hint)
+            fault, hint = error.what, error.hint
+        self.report.add(key, fault, hint)
         return Refused(text)
 
 

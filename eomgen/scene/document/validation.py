@@ -35,11 +35,11 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
         for detail in error.errors(include_url=False):
             parts = (part for part in detail["loc"] if isinstance(part, str | int))
             location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are no keys
-            what, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
+            fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
             if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
                 hint = child_hint(data)
             if not isinstance(detail.get("input"), Refused):
-                report.add(key_of(*location), what, hint)
+                report.add(key_of(*location), fault, hint)
             section = str(location[0])
             if section in sections and len(location) > 1 and isinstance(kept.get(section), Mapping):
                 refused[section].add(str(location[1]))

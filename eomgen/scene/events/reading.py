@@ -50,8 +50,8 @@ def read_event(
     if isinstance(when, Number) and when is not UNKNOWN:
         values.report.add(f"{key}.when", "a number has no roots in time", 'a formula such as "q.ball" or "t - 2"')
     if _is_comparison(when):
-        what = "a comparison is 1 or 0 and does not pass zero"
-        values.report.add(f"{key}.when", what, 'the difference of its sides, "q.ball - 0.5", and a direction')
+        message = "a comparison is 1 or 0 and does not pass zero"
+        values.report.add(f"{key}.when", message, 'the difference of its sides, "q.ball - 0.5", and a direction')
     for action, keys in _KEYS.items():
         for own in keys:
             given = getattr(entry, own) is not None
@@ -123,8 +123,8 @@ def _fault(symbol: Formula, target: str, joints: Mapping[str, Joint], absolute: 
     if symbol.kind == "state":
         return None
     if absolute:
-        what = f"{shown(target)} cannot be set: in absolute coordinates joints have no coordinates of their own"
-        return what, 'action = "impact", or coordinates = "joint"'
+        fault = f"{shown(target)} cannot be set: in absolute coordinates joints have no coordinates of their own"
+        return fault, 'action = "impact", or coordinates = "joint"'
     joint = joints.get(symbol.name)
     if joint is None:
         return None
@@ -134,6 +134,6 @@ def _fault(symbol: Formula, target: str, joints: Mapping[str, Joint], absolute: 
             f'"{symbol.kind}.{joint.mimic.joint}"',
         )
     if symbol.kind == "q" and JOINTS[joint.type].group != "R":
-        what = f"{shown(target)} cannot be set: an orientation has no components that are free of each other"
-        return what, f'"v.{symbol.name}[0]", or joints that turn about one axis each'
+        fault = f"{shown(target)} cannot be set: an orientation has no components that are free of each other"
+        return fault, f'"v.{symbol.name}[0]", or joints that turn about one axis each'
     return None

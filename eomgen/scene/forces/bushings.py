@@ -104,10 +104,10 @@ def read_bushing(name: str, entry: BushingEntry, site: Site) -> Bushing:
     )
 
 
-def _rows(key: str, entry: BushingEntry, what: str, values: Values) -> Rows:
+def _rows(key: str, entry: BushingEntry, quantity: str, values: Values) -> Rows:
     """Return the six rows of the stiffness or the damping, rotations first."""
-    fields = (f"rotational_{what}", what)
-    matrix = getattr(entry, f"{what}_matrix")
+    fields = (f"rotational_{quantity}", quantity)
+    matrix = getattr(entry, f"{quantity}_matrix")
     if matrix is None:
         diagonal: list[Formula] = []
         for field in fields:
@@ -116,17 +116,17 @@ def _rows(key: str, entry: BushingEntry, what: str, values: Values) -> Rows:
         return tuple(tuple(diagonal[i] if i == j else ZERO for j in range(6)) for i in range(6))
     for field in fields:
         if getattr(entry, field) is not None:
-            values.report.add(f"{key}.{field}", f"{field} and {what}_matrix are both given", "one of them")
-    _check_matrix(f"{key}.{what}_matrix", matrix, what, values)
+            values.report.add(f"{key}.{field}", f"{field} and {quantity}_matrix are both given", "one of them")
+    _check_matrix(f"{key}.{quantity}_matrix", matrix, quantity, values)
     return tuple(tuple(Number(number) for number in row) for row in matrix)
 
 
-def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], what: str, values: Values) -> None:
+def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], quantity: str, values: Values) -> None:
     """Report a stiffness without a potential, and a stiffness or damping that would hand out energy."""
     matrix = np.array(rows_given)
     size = float(np.max(np.abs(matrix)))
     for row, column in zip(*np.nonzero(np.abs(matrix - matrix.T) > 1e-9 * size), strict=True):
-        if what == "stiffness" and row < column:
+        if quantity == "stiffness" and row < column:
             fault = (
                 f"the matrix is not symmetric, so it has no potential: entry [{row}][{column}] differs from"
                 f" [{column}][{row}]"
@@ -135,7 +135,7 @@ def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], what: str, va
             return
     smallest = float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0])
     if smallest < -1e-9 * size:
-        fault = f"the {what} is negative in some direction: the smallest eigenvalue of the matrix is {smallest:.6g}"
+        fault = f"the {quantity} is negative in some direction: the smallest eigenvalue of the matrix is {smallest:.6g}"
         values.report.add(key, fault, "a positive semidefinite matrix")
 
 

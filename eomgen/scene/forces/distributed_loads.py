@@ -94,11 +94,11 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
     place, values = key_of("distributed_loads", name), site.values
     start, length, scope = 0.0, 1.0, LOAD
     if entry.beam not in site.beams:
-        what = (
+        fault = (
             f"{shown(entry.beam)} is no beam" if entry.beam in site.bodies else f"there is no beam {shown(entry.beam)}"
         )
         hint = nearest(entry.beam, site.beams) or "a [beams] section; a rigid body takes [forces] at its centre"
-        values.report.add(f"{place}.beam", what, hint)
+        values.report.add(f"{place}.beam", fault, hint)
         scope = LOCAL_LOAD
     elif site.beams[entry.beam].model in CONSTRAINED:
         return _on_nodes(name, entry, site)
@@ -106,8 +106,8 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
         start = values.constant(f"{of_beam}.start", site.beams[entry.beam].start)
         length = values.constant(f"{of_beam}.length", site.beams[entry.beam].length or 1.0)
     if "moment" in entry.model_fields_set:
-        what = "only geometrically exact beams take distributed moments"
-        values.report.add(f"{place}.moment", what, 'model = "cosserat" of the beam')
+        fault = "only geometrically exact beams take distributed moments"
+        values.report.add(f"{place}.moment", fault, 'model = "cosserat" of the beam')
     force = values.vector(f"{place}.force", entry.force, scope)
     return DistributedLoad(name, entry.beam, start, length, force, _profile(place, entry, values), entry.axes)
 

@@ -63,9 +63,9 @@ def read_force(name: str, force: ForceEntry, site: Site) -> Force:
         why = "its motion is prescribed" if force.body == BASE else "it rests"
         values.report.add(f"{key}.body", f"a force on the {force.body} moves nothing: {why}", "a body")
     elif force.body in site.points and force.body not in site.bodies:
-        what = f"{force.body} is a point of {site.points[force.body].body}, not a body"
+        fault = f"{force.body} is a point of {site.points[force.body].body}, not a body"
         hint = f'body = "{site.points[force.body].body}", and the position of {force.body} as point'
-        values.report.add(f"{key}.body", what, hint)
+        values.report.add(f"{key}.body", fault, hint)
     else:
         check_reference(f"{key}.body", force.body, site.bodies, "body", values.report)
     point = vector(f"{key}.point", force.point, PARAMETERS)

@@ -128,8 +128,8 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
         why = "its motion is prescribed" if entry.body == BASE else "it rests"
         report.add(f"{key}.body", f"water moves nothing of the {entry.body}: {why}", "a body")
     elif entry.body in site.beams:
-        what = f"{entry.body} is a beam, and a hull is a part of a rigid body"
-        report.add(f"{key}.body", what, "a distributed load by water_velocity.NAME(...) and velocity.here")
+        fault = f"{entry.body} is a beam, and a hull is a part of a rigid body"
+        report.add(f"{key}.body", fault, "a distributed load by water_velocity.NAME(...) and velocity.here")
     else:
         check_reference(f"{key}.body", entry.body, site.bodies, "body", report)
     waves = None

@@ -62,11 +62,11 @@ def read_torsion_spring(name: str, spring: TorsionSpringEntry, site: Site) -> To
         known = check_reference(f"{key}.{field}", joint, joints, "joint", values.report)
         angles = JOINTS[joints[joint]].angles if known and joints[joint] else 0
         if known and joints[joint] and not angles:
-            what = f"the joint {joint} is {joints[joint]} and has no angle"
-            values.report.add(f"{key}.{field}", what, "a revolute joint")
+            fault = f"the joint {joint} is {joints[joint]} and has no angle"
+            values.report.add(f"{key}.{field}", fault, "a revolute joint")
         elif angles and index >= angles:
-            what = f"the {joints[joint]} joint {joint} has no angle {index}"
-            values.report.add(f"{key}.{field}_index", what, "0" if angles == 1 else "0 or 1")
+            fault = f"the {joints[joint]} joint {joint} has no angle {index}"
+            values.report.add(f"{key}.{field}_index", fault, "0" if angles == 1 else "0 or 1")
     if spring.first == spring.second in joints and spring.first_index == spring.second_index:
         values.report.add(
             f"{key}.second", f"the spring connects the joint {spring.first} to itself", "another joint, or none"

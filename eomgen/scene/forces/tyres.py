@@ -108,8 +108,8 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
     key, values, points, report = key_of("tyres", name), site.values, site.points, site.values.report
     known = values.point(f"{key}.center", entry.center)
     if known and entry.center in points and points[entry.center].body in (BASE, WORLD):
-        what = f"the point {entry.center} is on the {points[entry.center].body}, where a wheel's force moves nothing"
-        report.add(f"{key}.center", what, "a point of the wheel's body")
+        fault = f"the point {entry.center} is on the {points[entry.center].body}, where a wheel's force moves nothing"
+        report.add(f"{key}.center", fault, "a point of the wheel's body")
     damping = values.formula(f"{key}.damping", entry.damping, PARAMETERS)
     road = _height(f"{key}.road", entry.road, entry.center, values)
     kinds = {symbol.kind for symbol in symbols(road)}
@@ -118,11 +118,11 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
     if entry.road_rate is not None:
         rate = _height(f"{key}.road_rate", entry.road_rate, entry.center, values)
         if not moving and not report.concerns(f"{key}.road"):
-            what = "neither time nor an input moves the road, so it has no rate of its own"
-            report.add(f"{key}.road_rate", what, "a road that moves, or no road_rate")
+            fault = "neither time nor an input moves the road, so it has no rate of its own"
+            report.add(f"{key}.road_rate", fault, "a road that moves, or no road_rate")
     elif "input" in kinds and damping != Number(0.0):
-        what = "the damping needs the rate of the road, which does not follow from an input"
-        report.add(key, what, _KNOWN_RATE)
+        fault = "the damping needs the rate of the road, which does not follow from an input"
+        report.add(key, fault, _KNOWN_RATE)
     return Tyre(
         name=name,
         center=entry.center,
@@ -142,11 +142,11 @@ def _height(key: str, value: float | str, center: str, values: Values) -> Formul
     formula = values.formula(key, value, ROAD)
     for symbol in sorted((s for s in symbols(formula) if s.kind == "position"), key=lambda s: (s.name, s.index)):
         if symbol.name != center or symbol.index == 2:
-            what = (
+            fault = (
                 f"position.{symbol.name}[{symbol.index}] cannot be used here: a road has a height over its own wheel's"
                 " x and y"
             )
-            values.report.add(key, what, f"position.{center}[0] or position.{center}[1]")
+            values.report.add(key, fault, f"position.{center}[0] or position.{center}[1]")
             break
     return formula
 
@@ -154,8 +154,8 @@ def _height(key: str, value: float | str, center: str, values: Values) -> Formul
 def _slip(key: str, slip: SlipEntry, values: Values) -> Slip | None:
     axis = values.axis(f"{key}.axis", slip.axis)
     if len(slip.stiffness) not in (1, 2):
-        what = f"one stiffness, or a longitudinal and a lateral one, are needed here, not {len(slip.stiffness)}"
-        values.report.add(f"{key}.stiffness", what, "[15, 12]")
+        fault = f"one stiffness, or a longitudinal and a lateral one, are needed here, not {len(slip.stiffness)}"
+        values.report.add(f"{key}.stiffness", fault, "[15, 12]")
         return None
     places = [f"{key}.stiffness[{place}]" for place in range(len(slip.stiffness))]
     stiffness = [values.formula(place, value, PARAMETERS) for place, value in zip(places, slip.stiffness, strict=True)]

@@ -79,17 +79,17 @@ class _Reader:
             column = self.text.column(max((error.offset or 1) - 1, 0))
             rest = self.text.text[column - 1 :].strip()
             near = f"at {shown(rest[:20])}" if rest else "at its end"
-            what = f"the formula is not well formed {near}"
+            fault = f"the formula is not well formed {near}"
             word = re.match(r"[A-Za-z_0-9]*", rest)
             in_degrees = word is not None and word[0] in DEGREES
             hint = IN_RADIANS if in_degrees else "operators between terms and matching brackets"
-            raise FormulaError(what, column, hint) from None
+            raise FormulaError(fault, column, hint) from None
         except (RecursionError, MemoryError, ValueError):
             raise FormulaError(TOO_DEEP, 1, "a shorter formula") from None
         return self.convert(tree.body, 1)[0]
 
-    def error(self, node: ast.expr, what: str, hint: str = "") -> FormulaError:
-        return FormulaError(what, self.text.column(node.col_offset), hint)
+    def error(self, node: ast.expr, fault: str, hint: str = "") -> FormulaError:
+        return FormulaError(fault, self.text.column(node.col_offset), hint)
 
     def convert(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
         """Return the formula of a node, and its value if it is a constant."""
@@ -148,8 +148,8 @@ class _Reader:
         parts = [self.convert(node.left, depth + 1), self.convert(node.right, depth + 1)]
         exponent = parts[1][1]
         if name == "pow" and exponent is not None and abs(exponent) > LARGEST_EXPONENT:
-            what = f"the exponent {exponent:.6g} is beyond {LARGEST_EXPONENT:.0f}"
-            raise self.error(node.right, what, "exp() or a smaller exponent")
+            fault = f"the exponent {exponent:.6g} is beyond {LARGEST_EXPONENT:.0f}"
+            raise self.error(node.right, fault, "exp() or a smaller exponent")
         return self.operation(node, name, parts)
 
     def unary(self, node: ast.UnaryOp, depth: int) -> tuple[Formula, float | None]:
@@ -278,18 +278,18 @@ class _Reader:
             return Symbol("time"), None
         if name == PLACE and "place" in self.scope.kinds:
             if name in self.names.parameters:
-                what = f"{PLACE} is the place along the beam here, and a parameter is called so too"
-                raise self.error(node, what, "another name for the parameter")
+                fault = f"{PLACE} is the place along the beam here, and a parameter is called so too"
+                raise self.error(node, fault, "another name for the parameter")
             return Symbol("place"), None
         if name == GAUSSIAN and "gaussian" in self.scope.kinds:
             if name in self.names.parameters:
-                what = f"{GAUSSIAN} is the Gaussian process here, and a parameter is called so too"
-                raise self.error(node, what, "another name for the parameter")
+                fault = f"{GAUSSIAN} is the Gaussian process here, and a parameter is called so too"
+                raise self.error(node, fault, "another name for the parameter")
             return Symbol("gaussian"), None
         if name in self.names.parameters:
             if self.names.parameters[name] and "fixed" in self.scope.kinds:
-                what = f"the tunable parameter {shown(name)} cannot be used here"
-                raise self.error(node, what, "a fixed parameter (tunable = false)")
+                fault = f"the tunable parameter {shown(name)} cannot be used here"
+                raise self.error(node, fault, "a fixed parameter (tunable = false)")
             self.allow(node, "fixed" if "fixed" in self.scope.kinds else "parameter", f"parameter {shown(name)}")
             return Symbol("parameter", name), None
         if name in self.names.inputs:
@@ -306,10 +306,10 @@ class _Reader:
             raise self.error(node, f"the function {name} needs arguments", f"{name}(x)")
         if name in self.names.curves:
             raise self.error(node, f"{shown(name)} is a curve, which needs an argument", f"{name}(t)")
-        for what, movable in (("joint", self.names.joints), ("beam", self.names.beams)):
+        for fault, movable in (("joint", self.names.joints), ("beam", self.names.beams)):
             if name in movable:
                 hint = ON_A_POINT if name in self.names.exact_beams else f"q.{name} or v.{name}"
-                raise self.error(node, f"{shown(name)} is a {what}, not a number", hint)
+                raise self.error(node, f"{shown(name)} is a {fault}, not a number", hint)
         declared = (
             self.names.parameters,
             self.names.inputs,
@@ -321,12 +321,12 @@ class _Reader:
         hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
         raise self.error(node, f"unknown name {shown(name)}", hint)
 
-    def allow(self, node: ast.expr, kind: str, what: str) -> None:
+    def allow(self, node: ast.expr, kind: str, quantity: str) -> None:
         reason, instead = self.scope.without_inputs
         if kind == "input" and reason and kind not in self.scope.kinds:
-            raise self.error(node, f"{what} cannot be used here: {reason}", instead)
+            raise self.error(node, f"{quantity} cannot be used here: {reason}", instead)
         if kind not in self.scope.kinds:
-            raise self.error(node, f"{what} cannot be used here", f"{self.scope.description} only")
+            raise self.error(node, f"{quantity} cannot be used here", f"{self.scope.description} only")
 
     def quantity(self, node: ast.Attribute | ast.Subscript, *, called: bool = False) -> Symbol:
         index = None
@@ -338,22 +338,22 @@ class _Reader:
         if isinstance(inner, ast.Attribute) and _is_reaction(inner.value):
             return self.reaction(node, inner, index)
         if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
-            what = "only quantities such as q.joint or position.point[2] have parts"
+            fault = "only quantities such as q.joint or position.point[2] have parts"
             word, part = _before(inner)
-            raise self.error(node, what, of_parts(self.names, word, part or ("" if index is None else str(index))))
+            raise self.error(node, fault, of_parts(self.names, word, part or ("" if index is None else str(index))))
         kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         if kind in LOCAL and name == HERE and name not in self.names.points:
             return self.local(node, kind, index)
         if kind == "reaction":
-            what = f"reaction.{name[:64]} is a force and a moment"
-            raise self.error(node, what, f"reaction.{name[:64]}.force[0] or reaction.{name[:64]}.moment[0]")
+            fault = f"reaction.{name[:64]} is a force and a moment"
+            raise self.error(node, fault, f"reaction.{name[:64]}.force[0] or reaction.{name[:64]}.moment[0]")
         if kind in OF_WAVES:
             call = f"{kind}.{name[:64]}({', '.join('xyz'[: OF_WAVES[kind][0]])})"
             hint = f"{call}[0]" if OF_WAVES[kind][1] > 1 else call
             raise self.error(node, f"{kind}.{name[:64]} is of a place, and needs arguments", hint)
         if kind == "tau" and not called:
-            what = f"tau.{name[:64]} needs a reference motion"
-            raise self.error(node, what, f"tau.{name[:64]}(servo), and [references.servo]")
+            fault = f"tau.{name[:64]} needs a reference motion"
+            raise self.error(node, fault, f"tau.{name[:64]}(servo), and [references.servo]")
         known, size = self.family(kind, name)
         if known is None and kind == "mode":
             hint = f"[modes] and {name[:64]} = 1"
@@ -364,16 +364,16 @@ class _Reader:
         scope_kind = offered.scope if offered else "power" if kind == "energy" and name.endswith("power") else kind
         self.allow(node, scope_kind, f"{kind}.{name if is_legal(name) else shown(name)}")
         if kind == "rate" and name in self.names.states and name not in known:
-            what = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
-            raise self.error(node, what, f"its formula, or the state {name}")
+            fault = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
+            raise self.error(node, fault, f"its formula, or the state {name}")
         if name not in known:
-            what = (
+            fault = (
                 "joint or beam" if kind in ("q", "v", "a") and self.names.beams else _words(self.names.section_of(kind))
             )
-            raise self.error(node, f"{kind}.{name[:64]}: there is no {what} {shown(name)}", nearest(name, known))
+            raise self.error(node, f"{kind}.{name[:64]}: there is no {fault} {shown(name)}", nearest(name, known))
         if kind in ("q", "v", "a") and name in self.names.exact_beams and name not in self.names.joints:
-            what = f"{kind}.{name}: a geometrically exact beam has no elastic coordinates"
-            raise self.error(node, what, ON_A_POINT)
+            fault = f"{kind}.{name}: a geometrically exact beam has no elastic coordinates"
+            raise self.error(node, fault, ON_A_POINT)
         if size is None:
             return Symbol(kind, name, index or 0)
         if size == 0:
@@ -389,11 +389,11 @@ class _Reader:
         """Return a component of a quantity of the place at which a load acts: ``velocity.here[2]``."""
         label = f"{kind}.{HERE}"
         if "local" not in self.scope.kinds:
-            what = f"{label}: {HERE} is where a load acts, in [forces] and in [distributed_loads] of exact beams"
-            raise self.error(node, what, "the name of a point")
+            fault = f"{label}: {HERE} is where a load acts, in [forces] and in [distributed_loads] of exact beams"
+            raise self.error(node, fault, "the name of a point")
         if index is None or not 0 <= index <= 2:
-            what = f"{label} has 3 components" if index is None else f"{label} has no component {index}"
-            raise self.error(node, what, f"{label}[0]")
+            fault = f"{label} has 3 components" if index is None else f"{label} has no component {index}"
+            raise self.error(node, fault, f"{label}[0]")
         return Symbol("local", kind, index)
 
     def reaction(self, node: ast.expr, inner: ast.Attribute, index: int | None) -> Symbol:
@@ -402,15 +402,17 @@ class _Reader:
         name, part = inner.value.attr.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         label = f"reaction.{name[:64]}"
         if "reaction" not in self.scope.kinds:
-            what = f"{label} cannot be used here: it depends on the accelerations that follow from what stands here"
-            raise self.error(node, what, f"{self.scope.description} only")
+            message = f"{label} cannot be used here: it depends on the accelerations that follow from what stands here"
+            raise self.error(node, message, f"{self.scope.description} only")
         if fault := self.names.fault_of_reaction(name):
             raise self.error(node, f"{label}: {fault[0]}", fault[1])
         if part not in REACTION_PARTS:
             raise self.error(node, f"{label} has no part {shown(part)}", f"{label}.force[0] or {label}.moment[0]")
         if index is None or index > 2:
-            what = f"{label}.{part} has 3 components" if index is None else f"{label}.{part} has no component {index}"
-            raise self.error(node, what, f"{label}.{part}[0]")
+            message = (
+                f"{label}.{part} has 3 components" if index is None else f"{label}.{part} has no component {index}"
+            )
+            raise self.error(node, message, f"{label}.{part}[0]")
         return Symbol("reaction", name, REACTION_PARTS[part] + index)
 
     def kinds(self) -> list[str]:

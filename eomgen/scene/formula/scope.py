@@ -168,8 +168,8 @@ class Names:
         if name not in known:
             for kind in _FORCES:
                 if (row := self.offered.get(kind)) and name in row.names:
-                    what = f"{name[:64]} is in [{row.section}], and no joint, constraint or reaction"
-                    return what, f"{kind}.{name[:64]} in a formula, its force in N"
+                    fault = f"{name[:64]} is in [{row.section}], and no joint, constraint or reaction"
+                    return fault, f"{kind}.{name[:64]} in a formula, its force in N"
             return f"there is no joint, constraint or reaction {shown(name)}", nearest(name, known)
         if name not in self.reactions and name in self.joints and name in self.constraints:
             hint = f'[reactions] and {name[:64]}_load = {{ joint = "{name[:64]}" }}'

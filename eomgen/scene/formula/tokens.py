@@ -48,8 +48,8 @@ _ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"
 class FormulaError(DescriptionError):
     """A formula that cannot be read: ``what``, ``column`` (from 1) and ``hint`` give fault, place and remedy."""
 
-    def __init__(self, what: str, column: int, hint: str = "") -> None:
-        self.what = f"{what} (column {column})"
+    def __init__(self, fault: str, column: int, hint: str = "") -> None:
+        self.what = f"{fault} (column {column})"
         self.column = column
         self.hint = hint
         super().__init__(Problem("formula", self.what, hint))
@@ -74,8 +74,8 @@ class FormulaText:
         self.aliased_starts: list[int] = []
         self.columns: list[int] = []
         if len(text) > TEXT_LENGTH:
-            what = f"the formula has {len(text)} characters, more than {TEXT_LENGTH}"
-            raise FormulaError(what, TEXT_LENGTH + 1, "parameters or inputs for its parts")
+            fault = f"the formula has {len(text)} characters, more than {TEXT_LENGTH}"
+            raise FormulaError(fault, TEXT_LENGTH + 1, "parameters or inputs for its parts")
         if not text.strip():
             raise FormulaError("the formula is empty", 1, "a number")
         self.aliased = self.alias()
@@ -125,8 +125,8 @@ class FormulaText:
         """Return the error of a number that a word follows."""
         if word in DEGREES:
             return FormulaError(f"the number {shown(number)} runs into a name", column, IN_RADIANS)
-        what, hint = in_formula(number, word)
-        return FormulaError(what, column, hint)
+        fault, hint = in_formula(number, word)
+        return FormulaError(fault, column, hint)
 
     def refused(self, token: str, column: int) -> FormulaError:
         if token == "=" and column == 1:

@@ -186,12 +186,12 @@ class Hamiltonian:
         return state
 
 
-def _value_in_run(what: str, formula: Formula, values: Mapping[str, float]) -> float:
+def _value_in_run(quantity: str, formula: Formula, values: Mapping[str, float]) -> float:
     """Return the value of a formula of parameters. Raises UsageError."""
     try:
         return evaluate(formula, lambda symbol: values[symbol.name])
     except ArithmeticError as error:
         names = sorted({symbol.name for symbol in symbols(formula)})
         at = ", ".join(f"{name} = {values[name]:.6g}" for name in names)
-        fault = f"the {what}, {infix(formula)}, has no finite real value with {at}: {error}"
+        fault = f"the {quantity}, {infix(formula)}, has no finite real value with {at}: {error}"
         raise UsageError(Problem("parameters", fault, NO_START)) from None

@@ -98,12 +98,12 @@ def fields_from_data(
     """
     report = Report(file, lines or {})
     if data.get("kind") != KIND:
-        what = "this is no file of fields: what is sampled has a kind and a mesh"
-        report.add("kind" if "kind" in data else "", what, f'kind = "{KIND}", [mesh], [operators] and [cell]')
+        fault = "this is no file of fields: what is sampled has a kind and a mesh"
+        report.add("kind" if "kind" in data else "", fault, f'kind = "{KIND}", [mesh], [operators] and [cell]')
         report.raise_problems()
     if "mesh" not in data:
-        what = "there is no mesh: what is sampled are fields of cells, not motions of coordinates"
-        report.add("mesh", what, OF_COORDINATES)
+        fault = "there is no mesh: what is sampled are fields of cells, not motions of coordinates"
+        report.add("mesh", fault, OF_COORDINATES)
         report.raise_problems()
     result = _FieldReader(data, report, folder or Path()).read()
     report.raise_problems()
@@ -139,7 +139,7 @@ class _FieldReader(Entries):
             named, columns = self.used(energy, where, operators, given)
             fields = named or fields
         sampling = self.sampling(fields)
-        if report.found:
+        if report.noted:
             return None
         return FieldSystem(
             name,
@@ -183,13 +183,13 @@ class _FieldReader(Entries):
         whole = [cells] if isinstance(cells, int) and not isinstance(cells, bool) else cells
         counts = [count for count in whole if _is_whole(count, 2)] if isinstance(whole, list) else []
         if not isinstance(whole, list) or len(counts) != len(whole) or not 1 <= len(counts) <= 3:
-            what = f"the numbers of cells {'are missing' if cells is None else f'cannot be {_said(cells)}'}"
-            report.add("mesh.cells", what, "1 to 3 whole numbers from 2 on: cells = [64, 64, 64]")
+            fault = f"the numbers of cells {'are missing' if cells is None else f'cannot be {_said(cells)}'}"
+            report.add("mesh.cells", fault, "1 to 3 whole numbers from 2 on: cells = [64, 64, 64]")
             counts = [2]
         sides = length if isinstance(length, list) else [length] * len(counts)
         if len(sides) != len(counts) or not all(_is_length(side) for side in sides):
-            what = f"the length of the box {'is missing' if length is None else f'cannot be {_said(length)}'}"
-            report.add("mesh.length", what, "a number above 0 (1e-100 to 1e100), or one for each axis: length = 500.0")
+            fault = f"the length of the box {'is missing' if length is None else f'cannot be {_said(length)}'}"
+            report.add("mesh.length", fault, "a number above 0 (1e-100 to 1e100), or one for each axis: length = 500.0")
             sides = [1.0] * len(counts)
         return counts, [float(side) for side in sides if side is not None], self.text("mesh", table, "unit")
 
@@ -202,8 +202,8 @@ class _FieldReader(Entries):
                 if not is_legal(name):
                     self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
                 elif name in _own_names():
-                    what = f"formulas have {name} of their own"
-                    self.report.add(key, what, f"another name than {', '.join(_own_names())}")
+                    fault = f"formulas have {name} of their own"
+                    self.report.add(key, fault, f"another name than {', '.join(_own_names())}")
                 elif name in _WORDS:
                     self.report.add(key, f"the name {name} is a word of formulas", f"{name}_value")
                 elif name in seen:
@@ -233,9 +233,9 @@ class _FieldReader(Entries):
                 hint = f'{name} = {{ power = "300*exp(-(4*k)**2)" }}'
                 self.report.add(key, f"a table is needed here, not {described(entry)}", hint)
                 continue
-            found = self.operator(key, name, entry, data, [item.name for item in made])
-            if found is not None:
-                made.append(found)
+            result = self.operator(key, name, entry, data, [item.name for item in made])
+            if result is not None:
+                made.append(result)
         return made
 
     def operator(
@@ -274,8 +274,8 @@ class _FieldReader(Entries):
             return Operator(name, "mask", self.formula(f"{key}.mask", value, names, _PLACES) or ZERO, of=of)
         if isinstance(value, Mapping):
             if kind == "filter":
-                what = "a table is of a power spectrum, and a filter is a formula"
-                self.report.add(f"{key}.filter", what, 'filter = "exp(-(k/0.2)**2)"')
+                fault = "a table is of a power spectrum, and a filter is a formula"
+                self.report.add(f"{key}.filter", fault, 'filter = "exp(-(k/0.2)**2)"')
             return Operator(name, kind, table=self.table(f"{key}.{kind}", value), of=of)
         made = self.formula(f"{key}.{kind}", value, self.names(self.waves, [*dict(where)]), _WAVES)
         return Operator(name, kind, made or ZERO, where, of=of)
@@ -285,8 +285,8 @@ class _FieldReader(Entries):
         check_keys(key, entry, (*kinds, *more), self.report)
         said = [kind for kind in kinds if kind in entry]
         if len(said) != 1:
-            what = f"{listed(said)} are said together" if said else "no key says what it is"
-            self.report.add(key, what, f"one of {listed(kinds)}")
+            fault = f"{listed(said)} are said together" if said else "no key says what it is"
+            self.report.add(key, fault, f"one of {listed(kinds)}")
             return None
         return said[0]
 
@@ -314,9 +314,9 @@ class _FieldReader(Entries):
                 self.report.add(f"{key}.{name}", f"the name {shown(name)} cannot be taken here", NAME_RULE)
             elif name in _WORDS:
                 self.report.add(f"{key}.{name}", f"the name {name} is a word of formulas", f"{name}_value")
-            found = self.formula(f"{key}.{name}", text, self.names(own, [one for one, _ in made]), _WAVES)
-            if found is not None:
-                made.append((name, found))
+            result = self.formula(f"{key}.{name}", text, self.names(own, [one for one, _ in made]), _WAVES)
+            if result is not None:
+                made.append((name, result))
         return tuple(made)
 
     def names(self, own: Sequence[str], more: Iterable[str]) -> Names:
@@ -385,8 +385,8 @@ class _FieldReader(Entries):
         check_keys("truth", table, ("seed",), self.report)
         if "truth" not in self.data:
             if drawn:
-                what = f"{listed(drawn)} is drawn about fields that nothing draws"
-                self.report.add(f"data.{drawn[0]}", what, "[truth] and seed = 1")
+                fault = f"{listed(drawn)} is drawn about fields that nothing draws"
+                self.report.add(f"data.{drawn[0]}", fault, "[truth] and seed = 1")
             return None
         seed = table.get("seed")
         if "seed" not in table:
@@ -407,9 +407,9 @@ class _FieldReader(Entries):
         if isinstance(energy, int | float) and not isinstance(energy, bool):
             energy = repr(energy)
         if not isinstance(energy, str) or not energy.strip():
-            what = "the energy of a cell is missing" if energy is None else f"a formula is needed, not {_said(energy)}"
+            fault = "the energy of a cell is missing" if energy is None else f"a formula is needed, not {_said(energy)}"
             hint = 'energy = "exp(e) - counts*e", minus the logarithm of a likelihood; "0" for the prior alone'
-            self.report.add("cell.energy", what, hint)
+            self.report.add("cell.energy", fault, hint)
             energy = ""
         if not isinstance(where, Mapping) or not all(isinstance(text, str) for text in where.values()):
             hint = '[cell.where] and e = "log(mean) + density"'
@@ -449,8 +449,8 @@ class _FieldReader(Entries):
         table = self.section("prior")
         check_keys("prior", table, ("white",), self.report)
         if table.get("white", True) is not True:
-            what = "the state is independent standard normal numbers, and nothing else"
-            self.report.add("prior.white", what, "white = true, and an operator that gives the field its covariance")
+            fault = "the state is independent standard normal numbers, and nothing else"
+            self.report.add("prior.white", fault, "white = true, and an operator that gives the field its covariance")
 
     def mass(self) -> str:
         table = self.section("mass")

@@ -119,7 +119,7 @@ class _Reader(Entries):
         terms = self.terms(names, momenta)
         outputs = self.outputs(names)
         simulation = self.simulation()
-        if report.found:
+        if report.noted:
             return None
         start = {name: value for item in coordinates for name, value in _of_start(item)}
         self.check_start(terms, outputs, {**values, **start})
@@ -147,18 +147,18 @@ class _Reader(Entries):
 
         def replaced(symbol: Symbol) -> Formula:
             nonlocal count
-            found, names = self.defined.get(symbol.name, (symbol, 1)) if symbol.kind == "state" else (symbol, 1)
+            formula, names = self.defined.get(symbol.name, (symbol, 1)) if symbol.kind == "state" else (symbol, 1)
             count += names
-            return found
+            return formula
 
         made = mapped(formula, replaced) if formula is not None and "definitions" in self.data else formula
         if count > _MOST_NAMES:
-            what = f"with its definitions this has {count} names, and {_MOST_NAMES} are taken at most"
-            self.report.add(key, what, "shorter definitions, or terms that repeat")
+            fault = f"with its definitions this has {count} names, and {_MOST_NAMES} are taken at most"
+            self.report.add(key, fault, "shorter definitions, or terms that repeat")
             return None, 1
         if made is not None and "definitions" in self.data and (levels := _levels(made)) > _MOST_LEVELS:
-            what = f"with its definitions this has {levels} levels, and {_MOST_LEVELS} are taken at most"
-            self.report.add(key, what, "definitions that build on fewer others")
+            fault = f"with its definitions this has {levels} levels, and {_MOST_LEVELS} are taken at most"
+            self.report.add(key, fault, "definitions that build on fewer others")
             return None, 1
         return made, count
 
@@ -168,8 +168,8 @@ class _Reader(Entries):
         for name, text in self.section("definitions").items():
             key = f"definitions.{name}"
             names = Names(parameters=dict.fromkeys(values, True), states=known)
-            found, count = self.expanded(key, super().formula(key, text, names, _OF_STATES))
-            self.defined[name] = (found or ZERO, max(count, 1))
+            formula, count = self.expanded(key, super().formula(key, text, names, _OF_STATES))
+            self.defined[name] = (formula or ZERO, max(count, 1))
             known[name] = None
 
     def hint(self, error: FormulaError) -> str:
@@ -199,8 +199,8 @@ class _Reader(Entries):
             else:
                 position = momentum = math.nan  # formulas may have its names
                 position_formula = momentum_formula = None
-                what = "the initial value is missing" if initial is None else f"the start is {described(initial)}"
-                self.report.add(f"{key}.initial", what, f"{name} = {_START}: its position and its momentum")
+                fault = "the initial value is missing" if initial is None else f"the start is {described(initial)}"
+                self.report.add(f"{key}.initial", fault, f"{name} = {_START}: its position and its momentum")
             made.append(
                 Coordinate(
                     name,
@@ -269,8 +269,8 @@ class _Reader(Entries):
             if name in table:
                 value = table[name]
                 if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-                    what = f"a positive number is needed here, not {described(value)}"
-                    self.report.add(f"simulation.{name}", what, f"{name} = 0.01")
+                    fault = f"a positive number is needed here, not {described(value)}"
+                    self.report.add(f"simulation.{name}", fault, f"{name} = 0.01")
                 given[name] = value
         if "method" in table:
             given["method"] = self.text("simulation", table, "method")
@@ -278,15 +278,15 @@ class _Reader(Entries):
             if table["method"] == "":
                 self.report.add("simulation.method", "the method has no name", 'method = "omf4", or no key')
         if "tolerance" in table and table.get("method") != "rk45":
-            what = "a tolerance is of rk45, and other methods take equal steps"
-            self.report.add("simulation.tolerance", what, 'method = "rk45"')
+            fault = "a tolerance is of rk45, and other methods take equal steps"
+            self.report.add("simulation.tolerance", fault, 'method = "rk45"')
         elif "tolerance" in given and not TOLERANCES[0] <= given["tolerance"] <= TOLERANCES[1]:
-            what = f"the tolerance must lie in {TOLERANCES[0]:g}..{TOLERANCES[1]:g}"
-            self.report.add("simulation.tolerance", what, "tolerance = 1e-6")
+            fault = f"the tolerance must lie in {TOLERANCES[0]:g}..{TOLERANCES[1]:g}"
+            self.report.add("simulation.tolerance", fault, "tolerance = 1e-6")
         every = table.get("record_every", 1)
         if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-            what = f"a whole number from 1 is needed here, not {described(every)}"
-            self.report.add("simulation.record_every", what, "record_every = 10")
+            fault = f"a whole number from 1 is needed here, not {described(every)}"
+            self.report.add("simulation.record_every", fault, "record_every = 10")
         given["record_every"] = every
         compensated = table.get("compensated", False)
         if not isinstance(compensated, bool):
@@ -306,16 +306,16 @@ class _Reader(Entries):
             except ArithmeticError as error:
                 of_states = sorted({symbol.name for symbol in symbols(formula)})
                 at = ", ".join(f"{name} = {values[name]:.6g}" for name in of_states[:6])
-                what = f"it has no finite real value at the start, where {at}: {error}"
-                self.report.add(where, what, NO_START)
+                fault = f"it has no finite real value at the start, where {at}: {error}"
+                self.report.add(where, fault, NO_START)
 
     def check_momenta(self, terms: list[Term], coordinates: list[Coordinate]) -> None:
         """Report coordinates that stay at rest: neither the coordinate nor its momentum is in H."""
         used = {symbol.name for term in terms for symbol in symbols(term.formula)}
         for item in coordinates:
             if not used & {item.name, item.momentum}:
-                what = f"neither {item.name} nor {item.momentum} is in H, so both stay as they are"
-                self.report.add(f"coordinates.{item.name}", what, "a term of H with them, or leave it out")
+                fault = f"neither {item.name} nor {item.momentum} is in H, so both stay as they are"
+                self.report.add(f"coordinates.{item.name}", fault, "a term of H with them, or leave it out")
 
 
 def _levels(formula: Formula) -> int:

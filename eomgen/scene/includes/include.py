@@ -128,7 +128,7 @@ class _Includer:
         except OptionError as error:
             report.add(f"{key}.{error.option}", error.problems[0].what, error.problems[0].hint)
         except EomgenError as error:
-            self.report.found += [(0, problem) for problem in error.problems]
+            self.report.noted += [(0, problem) for problem in error.problems]
         return None
 
     def scene(self, source: Source, path: Path, chain: Sequence[Path]) -> Part:
@@ -147,7 +147,7 @@ class _Includer:
         part = self.expanded(part, report, path.parent, chain)
         report.lines = part.lines
         part.data, _ = in_si(part.data, report)
-        self.report.found += report.found
+        self.report.noted += report.noted
         for left_out in ("base", "gravity"):
             if left_out in part.data:
                 part.notes.append(f"{file}: its {left_out} is left out, that of the scene which includes it holds")
@@ -163,8 +163,8 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
     except ValidationError as error:
         for detail in error.errors(include_url=False):
             location = ("include", name, *(part for part in detail["loc"] if isinstance(part, str | int)))
-            what, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), table, depth=2)
-            report.add(key_of(*location), what, hint)
+            fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), table, depth=2)
+            report.add(key_of(*location), fault, hint)
         return None
     prefix = _prefix(name, entry)
     if prefix and not is_legal(prefix):
@@ -185,12 +185,12 @@ def _part(source: Source, text: str, path: Path, entry: Include) -> Part:
 def _check_top_level(data: dict[str, Any], report: Report) -> None:
     """Report problems in the keys of an included file that the including scene ignores; drop illegal keys."""
     if data.get("format") != 1:
-        what = (
+        fault = (
             f"this eomgen reads format 1, not {described(data['format'])}"
             if "format" in data
             else "the key format is missing"
         )
-        report.add("format", what, "format = 1")
+        report.add("format", fault, "format = 1")
     schema = document_for(data)
     sections = section_keys(schema)
     for key in list(data):
@@ -224,11 +224,11 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
         mine = part.data.setdefault(section, {})
         if not isinstance(mine, Mapping):
             continue  # said when the scene is read
-        for twice in [found for found in renamed if found in mine]:
+        for twice in [entry_name for entry_name in renamed if entry_name in mine]:
             here = part.lines.get(key_of(section, twice), report.file)
             there = inner.lines.get(key_of(section, twice.removeprefix(prefix)), entry.file)
-            what = f"the name {twice} in {section} is given twice, at {here} and at {there}"
-            report.add(key, what, f'another prefix than "{prefix}"')
+            fault = f"the name {twice} in {section} is given twice, at {here} and at {there}"
+            report.add(key, fault, f'another prefix than "{prefix}"')
         part.data[section] = {**mine, **renamed}
     for old, place in inner.lines.items():
         match = _LINE_KEY.fullmatch(old)

@@ -94,10 +94,10 @@ class Renamer:
     def number(self, name: str) -> str:
         """Return the new name of a component of the state: ``q.joint``, ``v.beam[2]``, or an internal state."""
         names = self.space.names
-        found = re.fullmatch(r"\s*([qv])\s*\.\s*(\w+)(.*)", name, re.DOTALL)
-        if found is None:
+        match = re.fullmatch(r"\s*([qv])\s*\.\s*(\w+)(.*)", name, re.DOTALL)
+        if match is None:
             return names["states"].get(name.strip(), name)
-        letter, joint, index = found.groups()
+        letter, joint, index = match.groups()
         return f"{letter}.{names['joints'].get(joint, names['beams'].get(joint, joint))}{index}"
 
     def texts(self, value: Any) -> Any:
@@ -129,8 +129,8 @@ def overridden(key: str, entry: Include, data: dict[str, Any], known: frozenset[
     for name, value in entry.parameters.items():
         place = f"{key}.parameters.{key_of(name)}"
         if name not in parameters:
-            what = f"{shown(entry.file)} has no parameter {shown(name)}"
-            report.add(place, what, nearest(name, parameters) or "without parameters")
+            fault = f"{shown(entry.file)} has no parameter {shown(name)}"
+            report.add(place, fault, nearest(name, parameters) or "without parameters")
             continue
         if isinstance(value, str) and not is_quantity(value):
             formulas[name] = value

@@ -112,8 +112,8 @@ def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, ran
     place = f"{key}.{_INDICES}"
     indices = table.get(_INDICES)
     if not isinstance(indices, Mapping) or not indices:
-        what = f"the key {_INDICES} is missing" if indices is None else f"indices are {described(indices)}"
-        report.add(place, what, _HOW)
+        fault = f"the key {_INDICES} is missing" if indices is None else f"indices are {described(indices)}"
+        report.add(place, fault, _HOW)
         return None
     ranges: dict[str, range] = {}
     for index, given in indices.items():

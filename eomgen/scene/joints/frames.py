@@ -77,8 +77,8 @@ def _orientation(
     axis = values.axis(f"{key}.axis", frame.axis)
     if frame.x_axis is None:
         if need in ("x and z", "any"):
-            what = f"the angle about the axis matters to a {title}, and axis does not say it"
-            report.add(key, what, "x_axis = [1, 0, 0], in the axes of this body, or rotation")
+            fault = f"the angle about the axis matters to a {title}, and axis does not say it"
+            report.add(key, fault, "x_axis = [1, 0, 0], in the axes of this body, or rotation")
         return rows(sequence([]) if axis is None else frame_about(axis))
     x_axis = values.axis(f"{key}.x_axis", frame.x_axis)
     if axis is None or x_axis is None:

@@ -95,8 +95,8 @@ def read_friction(key: str, joint: written.Joint, values: Values) -> tuple[Frict
     return tuple(result)
 
 
-def _has_coordinates(key: str, joint: written.Joint, what: str, values: Values) -> bool:
+def _has_coordinates(key: str, joint: written.Joint, plural: str, values: Values) -> bool:
     result = bool(JOINTS[joint.type].coordinates)
     if not result:
-        values.report.add(key, f"a {joint.type} joint has no {what}", "a bushing, an effort or a force")
+        values.report.add(key, f"a {joint.type} joint has no {plural}", "a bushing, an effort or a force")
     return result

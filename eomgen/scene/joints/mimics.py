@@ -28,12 +28,12 @@ def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Re
             name for name in joints if name in path
         ):
             circle = listed([*path, joint.name]) if len(path) > 1 else ""
-            what = (
+            fault = (
                 f"the joints follow one another in a circle: {circle}"
                 if circle
                 else f"the joint {joint.name} follows itself"
             )
-            report.add(f"{key}.joint", what, "one joint that leads")
+            report.add(f"{key}.joint", fault, "one joint that leads")
         if joint.mimic is None or joint.mimic.joint in refused:
             continue
         if joint.mimic.joint not in joints:
@@ -44,6 +44,6 @@ def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Re
         first = joints[joint.mimic.joint]
         if first.kind.v_size != 1:
             count = first.kind.v_size or "no"
-            what = f"the {first.type} joint {first.name} cannot be followed: it has {count} coordinates, not one"
+            fault = f"the {first.type} joint {first.name} cannot be followed: it has {count} coordinates, not one"
             *most, last = (name for name, row in JOINTS.items() if row.v_size == 1)
-            report.add(f"{key}.joint", what, f"a {', '.join(most)} or {last} joint")
+            report.add(f"{key}.joint", fault, f"a {', '.join(most)} or {last} joint")

@@ -128,6 +128,6 @@ class Joint:
         result = []
         for stop in self.stops:
             meaning, unit = meanings[stop.index]
-            what = f"joint {self.name}" if len(meanings) == 1 else f"the {meaning} of joint {self.name}"
-            result.append(Limit(what, names[stop.index], unit, stop.lower, stop.upper, stop.stiffness))
+            subject = f"joint {self.name}" if len(meanings) == 1 else f"the {meaning} of joint {self.name}"
+            result.append(Limit(subject, names[stop.index], unit, stop.lower, stop.upper, stop.stiffness))
         return tuple(result)

@@ -81,8 +81,10 @@ def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Di
     second = None if written_second is None else values.axis(f"{key}.{field}", written_second)
     if second is not None and required and abs(float(axis @ second)) > _PERPENDICULAR:
         included = math.degrees(math.acos(min(1.0, max(-1.0, float(axis @ second)))))
-        what = f"the axes of a {joint.type} joint are perpendicular, and these include {included:.6g} degrees"
-        report.add(f"{key}.second_axis", what, "second_axis across axis, or two revolute joints with a body in between")
+        fault = f"the axes of a {joint.type} joint are perpendicular, and these include {included:.6g} degrees"
+        report.add(
+            f"{key}.second_axis", fault, "second_axis across axis, or two revolute joints with a body in between"
+        )
         return neutral
     if second is not None and abs(float(axis @ second)) > 1.0 - _PERPENDICULAR:
         report.add(f"{key}.{field}", f"{field} is parallel to axis", "a direction across it")
@@ -113,22 +115,24 @@ def _mimic(key: str, joint: written.Joint, values: Values) -> Mimic | None:
     if joint.mimic is None:
         return None
     if (size := JOINTS[joint.type].v_size) != 1:
-        what = f"a {joint.type} joint cannot follow another: it has {size or 'no'} coordinates"
-        values.report.add(f"{key}.mimic", what, "a joint with one coordinate")
+        fault = f"a {joint.type} joint cannot follow another: it has {size or 'no'} coordinates"
+        values.report.add(f"{key}.mimic", fault, "a joint with one coordinate")
     for field in ("position", "orientation", "rotation", "velocity"):
         if getattr(joint.initial, field) is not None:
-            what = "a joint that follows another has no initial state of its own"
-            values.report.add(f"{key}.initial.{field}", what, f"the initial state of {shown(joint.mimic.joint)}")
+            fault = "a joint that follows another has no initial state of its own"
+            values.report.add(f"{key}.initial.{field}", fault, f"the initial state of {shown(joint.mimic.joint)}")
     multiplier = values.formula(f"{key}.mimic.multiplier", joint.mimic.multiplier, PARAMETERS)
     return Mimic(joint.mimic.joint, multiplier, values.formula(f"{key}.mimic.offset", joint.mimic.offset, PARAMETERS))
 
 
-def _known(key: str, given: Sequence[float | str] | None, count: int, what: str, values: Values) -> list[float] | None:
+def _known(
+    key: str, given: Sequence[float | str] | None, count: int, quantity: str, values: Values
+) -> list[float] | None:
     """Return ``count`` constants; None if they are not given or not known."""
     if given is None:
         return None
     if len(given) != count:
-        values.report.add(key, f"{what} needs {count} number{'s' * (count != 1)}, not {len(given)}", "")
+        values.report.add(key, f"{quantity} needs {count} number{'s' * (count != 1)}, not {len(given)}", "")
         return None
     numbers = values.constants(key, given)
     return None if any(math.isnan(number) for number in numbers) else numbers
@@ -174,5 +178,5 @@ def _quaternion(
 
 def _initial_velocity(key: str, joint: written.Joint, values: Values) -> tuple[float, ...]:
     kind = JOINTS[joint.type]
-    size, what = kind.v_size, f"the velocity of a {joint.type} joint{_VELOCITY_MEANING.get(kind.group, '')}"
-    return tuple(_known(f"{key}.initial.velocity", joint.initial.velocity, size, what, values) or [0.0] * size)
+    size, quantity = kind.v_size, f"the velocity of a {joint.type} joint{_VELOCITY_MEANING.get(kind.group, '')}"
+    return tuple(_known(f"{key}.initial.velocity", joint.initial.velocity, size, quantity, values) or [0.0] * size)

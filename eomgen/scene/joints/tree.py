@@ -48,8 +48,8 @@ def ordered(
         elif link.child not in known:
             report.add(f"{key}.child", f"there is no body {shown(link.child)}", nearest(link.child, known))
         elif link.child in carrier:
-            what = f"the body {link.child} is already carried by the joint {carrier[link.child].name}"
-            report.add(f"{key}.child", what, "one joint for each body, and [constraints] for what closes a loop")
+            fault = f"the body {link.child} is already carried by the joint {carrier[link.child].name}"
+            report.add(f"{key}.child", fault, "one joint for each body, and [constraints] for what closes a loop")
         elif link.parent == link.child:
             report.add(f"{key}.parent", f"the joint connects the body {link.child} to itself", "another parent")
         carrier.setdefault(link.child, link)
@@ -88,8 +88,8 @@ def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Map
         if body in path:
             cycle = list(path)[list(path).index(body) :][::-1]
             if len(cycle) > 1:
-                what = f"the joints carry the bodies {listed(cycle)} in a circle"
-                report.add(key_of("joints", carrier[body].name), what, f"{BASE} as the parent of one of them")
+                fault = f"the joints carry the bodies {listed(cycle)} in a circle"
+                report.add(key_of("joints", carrier[body].name), fault, f"{BASE} as the parent of one of them")
         end = end_of.get(body, body)
         end_of.update(dict.fromkeys([*path, body], end))
         if end not in carrier and path:

@@ -114,16 +114,16 @@ def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], ine
     """Say which joints move together without moving mass, and which body would stop that."""
     rates = {other.name: float(np.linalg.norm(rate @ moved)) for other, rate in beyond}
     with_it = [name for name, rate in rates.items() if rate > _SHARE * max(rates.values())]
-    what = f"{UNRESISTED}the {joint.type} joint {joint.name}" + (
+    note = f"{UNRESISTED}the {joint.type} joint {joint.name}" + (
         f" together with {listed(with_it[::-1])}" if with_it else ""
     )
-    what += (
+    note += (
         ": they can move without moving any mass, so the inertia matrix is singular and forward dynamics has no answer"
     )
     light = inertias.get(joint.child)
     missing = "mass and inertia" if light is None or not light.mass else "inertia"
     return (
-        f"{what}; try: {missing} for the body {joint.child}, or a fixed joint in place of one of them (URDF: root or"
+        f"{note}; try: {missing} for the body {joint.child}, or a fixed joint in place of one of them (URDF: root or"
         " lock)"
     )
 

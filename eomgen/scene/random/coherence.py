@@ -33,7 +33,7 @@ class Coherences:
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
     ) -> list[list[Coherence | None]] | None:
         """Return the coherences of the processes of a group with one another; None if there is a fault."""
-        before = len(self.report.found)
+        before = len(self.report.noted)
         result: list[list[Coherence | None]] = [[None] * len(names) for _ in names]
         said: dict[tuple[int, int], object] = {}
         for i, name in enumerate(names):
@@ -41,18 +41,18 @@ class Coherences:
                 key, j = f"{key_of('random', name)}.coherence", names.index(other) if other in names else i
                 pair = min(i, j), max(i, j)
                 if i == j or said.setdefault(pair, given) != given:
-                    what = f"its coherence with {other} is one thing here and another there"
-                    self.report.add(key, what, "one of them")
+                    fault = f"its coherence with {other} is one thing here and another there"
+                    self.report.add(key, fault, "one of them")
                     continue
                 result[i][j] = result[j][i] = self._one(key, other, given)
-        if len(self.report.found) > before:
+        if len(self.report.noted) > before:
             return None
         least, frequency = least_eigenvalue(result)
         if least < _NEGATIVE:
-            what = f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
-            what += f" frequency {frequency:.3g} is {least:.3g}, negative"
+            fault = f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
+            fault += f" frequency {frequency:.3g} is {least:.3g}, negative"
             hint = "coherences of all pairs: what is not named is 0"
-            self.report.add(f"{key_of('random', names[-1])}.coherence", what, hint)
+            self.report.add(f"{key_of('random', names[-1])}.coherence", fault, hint)
             return None
         return result
 
@@ -60,20 +60,20 @@ class Coherences:
         """Return the coherence with another process: exponential of a decay, or a table."""
         if isinstance(given, int | float):
             if not given > 0.0:
-                what = f"the decay {given:.6g} of the coherence with {other} is not positive"
-                self.report.add(key, what, "a decay such as 0.5, or a correlation of the same at all frequencies")
+                fault = f"the decay {given:.6g} of the coherence with {other} is not positive"
+                self.report.add(key, fault, "a decay such as 0.5, or a correlation of the same at all frequencies")
                 return None
             return ExponentialCoherence(float(given))
-        before = len(self.report.found)
+        before = len(self.report.noted)
         pairs = [self.values.constants(f"{key}.{other}[{k}]", pair) for k, pair in enumerate(given)]
-        if len(self.report.found) > before:
+        if len(self.report.noted) > before:
             return None
         f, c = np.array(pairs, dtype=float).reshape(-1, 2).T
         if len(f) < 2 or f[0] < 0.0 or np.any(np.diff(f) <= 0.0) or np.any(np.abs(c) > 1.0):
-            what = (
+            fault = (
                 f"the coherence with {other} is two points or more, of rising frequencies from 0 on, between -1 and 1"
             )
-            self.report.add(key, what, "[[0, 1], [2.0, 0.4], [10.0, 0]]")
+            self.report.add(key, fault, "[[0, 1], [2.0, 0.4], [10.0, 0]]")
             return None
         return CoherenceTable(f, c)
 

@@ -99,24 +99,24 @@ class Covariances:
         for word, value in given.items():
             if value is not None and word not in wanted and not missing:
                 written_as = _KEYS[word] or word
-                what = f"{kind} over {over} takes no {written_as}"
-                self.report.add(f"{key}.{written_as.partition(' ')[0]}", what, " and ".join(wanted))
+                fault = f"{kind} over {over} takes no {written_as}"
+                self.report.add(f"{key}.{written_as.partition(' ')[0]}", fault, " and ".join(wanted))
         deviation = []
         if row.deviation:
             written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
             value = self.values.constant(f"{key}.standard_deviation", written_value)
             if not value > 0.0:
-                what = f"the standard deviation {value:.6g} is not positive"
-                self.report.add(f"{key}.standard_deviation", what, "standard_deviation = 1")
+                fault = f"the standard deviation {value:.6g} is not positive"
+                self.report.add(f"{key}.standard_deviation", fault, "standard_deviation = 1")
             deviation = [value]
         elif entry.standard_deviation is not None:
-            what = f"{kind} says the variance itself, and takes no standard deviation"
-            self.report.add(f"{key}.standard_deviation", what, "without it")
+            fault = f"{kind} says the variance itself, and takes no standard deviation"
+            self.report.add(f"{key}.standard_deviation", fault, "without it")
         if missing:
             return None
-        before = len(self.report.found)
+        before = len(self.report.noted)
         arguments = [self._argument(key, name, entry, word) for word in wanted]
-        unknown = len(self.report.found) > before or any(one is None for one in arguments)
+        unknown = len(self.report.noted) > before or any(one is None for one in arguments)
         return None if unknown else row.made(*deviation, *arguments)
 
     def _argument(self, key: str, name: str, entry: written.RandomProcess, word: str) -> object:
@@ -129,8 +129,8 @@ class Covariances:
         if word == "band":
             low, high = self.values.constants(place, value)
             if not 0.0 <= low < high:
-                what = f"the band from {low:.6g} to {high:.6g} Hz is none"
-                self.report.add(place, what, 'band = ["0.5 Hz", "20 Hz"]')
+                fault = f"the band from {low:.6g} to {high:.6g} Hz is none"
+                self.report.add(place, fault, 'band = ["0.5 Hz", "20 Hz"]')
             return low, high
         number = self.values.constant(place, value)
         if np.isnan(number):  # reported by its reader
@@ -149,23 +149,23 @@ class Covariances:
             if spectrum
             else Shape(points=entry.points, table=entry.table, interpolation="quintic", outside="error")
         )
-        before = len(self.report.found)
+        before = len(self.report.noted)
         curve = self.curves.through_points(key, name, shape)
-        if len(self.report.found) > before or self.report.concerns(key):
+        if len(self.report.noted) > before or self.report.concerns(key):
             return curve
         place = f"{key}.{'points' if entry.points is not None else 'table'}"
         if curve.start < 0.0:
-            what = f"the first {'frequency' if spectrum else 'lag'} {curve.start:.6g} is negative"
-            self.report.add(place, what, "the half from 0 on: the other is the same")
+            fault = f"the first {'frequency' if spectrum else 'lag'} {curve.start:.6g} is negative"
+            self.report.add(place, fault, "the half from 0 on: the other is the same")
         elif curve.start > 0.0 and not spectrum:
-            what = f"the first lag is {curve.start:.6g}, so the variance is not known"
-            self.report.add(place, what, "a first point at lag 0")
+            fault = f"the first lag is {curve.start:.6g}, so the variance is not known"
+            self.report.add(place, fault, "a first point at lag 0")
         elif not spectrum and not curve.y[0] > 0.0:
             self.report.add(place, f"the variance {curve.y[0]:.6g}, at lag 0, is not positive", "a larger one")
         if spectrum and np.any(curve.y < 0.0):
             worst = int(np.argmin(curve.y))
-            what = f"the density {curve.y[worst]:.6g} at {curve.x[worst]:.6g} is negative"
-            self.report.add(place, what, "a one-sided power spectral density")
+            fault = f"the density {curve.y[worst]:.6g} at {curve.x[worst]:.6g} is negative"
+            self.report.add(place, fault, "a one-sided power spectral density")
         elif spectrum and not np.any(curve.y > 0.0):
             self.report.add(place, "the spectrum is zero everywhere", "a positive density somewhere")
         return curve

@@ -83,8 +83,8 @@ class Processes:
         if entry.correlation is None and entry.coherence is None:
             return name
         if entry.correlation is not None and entry.coherence is not None:
-            what = "both correlation and coherence say how it goes with others"
-            self.report.add(f"{key}.coherence", what, "one of them")
+            fault = "both correlation and coherence say how it goes with others"
+            self.report.add(f"{key}.coherence", fault, "one of them")
             return None
         how, with_others = ("correlation", "correlated") if entry.coherence is None else ("coherence", "coherent")
         others = list(entry.correlation or entry.coherence or {})
@@ -100,9 +100,9 @@ class Processes:
 
         own = [other for other in others if leads(entries[other])]
         if len(own) != 1 or name in others or any(entries[other].follows is not None for other in others):
-            what = "it names one process with a type of its own, and besides only processes that are"
-            what += f" {with_others} with it"
-            self.report.add(f"{key}.{how}", what, "one of them with a type")
+            fault = "it names one process with a type of its own, and besides only processes that are"
+            fault += f" {with_others} with it"
+            self.report.add(f"{key}.{how}", fault, "one of them with a type")
             return None
         for word in written.SHARED if entry.coherence is None else (*written.SHARED, "seed"):
             if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
@@ -121,8 +121,8 @@ class Processes:
         if any(entries[name].coherence is not None for name in others):
             mixed = [name for name in others if entries[name].coherence is None]
             if mixed:
-                what = f"it is correlated with {first}, with which others are coherent"
-                self.report.add(f"{key_of('random', mixed[0])}.correlation", what, "coherence for all of them")
+                fault = f"it is correlated with {first}, with which others are coherent"
+                self.report.add(f"{key_of('random', mixed[0])}.correlation", fault, "coherence for all of them")
                 return []
             coherences = Coherences(self.values).read(names, entries)
             if coherences is None:
@@ -178,20 +178,20 @@ class Processes:
                 j = names.index(other) if other in names else i
                 key = f"{key_of('random', name)}.correlation"
                 if i != j and matrix[i, j] not in (0.0, value):
-                    what = f"its correlation with {other} is {value:.6g} here and {matrix[i, j]:.6g} there"
-                    self.report.add(key, what, "one of them")
+                    fault = f"its correlation with {other} is {value:.6g} here and {matrix[i, j]:.6g} there"
+                    self.report.add(key, fault, "one of them")
                     return [first]
                 matrix[i, j] = matrix[j, i] = value if i != j else 1.0
         least = float(np.linalg.eigvalsh(matrix)[0])
         if least <= _SINGULAR:
-            what = f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is"
+            fault = f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is"
             nearest = nearest_correlation(matrix)
             away = float(np.linalg.norm(nearest - matrix))
             key = f"{key_of('random', names[-1])}.correlation"
             if entries[first.name].covariance_repair is None:
                 hint = "coefficients closer to 0, follows for one that is the same, or covariance_repair = "
-                what += f" {least:.3g}, not positive; the nearest ones that some have are {away:.2g} away"
-                self.report.add(key, what, f'{hint}"nearest" of {first.name}')
+                fault += f" {least:.3g}, not positive; the nearest ones that some have are {away:.2g} away"
+                self.report.add(key, fault, f'{hint}"nearest" of {first.name}')
                 return [first]
             self.values.note([f"{key}: no processes have these; the nearest ones, {away:.2g} away, take their place"])
             matrix = nearest
@@ -239,8 +239,8 @@ class Processes:
             own = [other for other, one in entries.items() if one.follows is None]
             first = own[0] if leader.follows not in own and own else leader.follows
             hint = f'follows = "{first}"' if first in own else 'type = "squared_exponential", for one of its own'
-            what = f"{entry.follows} itself follows {leader.follows}" if entry.follows != name else "it follows itself"
-            self.report.add(f"{key}.follows", what, hint)
+            fault = f"{entry.follows} itself follows {leader.follows}" if entry.follows != name else "it follows itself"
+            self.report.add(f"{key}.follows", fault, hint)
             return None
         for word in written.OWN:
             if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
@@ -250,8 +250,8 @@ class Processes:
         value = getattr(entry, right)
         if getattr(entry, wrong) is not None or value is None:
             over = "time" if leader.speed is None else "distance"
-            what = f"it follows a process over {over}, and needs {right} alone"
-            self.report.add(key, what, f"{right} = {'0.1' if right == 'delay' else '2.5'}")
+            fault = f"it follows a process over {over}, and needs {right} alone"
+            self.report.add(key, fault, f"{right} = {'0.1' if right == 'delay' else '2.5'}")
             return None
         return self.values.constant(f"{key}.{right}", value)
 
@@ -269,7 +269,7 @@ class Processes:
         ``latest``, ``earliest`` : the largest and the smallest lag of processes that follow one of them.
         """
         key = key_of("random", name)
-        before = len(self.report.found)
+        before = len(self.report.noted)
         if entry.type is None:
             self.report.add(key, "a random process needs its type, or what it follows", 'type = "squared_exponential"')
             return []
@@ -278,7 +278,7 @@ class Processes:
         mean = self.values.constant(f"{key}.mean", entry.mean)
         self._check_extent(key, entry)
         translation = self._translations.read(name, entry)
-        if len(self.report.found) > before or covariance is None:
+        if len(self.report.noted) > before or covariance is None:
             return []
         start = min(-latest, 0.0)
         end = duration * (speed or 1.0) + max(-earliest, 0.0)
@@ -294,11 +294,11 @@ class Processes:
                 expansions = expand_jointly(between, end - start, share=share, modes=entry.modes, repair=repair)
         except UsageError as error:
             (problem,) = error.problems
-            what, hint = problem.what, problem.hint
-            if entry.covariance_of == "translated" and what.startswith("the covariance is not positive"):
-                what = f"no Gaussian process is translated to this covariance: its own would not be one: {what}"
+            fault, hint = problem.what, problem.hint
+            if entry.covariance_of == "translated" and fault.startswith("the covariance is not positive"):
+                fault = f"no Gaussian process is translated to this covariance: its own would not be one: {fault}"
                 hint = "a translation nearer to a straight one, or the covariance of g itself"
-            self.report.add(key, what, hint)
+            self.report.add(key, fault, hint)
             return []
         result = []
         for expansion in expansions:
@@ -319,10 +319,10 @@ class Processes:
             )
             result.append(process)
         if expansions[0].repaired:
-            what = (
+            fault = (
                 f"the covariance is not positive, and the nearest one that is, {expansions[0].repaired:.2g} of its norm"
             )
-            self.values.note([f"{key}: {what} from it, takes its place"])
+            self.values.note([f"{key}: {fault} from it, takes its place"])
         self._translations.check(result[0])
         return result
 
@@ -332,8 +332,8 @@ class Processes:
         if entry.speed is not None:
             speed = self.values.constant(f"{key}.speed", entry.speed)
             if not 0.0 < speed <= FASTEST:
-                what = f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}"
-                self.report.add(f"{key}.speed", what, "a speed such as 20")
+                fault = f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}"
+                self.report.add(f"{key}.speed", fault, "a speed such as 20")
         if entry.duration is not None:
             duration = self.values.constant(f"{key}.duration", entry.duration)
             if not duration > 0.0:
@@ -344,5 +344,5 @@ class Processes:
         if entry.share is not None and entry.modes is not None:
             self.report.add(f"{key}.modes", "both share and modes say how many modes there are", "one of them")
         if entry.share is not None and not 0.0 < entry.share < 1.0:
-            what = f"the share {entry.share:.6g} is not between 0 and 1"
-            self.report.add(f"{key}.share", what, "share = 0.99")
+            fault = f"the share {entry.share:.6g} is not between 0 and 1"
+            self.report.add(f"{key}.share", fault, "share = 0.99")

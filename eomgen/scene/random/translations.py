@@ -49,8 +49,8 @@ class Translations:
         share, value = np.array(points, dtype=float).reshape(-1, 2).T
         rising = len(share) >= _FEWEST_QUANTILES and np.all(np.diff(share) > 0.0) and np.all(np.diff(value) > 0.0)
         if not rising or share[0] <= 0.0 or share[-1] >= 1.0:
-            what = "quantiles are three points or more, probabilities between 0 and 1 and values that both rise"
-            self.report.add(key, what, "quantiles = [[0.1, 2.0], [0.5, 3.0], [0.9, 5.0]]")
+            fault = "quantiles are three points or more, probabilities between 0 and 1 and values that both rise"
+            self.report.add(key, fault, "quantiles = [[0.1, 2.0], [0.5, 3.0], [0.9, 5.0]]")
             return None
         x, y = quantile_map(share, value)
         mean = self.values.constant(f"{key_of('random', name)}.mean", entry.mean)
@@ -107,8 +107,8 @@ class Translations:
         key = f"{key_of('random', process.name)}.translation"
         if not np.all(np.isfinite(value)):
             worst = int(np.argmin(np.isfinite(value)))
-            what = f"it has no value at g = {g[worst]:.3g}, {abs(away[worst]):.2g} standard deviations from the mean"
-            self.report.add(key, what, "a formula that has one wherever a normal variable may be")
+            fault = f"it has no value at g = {g[worst]:.3g}, {abs(away[worst]):.2g} standard deviations from the mean"
+            self.report.add(key, fault, "a formula that has one wherever a normal variable may be")
             return
         if not np.ptp(value) > 0.0:
             self.report.add(key, f"it is {value[0] + 0.0:.6g} whatever g is, so nothing is random", "a formula of g")
@@ -117,5 +117,5 @@ class Translations:
         turns = np.flatnonzero(rises[1:] != rises[:-1])
         if len(turns):
             nearest_one = int(turns[np.argmin(np.abs(away[turns + 1]))]) + 1
-            what = f"it turns round at g = {g[nearest_one]:.3g}, {abs(away[nearest_one]):.2g} standard deviations"
-            self.values.note([f"{key}: {what} from the mean, so it is no map onto a marginal distribution"])
+            fault = f"it turns round at g = {g[nearest_one]:.3g}, {abs(away[nearest_one]):.2g} standard deviations"
+            self.values.note([f"{key}: {fault} from the mean, so it is no map onto a marginal distribution"])

@@ -22,7 +22,7 @@ def read_orientation(
         matrix = np.array(orientation)
         if is_rotation(matrix):
             return rows(snapped_rotation(matrix))
-        what = "the matrix is not a rotation: orthonormal and right-handed to 1e-6"
-        values.report.add(f"{key}.orientation", what, "rotation")
+        fault = "the matrix is not a rotation: orthonormal and right-handed to 1e-6"
+        values.report.add(f"{key}.orientation", fault, "rotation")
         return rows(np.eye(3))
     return rows(sequence(values.constant_rotations(f"{key}.rotation", rotation or ()) or []))

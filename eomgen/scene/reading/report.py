@@ -28,7 +28,7 @@ class Report:
     def __init__(self, file: str, lines: Mapping[str, int | str]) -> None:
         self.file = file
         self.lines = lines
-        self.found: list[tuple[int, Problem]] = []
+        self.noted: list[tuple[int, Problem]] = []
         self.keys: set[str] = set()
 
     def place(self, key: str) -> str:
@@ -45,11 +45,11 @@ class Report:
         """Return ``file:line (key)``."""
         return f"{self.place(key)} ({key})" if key else self.file
 
-    def add(self, key: str, what: str, hint: str = "") -> None:
+    def add(self, key: str, fault: str, hint: str = "") -> None:
         """Note a problem."""
         self.keys.add(key)
         line = re.search(r":(\d+)$", self.place(key))
-        self._append(int(line[1]) if line else 0, Problem(self.where(key), what, hint))
+        self._append(int(line[1]) if line else 0, Problem(self.where(key), fault, hint))
 
     def concerns(self, key: str) -> bool:
         """Tell whether a problem is noted under a key, or below it; faults that follow from it are not reported."""
@@ -61,13 +61,13 @@ class Report:
         line = re.search(r":(\d+)$", self.place(key))
         self._append(int(line[1]) if line else 0, problem)
 
-    def add_at(self, line: int, key: str, what: str, hint: str = "") -> None:
+    def add_at(self, line: int, key: str, fault: str, hint: str = "") -> None:
         """Note a problem at a line that is known otherwise."""
-        self._append(line, Problem(f"{self.file}:{line}" + (f" ({key})" if key else ""), what, hint))
+        self._append(line, Problem(f"{self.file}:{line}" + (f" ({key})" if key else ""), fault, hint))
 
     def _append(self, line: int, problem: Problem) -> None:
-        self.found.append((line, problem))
-        if len(self.found) >= _STOP:
+        self.noted.append((line, problem))
+        if len(self.noted) >= _STOP:
             self.raise_problems()
 
     def raise_problems(self) -> None:
@@ -77,7 +77,7 @@ class Report:
         ------
         DescriptionError
         """
-        problems = [problem for _, problem in sorted(self.found, key=itemgetter(0))]
+        problems = [problem for _, problem in sorted(self.noted, key=itemgetter(0))]
         if len(problems) > _MOST:
             more = Problem(
                 self.file, f"{len(problems) - _MOST} more problems are not listed", "the first ones repaired"
@@ -87,7 +87,7 @@ class Report:
             raise DescriptionError(problems)
 
 
-def check_reference(key: str, name: str, known: Collection[str], what: str, report: Report) -> bool:
+def check_reference(key: str, name: str, known: Collection[str], kind: str, report: Report) -> bool:
     """Report a reference to something that is not there; tell whether it is."""
     if name in known:
         return True
@@ -97,6 +97,6 @@ def check_reference(key: str, name: str, known: Collection[str], what: str, repo
         report.add(key, fault, f'"{whole}", and a position on it')
         return False
     report.add(
-        key, f"there is no {what} {shown(name)}", nearest(name, known) or f"a [{what.replace(' ', '_')}s] section"
+        key, f"there is no {kind} {shown(name)}", nearest(name, known) or f"a [{kind.replace(' ', '_')}s] section"
     )
     return False

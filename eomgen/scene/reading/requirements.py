@@ -66,25 +66,25 @@ def _not_both_positive(first: Numbers, second: Numbers) -> Flags:
 Bound = tuple[Callable[[Numbers], Flags], str | Callable[..., str], str]
 
 
-def above_zero(what: str) -> Bound:
-    return _not_positive, f"{what} is {{0}}", "a number above 0"
+def above_zero(quantity: str) -> Bound:
+    return _not_positive, f"{quantity} is {{0}}", "a number above 0"
 
 
-def not_below_zero(what: str) -> Bound:
-    return _negative, f"{what} is {{0}}", "0 or more"
+def not_below_zero(quantity: str) -> Bound:
+    return _negative, f"{quantity} is {{0}}", "0 or more"
 
 
-def from_zero_to_one(what: str, above: str) -> Bound:
+def from_zero_to_one(quantity: str, above: str) -> Bound:
     """Return the rule of a share; ``above`` gives the meaning of more than 1."""
-    return _no_share, lambda number: _share_fault(what, above, number), "a number from 0 to 1"
+    return _no_share, lambda number: _share_fault(quantity, above, number), "a number from 0 to 1"
 
 
 def _no_share(number: Numbers) -> Flags:
     return np.logical_or(np.less(number, 0.0), np.greater(number, 1.0))
 
 
-def _share_fault(what: str, above: str, number: float) -> str:
-    return f"{what} is {number:.6g}, {above}" if number > 1.0 else f"{what} is {number:.6g}"
+def _share_fault(quantity: str, above: str, number: float) -> str:
+    return f"{quantity} is {number:.6g}, {above}" if number > 1.0 else f"{quantity} is {number:.6g}"
 
 
 _PITCH: Bound = _zero, "a screw with a pitch of {0} does not travel", 'a pitch in m/rad, or type = "revolute"'

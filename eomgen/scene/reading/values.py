@@ -128,8 +128,8 @@ class Values:
             from eomgen.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
 
             if unit_fault(given, read_unit(given), unit) is not None:
-                what = f"the argument of {used.curve.name} is in {unit} by its own entry, and is given here in {given}"
-                self.report.add(key, what, f"the argument in {unit}, or another unit of the curve's argument")
+                fault = f"the argument of {used.curve.name} is in {unit} by its own entry, and is given here in {given}"
+                self.report.add(key, fault, f"the argument in {unit}, or another unit of the curve's argument")
 
     def _along(self, scope: Scope) -> Scope:
         return scope if self.place is None else ALONG_A_BEAM.get(scope, scope)
@@ -180,8 +180,8 @@ class Values:
             self.report.add(key, f"at the default parameters, {error}", OTHER_VALUES)
             return
         if not any(math.isnan(number) for number in numbers) and rule.broken(numbers):
-            what, hint = rule.fault(numbers)
-            self.report.add(key, f"at s = {self.place:.6g}, {what}" if key in self.varied else what, hint)
+            fault, hint = rule.fault(numbers)
+            self.report.add(key, f"at s = {self.place:.6g}, {fault}" if key in self.varied else fault, hint)
         if any(self._tunable(formula) for formula in formulas):
             self.requirements.append(Requirement(self.report.where(key), tuple(formulas), rule))
 

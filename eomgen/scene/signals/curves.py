@@ -39,8 +39,8 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
     steps = np.diff(x)
     if np.any(steps < 0.0):
         index = int(np.argmax(steps < 0.0)) + 1
-        what = f"the points are not in order: {x[index]:.9g} comes after {x[index - 1]:.9g}"
-        return index, what, "rows sorted by the first of the two columns"
+        message = f"the points are not in order: {x[index]:.9g} comes after {x[index - 1]:.9g}"
+        return index, message, "rows sorted by the first of the two columns"
     equal = steps == 0.0
     hint = 'one value for each, or interpolation = "linear", which jumps there'
     if interpolation == "linear":
@@ -53,13 +53,15 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
         return index, f"{x[index]:.9g} occurs again", hint
     if interpolation == "quintic" and np.min(steps) < CLOSEST * np.max(steps):
         index = int(np.argmin(steps)) + 1
-        what = f"points are {np.min(steps):.3g} apart here and {np.max(steps):.3g} elsewhere, too uneven for a spline"
-        return index, what, 'points more evenly spread, or interpolation = "linear"'
+        message = (
+            f"points are {np.min(steps):.3g} apart here and {np.max(steps):.3g} elsewhere, too uneven for a spline"
+        )
+        return index, message, 'points more evenly spread, or interpolation = "linear"'
     if outside == "periodic" and interpolation == "quintic":
         gap, scale = abs(float(y[-1] - y[0])), float(np.max(np.abs(y)))
         if gap > 1e-9 * scale:
-            what = f"the last value {y[-1]:.9g} is not the first one {y[0]:.9g}, so the curve cannot be periodic"
-            return len(x) - 1, what, "a last point that repeats the first value, one period later"
+            message = f"the last value {y[-1]:.9g} is not the first one {y[0]:.9g}, so the curve cannot be periodic"
+            return len(x) - 1, message, "a last point that repeats the first value, one period later"
     return None
 
 
@@ -122,8 +124,8 @@ class Curves:
         if entry.points is not None:
             key = f"{key}.points"
             if len(entry.points) > MOST_ROWS:
-                what = f"there are {len(entry.points)} points, more than {MOST_ROWS}"
-                self.report.add(key, what, "every tenth point, or the part that is needed")
+                message = f"there are {len(entry.points)} points, more than {MOST_ROWS}"
+                self.report.add(key, message, "every tenth point, or the part that is needed")
                 return _empty(name)
             points = [self.values.constants(f"{key}[{place}]", pair) for place, pair in enumerate(entry.points)]
             x, y = np.array([*zip(*points, strict=True)]) if points else np.zeros((2, 0))
@@ -131,17 +133,17 @@ class Curves:
             outside = entry.outside or ("error" if interpolation == "quintic" else "hold")
         else:
             key = f"{key}.table"
-            found = self.columns(key, entry.table, units)
-            if found is None:
+            columns = self.columns(key, entry.table, units)
+            if columns is None:
                 return _empty(name)
-            (x, y), places = found
+            (x, y), places = columns
             outside = entry.outside or Curve.outside
         if not np.all(np.isfinite([x, y])):  # refused and reported before
             return _empty(name)
         wrong = fault(x, y, interpolation, outside)
         if wrong is not None:
-            index, what, hint = wrong
-            self.report.add_problem(key, Problem(places[min(index, len(places) - 1)], what, hint))
+            index, message, hint = wrong
+            self.report.add_problem(key, Problem(places[min(index, len(places) - 1)], message, hint))
             return _empty(name)
         return Curve(name, x, y, interpolation, outside)
 
@@ -174,8 +176,8 @@ class Curves:
         self.note_titles(key, table, result.titles, units)
         if result.width > 2 and "value" not in chosen:
             title = f", {shown(result.titles[1])}," if result.titles[1] else ""
-            what = f"the table has {result.width} columns, and column {table.value}{title} is taken"
-            self.values.note([f"{key}.value: {what}; value = {table.value} says that it is meant"])
+            note = f"the table has {result.width} columns, and column {table.value}{title} is taken"
+            self.values.note([f"{key}.value: {note}; value = {table.value} says that it is meant"])
         file = Path(table.file).name
         shown_file = file if file.isascii() and file.isprintable() else ascii(file)
         return (x, y), [f"{shown_file}:{line} ({key})" for line in result.lines]
@@ -190,8 +192,8 @@ class Curves:
             if misfit := _misfit(in_title, unit):
                 self.values.note([f"{key}.{column}: the title of the column {shown(title)} says {in_title}, {misfit}"])
             elif not is_in_si(in_title):
-                what = f"the numbers of the column {shown(title)} are taken in SI, as they are"
-                self.values.note([f'{key}.{column}: {what}; try: {column}_unit = "{in_title}"'])
+                note = f"the numbers of the column {shown(title)} are taken in SI, as they are"
+                self.values.note([f'{key}.{column}: {note}; try: {column}_unit = "{in_title}"'])
 
     def scale(self, key: str, table: written.TableFile, column: str) -> float:
         """Return the factor on a column: its unit's factor times the given one."""
@@ -203,8 +205,8 @@ class Curves:
         try:
             size = float(measure(read_unit(unit))[0])
             if size == factor != 1.0:
-                what = f"the column is multiplied by {size * factor:.6g}: by {factor:.6g} for its unit and once more"
-                self.values.note([f"{key}.{column}_scale: {what}; the unit alone brings it to SI"])
+                note = f"the column is multiplied by {size * factor:.6g}: by {factor:.6g} for its unit and once more"
+                self.values.note([f"{key}.{column}_scale: {note}; the unit alone brings it to SI"])
             return factor * size
         except UnitError as error:
             self.report.add(f"{key}.{column}_unit", error.what, error.hint)
@@ -242,8 +244,8 @@ class Curves:
         """Return the parts of an input other than its formula and its road, each a curve over time."""
         given = [kind for kind in ("table", "points", "wave") if getattr(entry, kind) is not None]
         if len(given) > 1:
-            what = f"an input takes one of table, points, wave, not {' and '.join(given)}"
-            self.report.add(key, what, "a curve for each, and a formula")
+            message = f"an input takes one of table, points, wave, not {' and '.join(given)}"
+            self.report.add(key, message, "a curve for each, and a formula")
         if not ({"table", "points"} & set(given)):
             self.refuse_options(key, entry, "an input without points or a table")
         if not given:
@@ -255,11 +257,11 @@ class Curves:
         )
         return [Application(made, Symbol("time"))]
 
-    def refuse_options(self, key: str, entry: written.Shape, what: str) -> None:
+    def refuse_options(self, key: str, entry: written.Shape, kind: str) -> None:
         """Report options that have no effect without points."""
         for option in ("interpolation", "outside"):
             if getattr(entry, option) is not None:
-                self.report.add(f"{key}.{option}", f"{option} is for points and tables, not for {what}", "without it")
+                self.report.add(f"{key}.{option}", f"{option} is for points and tables, not for {kind}", "without it")
 
     def road(self, key: str, road: written.Road) -> tuple[Harmonic, ...] | Formula:
         """Return the road under a wheel over time: harmonics for a road of a class, else a formula."""
@@ -303,8 +305,8 @@ class Curves:
                 f"{key}.speed", f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}", "a speed such as 20"
             )
         if abs(offset) > FARTHEST:
-            what = f"the offset {offset:.6g} m is beyond {FARTHEST:.0f} m, where phases lose their digits"
-            self.report.add(f"{key}.offset", what, "the distance in m by which this wheel follows the first")
+            message = f"the offset {offset:.6g} m is beyond {FARTHEST:.0f} m, where phases lose their digits"
+            self.report.add(f"{key}.offset", message, "the distance in m by which this wheel follows the first")
         if not (0.0 < speed <= FASTEST and abs(offset) <= FARTHEST):
             return None
         return speed, offset

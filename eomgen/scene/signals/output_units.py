@@ -26,12 +26,12 @@ def doubtful_label(label: str, unit: str) -> str:
     factors = _factors(label)
     if not unit or not factors or factors == _factors(unit):
         return ""
-    what = f"its unit {label} is a label, and its values are in {unit}"
+    note = f"its unit {label} is a label, and its values are in {unit}"
     if not all(names()[name].is_coherent for name, _ in factors):
-        return f"{what}: labels convert nothing, a formula does"
+        return f"{note}: labels convert nothing, a formula does"
     from eomgen.units.conversion import misplaced  # noqa: PLC0415  # pint comes with it
 
-    return what if misplaced(label, unit) else ""
+    return note if misplaced(label, unit) else ""
 
 
 def _factors(label: str) -> Factors:

@@ -29,8 +29,8 @@ def read_motion(name: str, entry: written.Input, report: Report) -> Motion:
     key = key_of("inputs", name)
     for word in ("formula", "table", "points", "wave", "road", "interpolation", "outside"):
         if getattr(entry, word) is not None:
-            what = f"a motion is given by its caller, and takes no {word}"
-            report.add(f"{key}.{word}", what, "no motion; a drive takes formulas and curves of t themselves")
+            fault = f"a motion is given by its caller, and takes no {word}"
+            report.add(f"{key}.{word}", fault, "no motion; a drive takes formulas and curves of t themselves")
     return Motion(name, entry.initial or 0.0, entry.unit, entry.description)
 
 
@@ -56,9 +56,9 @@ def read_input(name: str, entry: written.Input, curves: Curves, values: Values) 
     harmonics: tuple[Harmonic, ...] = ()
     under_wheel = None
     if entry.road is not None:
-        found = curves.road(f"{key}.road", entry.road)
-        parts += [] if isinstance(found, tuple) else [found]
-        harmonics = found if isinstance(found, tuple) else ()
+        road = curves.road(f"{key}.road", entry.road)
+        parts += [] if isinstance(road, tuple) else [road]
+        harmonics = road if isinstance(road, tuple) else ()
         under_wheel = curves.under_wheel(f"{key}.road", entry.road) if harmonics else None
     table = {at.curve.name: at.curve for part in parts for at in applications(part)}
     formula = functools.reduce(operator.add, parts) if parts else None
@@ -72,8 +72,8 @@ def read_state(name: str, entry: WrittenState, values: Values) -> list[State]:
         given = [word for word in ("rate", "sample", "formula") if getattr(entry, word) is not None]
         if given == ["sample", "formula"]:
             return read_sampled_state(name, entry, values)
-        what = f"a state needs its rate, or a sample and a formula, and has {' and '.join(given) or 'none of them'}"
-        values.report.add(key, what, 'rate = "..."; or sample = "1 ms" and formula = "..."')
+        fault = f"a state needs its rate, or a sample and a formula, and has {' and '.join(given) or 'none of them'}"
+        values.report.add(key, fault, 'rate = "..."; or sample = "1 ms" and formula = "..."')
         return []
     for word in ("formula", "delay", "quantum"):
         if getattr(entry, word) is not None:

@@ -56,15 +56,15 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
     if math.isnan(period):
         return None
     if not 0.0 < period < math.inf:
-        what = f"the time between two samples is {period:.6g} s, and has to be positive"
-        values.report.add(f"{key}.sample", what, 'sample = "1 ms"')
+        fault = f"the time between two samples is {period:.6g} s, and has to be positive"
+        values.report.add(f"{key}.sample", fault, 'sample = "1 ms"')
         return None
     if entry.quantum is not None and quantum <= 0.0:
         hint = "a positive number, or no quantum where values are not rounded"
         values.report.add(f"{key}.quantum", f"the quantum {quantum:.6g} is not positive", hint)
     if not 0.0 <= delay <= _MOST * period:
-        what = f"a delay of {delay:.6g} s is not between 0 and {_MOST} samples, {_MOST * period:.6g} s"
-        values.report.add(f"{key}.delay", what, f"delay = {period:.6g}")
+        fault = f"a delay of {delay:.6g} s is not between 0 and {_MOST} samples, {_MOST * period:.6g} s"
+        values.report.add(f"{key}.delay", fault, f"delay = {period:.6g}")
         return None
     whole = round(delay / period)
     rest = 0.0
@@ -72,8 +72,8 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
         whole = math.floor(delay / period)
         rest = delay - whole * period
         if rest < _LEAST * period:
-            what = f"the delay ends {rest:.3g} s after a sample, which is too near to it"
-            values.report.add(f"{key}.delay", what, f"delay = {whole * period:.9g}")
+            fault = f"the delay ends {rest:.3g} s after a sample, which is too near to it"
+            values.report.add(f"{key}.delay", fault, f"delay = {whole * period:.9g}")
     return Clock(period, quantum, whole, rest)
 
 
@@ -106,8 +106,8 @@ def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
     labels = [f"{name}_sampled", *(f"{name}_sampled_{k}" for k in range(2, clock.whole + (clock.rest > 0.0) + 1))]
     taken = {*values.names.states, *values.names.parameters, *values.names.inputs} & set(labels)
     for label in sorted(taken):
-        what = f"the name {label} is taken, and is that of what {name} holds while it is delayed"
-        values.report.add(value.key, what, "another name")
+        fault = f"the name {label} is taken, and is that of what {name} holds while it is delayed"
+        values.report.add(value.key, fault, "another name")
     made = [held(labels[0], value.formula, register=False)]
     made += [held(label, Symbol("state", before)) for before, label in itertools.pairwise(labels)]
     return [*made, held(name, Symbol("state", labels[-1]), clock.rest)]

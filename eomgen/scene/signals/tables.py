@@ -31,8 +31,8 @@ _BYTE_ORDERS = (b"\xff\xfe", b"\xfe\xff")
 class TableError(Exception):
     """A table that cannot be read; ``problem`` holds place, fault and remedy."""
 
-    def __init__(self, where: str, what: str, hint: str = "") -> None:
-        self.problem = Problem(where, what, hint)
+    def __init__(self, where: str, fault: str, hint: str = "") -> None:
+        self.problem = Problem(where, fault, hint)
         super().__init__(str(self.problem))
 
 
@@ -104,8 +104,8 @@ def read_columns(
     if not body:
         raise TableError(name, "there are titles and no rows of numbers", "two rows or more")
     if len(body) > MOST_ROWS:
-        what = f"the table has {len(body)} rows, more than {MOST_ROWS}"
-        raise TableError(f"{name}:{body[MOST_ROWS][0]}", what, "every tenth row, or the part that is needed")
+        fault = f"the table has {len(body)} rows, more than {MOST_ROWS}"
+        raise TableError(f"{name}:{body[MOST_ROWS][0]}", fault, "every tenth row, or the part that is needed")
     _check_lengths(body, count, name)
     x, y = (np.array([_number(row, place, words, name, decimal) for row in body]) for place in places)
     _check_index(chosen, titles, x, f"{name}:{head[0]}", quotes=quotes)
@@ -120,20 +120,20 @@ def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, q
     times = [place for place, title in enumerate(titles[1:], 1) if _TIME.fullmatch(title)]
     first = titles[0].lower()
     if not first and len(titles) > 2:
-        what = "the first column has no title and counts the rows, as an index that pandas writes"
+        fault = "the first column has no title and counts the rows, as an index that pandas writes"
     elif len(titles) > 2 and first in _COUNTING:
-        what = "the first column counts the rows, and its title says so"
+        fault = "the first column counts the rows, and its title says so"
     elif times and not _TIME.fullmatch(titles[0]):
-        what = "the first column counts the rows, and another one has the title of a time"
+        fault = "the first column counts the rows, and another one has the title of a time"
     else:
         return
     time = times[0] if times else 1
     value = next((place for place in range(1, len(titles)) if place != time), None)
     if value is None:
-        raise TableError(where, what, "a column of times and one of values, or argument = 0 to take the count")
+        raise TableError(where, fault, "a column of times and one of values, or argument = 0 to take the count")
     given = (f'"{titles[time]}"', f'"{titles[value]}"') if quotes else (str(time), str(value))
     hint = f"argument = {given[0]}, value = {given[1]}"
-    raise TableError(where, what, f"{hint}; or the file written with index=False" if not first else hint)
+    raise TableError(where, fault, f"{hint}; or the file written with index=False" if not first else hint)
 
 
 def _check_lengths(body: Sequence[tuple[int, list[str]]], count: int, name: str) -> None:
@@ -141,9 +141,9 @@ def _check_lengths(body: Sequence[tuple[int, list[str]]], count: int, name: str)
     for line, cells in body:
         surplus = cells[count:]
         if surplus and surplus[0].strip() and not surplus[0].lstrip().startswith("#"):
-            what = f"the row has {len(cells)} cells, and the first row of the file has {count}"
+            fault = f"the row has {len(cells)} cells, and the first row of the file has {count}"
             hint = 'one cell for each column; a file with decimal commas needs ; between columns and decimal = ","'
-            raise TableError(f"{name}:{line}", what, hint)
+            raise TableError(f"{name}:{line}", fault, hint)
 
 
 class _Words:
@@ -180,8 +180,8 @@ def _text(path: Path, name: str) -> str:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        what = "the file is UTF-16" if data.startswith(_BYTE_ORDERS) else f"byte {error.start} is not UTF-8"
-        raise TableError(f"{name}:{line}", what, "the file saved as CSV in UTF-8") from None
+        fault = "the file is UTF-16" if data.startswith(_BYTE_ORDERS) else f"byte {error.start} is not UTF-8"
+        raise TableError(f"{name}:{line}", fault, "the file saved as CSV in UTF-8") from None
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise TableError(f"{name}:{line}", "there is a zero byte: this is no text", "the file saved as CSV in UTF-8")
@@ -235,8 +235,8 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
             raise TableError(f"{name}:{line}", f"there is no column {column}: the row has {len(cells)}", hint)
         return column
     if not titles:
-        what = f"there is no column {shown(column)}: the first row holds numbers, not titles"
-        raise TableError(f"{name}:{line}", what, f"the number of the column, 0 to {len(cells) - 1}")
+        fault = f"there is no column {shown(column)}: the first row holds numbers, not titles"
+        raise TableError(f"{name}:{line}", fault, f"the number of the column, 0 to {len(cells) - 1}")
     result = [place for place, title in enumerate(titles) if title == column]
     if len(result) == 1:
         return result[0]
@@ -244,12 +244,12 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
         hint = f"the number of the column, {' or '.join(map(str, result))}"
         raise TableError(f"{name}:{line}", f"{len(result)} columns are called {shown(column)}", hint)
     if not words.quotes:
-        what = f"no column has the title {shown(column)}"
-        raise TableError(f"{name}:{line}", what, "a title in the first row of the file, or the number of the column")
-    what = f"there is no column {shown(column)}; there are {listed(titles)}"
+        fault = f"no column has the title {shown(column)}"
+        raise TableError(f"{name}:{line}", fault, "a title in the first row of the file, or the number of the column")
+    fault = f"there is no column {shown(column)}; there are {listed(titles)}"
     hint = nearest(column, titles)
     raise TableError(
-        f"{name}:{line}", what, f"the delimiter that separates {shown(titles[0])}" if len(titles) == 1 else hint
+        f"{name}:{line}", fault, f"the delimiter that separates {shown(titles[0])}" if len(titles) == 1 else hint
     )
 
 
@@ -261,8 +261,8 @@ def _number(row: tuple[int, list[str]], place: int, words: _Words, name: str, de
         raise TableError(f"{name}:{line}", f"{column} {got}", "a number, or the row left out")
     cell = cells[place].strip()
     if decimal == "," and "." in cell:
-        what = f"{column}: {words.cell(cell)} has a point, and the decimal mark is a comma"
-        raise TableError(f"{name}:{line}", what, "numbers without separators of thousands")
+        fault = f"{column}: {words.cell(cell)} has a point, and the decimal mark is a comma"
+        raise TableError(f"{name}:{line}", fault, "numbers without separators of thousands")
     text = cell.replace(decimal, ".") if decimal != "." else cell
     try:
         number = float(text) if "_" not in text else math.nan

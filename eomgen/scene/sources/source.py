@@ -57,8 +57,8 @@ class Option:
 class OptionError(UsageError):
     """An option that does not fit the file, such as the name of something that is not in it."""
 
-    def __init__(self, option: str, what: str, hint: str) -> None:
-        super().__init__(what, hint)
+    def __init__(self, option: str, fault: str, hint: str) -> None:
+        super().__init__(fault, hint)
         self.option = option
 
 

@@ -180,11 +180,11 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
 
 
-def _toml_hint(what: str, line: str) -> str:
+def _toml_hint(fault: str, line: str) -> str:
     """Return a hint for a line that is no TOML."""
-    if what.endswith("is given twice"):
+    if fault.endswith("is given twice"):
         return "one of them"
-    if "twice" in what or "overwrite" in what:
+    if "twice" in fault or "overwrite" in fault:
         return "one table, or one key, of each name"
     if values := _BARE_LIST.search(line):
         return f"a list stands in [ ]: {values[1]} = [{values[2].strip()}]"

@@ -144,8 +144,8 @@ def _parsed(text: str, file: str, *, lines_before: int = 0) -> Element:
     roots: list[Element] = []
     stack: list[Element] = []
 
-    def refused(line: int, what: str, hint: str) -> DescriptionError:
-        return DescriptionError(Problem(f"{file}:{lines_before + line}", what, hint))
+    def refused(line: int, fault: str, hint: str) -> DescriptionError:
+        return DescriptionError(Problem(f"{file}:{lines_before + line}", fault, hint))
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) >= DEPTH:
@@ -175,8 +175,8 @@ def _parsed(text: str, file: str, *, lines_before: int = 0) -> Element:
     try:
         parser.Parse(text, True)
     except expat.ExpatError as error:
-        what = f"this is not XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
+        fault = f"this is not XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
         unclosed = error.code == expat.errors.codes[expat.errors.XML_ERROR_TAG_MISMATCH]
         hint = "an end for each element: <link .../>, or <link ...> and </link>" if unclosed else ""
-        raise refused(error.lineno, what, hint) from None
+        raise refused(error.lineno, fault, hint) from None
     return roots[0]

@@ -67,17 +67,17 @@ def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mappi
     beam, along = body.beam, position[0]
     tunable = sorted(symbol.name for symbol in symbols(along) if values.names.parameters.get(symbol.name))
     if tunable:
-        what = (
+        fault = (
             f"x on the beam {name} depends on the tunable parameter {tunable[0]}, and shape functions are evaluated"
             " once"
         )
-        values.report.add(f"{key}[0]", what, f"{tunable[0]} without tunable, or a number")
+        values.report.add(f"{key}[0]", fault, f"{tunable[0]} without tunable, or a number")
         return
     x = values.value(along)
     if beam.is_beyond(x):
         reach = f"{beam.start:.6g} m to {beam.start + beam.length:.6g} m"
-        what = f"x = {x:.6g} m is beyond the beam {name}, which goes from {reach}"
-        values.report.add(f"{key}[0]", what, "a place on the beam, or a body fixed to its end")
+        fault = f"x = {x:.6g} m is beyond the beam {name}, which goes from {reach}"
+        values.report.add(f"{key}[0]", fault, "a place on the beam, or a body fixed to its end")
 
 
 #: Twist (rotation, translation) of the frame that the deflection and the slope of each deformation stand for.
@@ -89,8 +89,8 @@ _WORDS = tuple(f"{move} {axis}" for move in ("turn about", "move along") for axi
 def check_not_absolute(beams: Iterable[str], report: Report) -> None:
     """Report beams in a scene of absolute coordinates."""
     for name in beams:
-        what = "absolute coordinates know rigid bodies only, and this is a beam"
-        report.add(key_of("beams", name), what, 'coordinates = "joint"')
+        fault = "absolute coordinates know rigid bodies only, and this is a beam"
+        report.add(key_of("beams", name), fault, 'coordinates = "joint"')
 
 
 def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
@@ -111,11 +111,11 @@ def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
         for deformation in beam.deformations:
             held = [_WORDS[twist] for twist in _moved(deformation, beam) if _is_held(np.eye(6)[twist], free)]
             if held:
-                what = (
+                fault = (
                     f"with {deformation.shapes} shapes the beam can {' and '.join(held)} at the frame's origin, where"
                     f" the {joint.type} joint {joint.name} holds it"
                 )
-                values.report.add(f"{key}.{deformation.kind}.shapes", what, _hint(deformation, beam))
+                values.report.add(f"{key}.{deformation.kind}.shapes", fault, _hint(deformation, beam))
 
 
 def _is_held(twist: Array, free: Array) -> bool:

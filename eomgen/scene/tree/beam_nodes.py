@@ -76,14 +76,14 @@ class BeamNodes:
         for name, joint in joints.items():
             if joint.parent in places and joint.parent not in self.beams:
                 beam, x = places[joint.parent]
-                what = f"{joint.parent} is a node of the beam {beam.name}, which a scene calls by its place"
+                fault = f"{joint.parent} is a node of the beam {beam.name}, which a scene calls by its place"
                 hint = f'parent = "{beam.name}" and position = [{x:.6g}, 0, 0]'
-                self.values.report.add(key_of("joints", name, "parent"), what, hint)
+                self.values.report.add(key_of("joints", name, "parent"), fault, hint)
             if joint.child in places and joint.child not in self.beams:
                 beam, x = places[joint.child]
-                what = f"{joint.child} is a node of the beam {beam.name}, whose elements carry it"
+                fault = f"{joint.child} is a node of the beam {beam.name}, whose elements carry it"
                 hint = f'child = "{beam.name}" at its first end, or a constraint at x = {x:.6g}'
-                self.values.report.add(key_of("joints", name, "child"), what, hint)
+                self.values.report.add(key_of("joints", name, "child"), fault, hint)
 
     def at(self, key: str, body: str, position: Vector) -> tuple[str, Vector]:
         """Return the node at a place on a beam, and the place in its frame; places on other bodies stay unchanged."""
@@ -94,17 +94,17 @@ class BeamNodes:
             symbol.name for symbol in symbols(position[0]) if self.values.names.parameters.get(symbol.name)
         )
         if tunable:
-            what = (
+            fault = (
                 f"x on the beam {body} depends on the tunable parameter {tunable[0]}, and the nodes of a beam are fixed"
             )
-            report.add(f"{key}[0]", what, f"{tunable[0]} without tunable, or a number")
+            report.add(f"{key}[0]", fault, f"{tunable[0]} without tunable, or a number")
             return body, position
         x = self.values.value(position[0])
         if math.isnan(x):
             return body, position
         if not -AT_END * beam.length <= x <= (1.0 + AT_END) * beam.length:
-            what = f"x = {x:.6g} m is beyond the beam {beam.name}, which goes from 0 m to {beam.length:.6g} m"
-            report.add(f"{key}[0]", what, "a place on the beam, or a body fixed to its end")
+            fault = f"x = {x:.6g} m is beyond the beam {beam.name}, which goes from 0 m to {beam.length:.6g} m"
+            report.add(f"{key}[0]", fault, "a place on the beam, or a body fixed to its end")
             return body, position
         node = min(range(len(beam.places)), key=lambda number: abs(beam.places[number] - x))
         return beam.nodes[node], (ZERO, *position[1:])

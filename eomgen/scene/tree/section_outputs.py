@@ -29,8 +29,8 @@ def section_formulas(
         return ()
     if beam is None:
         other = name in values.names.beams
-        what = f"the beam {name} is no geometrically exact one" if other else f"there is no beam {shown(name)}"
-        report.add(f"{key}.{kind}", what, 'model = "cosserat"' if other else nearest(name, beams))
+        fault = f"the beam {name} is no geometrically exact one" if other else f"there is no beam {shown(name)}"
+        report.add(f"{key}.{kind}", fault, 'model = "cosserat"' if other else nearest(name, beams))
         return ()
     if output.at is None:
         report.add(key, f"{kind} needs the place of the section", f"at = {0.5 * beam.length:.6g}, its x in m")
@@ -39,8 +39,8 @@ def section_formulas(
     if math.isnan(x):
         return ()
     if not -_ROUNDING * beam.length <= x <= (1.0 + _ROUNDING) * beam.length:
-        what = f"x = {x:.6g} m is not on the beam {name}, which goes from 0 m to {beam.length:.6g} m"
-        report.add(f"{key}.at", what, "a place on the beam")
+        fault = f"x = {x:.6g} m is not on the beam {name}, which goes from 0 m to {beam.length:.6g} m"
+        report.add(f"{key}.at", fault, "a place on the beam")
         return ()
     element = min(bisect_right(beam.places, x + _ROUNDING * beam.length) - 1, beam.elements - 1)
     start, end = beam.places[element : element + 2]

@@ -157,7 +157,7 @@ class _Joints(Section):
         if complete and len(order) == len(links) == len(bodies):
             check_motion(tree, bodies, values, absolute=document.coordinates == "absolute")
             free = not document.section("constraints") and not any(joint.drive for joint in tree)
-            if document.coordinates == "joint" and free and not reading.report.found:
+            if document.coordinates == "joint" and free and not reading.report.noted:
                 unresisted = unresisted_motions(tree, body_inertias(bodies.values(), values), sections, values)
             check_frames(tree, bodies, values)
         reading.keep(Tree(tree, complete, unresisted))

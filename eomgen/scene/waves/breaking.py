@@ -26,5 +26,7 @@ class UnbrokenSea:
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         length, most = 2.0 * math.pi / self.k, breaking_height(self.k, self.depth)
-        what = f"at the peak waves of {length:.4g} m break from a height of {most:.4g} m on, and the significant height"
-        return f"{what} is {numbers[0]:.4g} m", "a smaller height, or a longer period"
+        fault = (
+            f"at the peak waves of {length:.4g} m break from a height of {most:.4g} m on, and the significant height"
+        )
+        return f"{fault} is {numbers[0]:.4g} m", "a smaller height, or a longer period"

@@ -26,5 +26,5 @@ class LevelWater:
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         x, y, z = numbers
-        what = f"water at rest is level in z and below the air, and gravity is [{x:.6g}, {y:.6g}, {z:.6g}]"
-        return what, f"gravity = [0, 0, {-math.hypot(x, y, z):.6g}], and z upwards"
+        fault = f"water at rest is level in z and below the air, and gravity is [{x:.6g}, {y:.6g}, {z:.6g}]"
+        return fault, f"gravity = [0, 0, {-math.hypot(x, y, z):.6g}], and z upwards"

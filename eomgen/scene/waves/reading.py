@@ -66,7 +66,7 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
     gravity : of the scene, m/s^2
     """
     key, report = key_of("waves", name), values.report
-    before = len(report.found)
+    before = len(report.noted)
     if (entry.spectrum is None) == (entry.regular is None):
         both = "both spectrum and regular say" if entry.spectrum is not None else "neither spectrum nor regular says"
         report.add(key, f"{both} which waves there are", 'spectrum = { type = "jonswap", height = 3, period = 9 }')
@@ -85,17 +85,17 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
         report.add(key, "waves need gravity, and the scene has none", "gravity = [0, 0, -9.81]")
     components: Sequence[WaveComponent] = ()
     factor: Formula | None = None
-    if len(report.found) == before and not math.isnan(depth + ramp + level + gravity):
+    if len(report.noted) == before and not math.isnan(depth + ramp + level + gravity):
         if entry.regular is not None:
             components = _regular(key, entry, depth, gravity, values)
         else:
             components, factor = _irregular(key, entry, depth, gravity, values)
     free = len(components)
-    if components and len(report.found) == before:
+    if components and len(report.noted) == before:
         values.note(f"{key}: {text}" for text in _steep(components, depth, entry) if text)
-    if entry.order == 2 and len(report.found) == before:
+    if entry.order == 2 and len(report.noted) == before:
         components = [*components, *_bound(key, components, depth, gravity, values)]
-    if len(report.found) > before or not components:
+    if len(report.noted) > before or not components:
         return no_waves(name)
     whole = WaveField(
         name, tuple(components), depth, level, ramp, entry.stretching, free=free, factor=factor, seed=entry.seed
@@ -131,16 +131,16 @@ def _bound(
 ) -> list[WaveComponent]:
     """Return the waves of second order that go with free ones."""
     if len(components) > MOST_WITH_PAIRS:
-        what = f"{len(components)} waves have {len(components) ** 2} bound waves, more than {MOST_WITH_PAIRS**2}"
-        values.report.add(f"{key}.order", what, "fewer components or directions, or order = 1")
+        fault = f"{len(components)} waves have {len(components) ** 2} bound waves, more than {MOST_WITH_PAIRS**2}"
+        values.report.add(f"{key}.order", fault, "fewer components or directions, or order = 1")
         return []
     kx, ky, w, amplitude, phase, _ = np.array(components).T
     vectors = np.stack((kx, ky), axis=1)
     if len(np.unique(vectors, axis=0)) < len(vectors):
         values.report.add(f"{key}.regular", "two waves have the same period and heading", "one with the sum of both")
         return []
-    if what := beyond_second_order(vectors, amplitude, depth):
-        values.note([f"{key}: {what}, or order = 1"])
+    if fault := beyond_second_order(vectors, amplitude, depth):
+        values.note([f"{key}: {fault}, or order = 1"])
     waves, frequencies, raised, phases, potentials = bound_waves(vectors, w, amplitude, phase, depth, gravity)
     columns = (*waves.T, frequencies, raised, phases, potentials)
     return [WaveComponent(*row) for row in np.array(columns).T.tolist()]
@@ -171,8 +171,8 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
         k = wave_number(w, depth, gravity)
         most = 0.5 * breaking_height(k, depth)
         if amplitude > most:
-            what = f"a wave of {2.0 * math.pi / k:.4g} m breaks from an amplitude of {most:.4g} m on, and this one has"
-            report.add(f"{place}.amplitude", f"{what} {amplitude:.4g} m", "a smaller amplitude, or a longer period")
+            fault = f"a wave of {2.0 * math.pi / k:.4g} m breaks from an amplitude of {most:.4g} m on, and this one has"
+            report.add(f"{place}.amplitude", f"{fault} {amplitude:.4g} m", "a smaller amplitude, or a longer period")
         vector = k * math.cos(heading), k * math.sin(heading)
         result.append(WaveComponent(*vector, w, amplitude, phase, amplitude * gravity / w))
     return result
@@ -197,8 +197,8 @@ def _irregular(
         if not exponent > 0.0:
             report.add(f"{key}.spreading.exponent", f"the exponent {exponent:.6g} is not positive", "exponent = 10")
         elif exponent > MOST_EXPONENT:
-            what = f"with the exponent {exponent:.6g}, above {MOST_EXPONENT:.6g}, all waves run one way"
-            report.add(f"{key}.spreading.exponent", what, "no spreading")
+            fault = f"with the exponent {exponent:.6g}, above {MOST_EXPONENT:.6g}, all waves run one way"
+            report.add(f"{key}.spreading.exponent", fault, "no spreading")
         else:
             spreading = Spreading(exponent, heading, entry.spreading.directions)
     if spectrum is None or not 0.0 < low < high or report.concerns(f"{key}.spreading") or math.isnan(heading):
@@ -206,13 +206,13 @@ def _irregular(
     if not _of_water(f"{key}.spectrum", 2.0 * math.pi / spectrum.peak, report):
         return [], None
     if entry.variables and entry.amplitudes == "fixed":
-        what = "amplitudes are fixed, and variables make amplitudes and phases"
-        report.add(f"{key}.variables", what, 'amplitudes = "gaussian"')
+        fault = "amplitudes are fixed, and variables make amplitudes and phases"
+        report.add(f"{key}.variables", fault, 'amplitudes = "gaussian"')
         return [], None
     count = entry.components * (1 if entry.spreading is None else entry.spreading.directions)
     if entry.variables and count > MOST_WITH_VARIABLES:
-        what = f"{count} waves have {2 * count} variables, more than {2 * MOST_WITH_VARIABLES}"
-        report.add(f"{key}.variables", what, "fewer components or directions")
+        fault = f"{count} waves have {2 * count} variables, more than {2 * MOST_WITH_VARIABLES}"
+        report.add(f"{key}.variables", fault, "fewer components or directions")
         return [], None
     try:
         parts = divided(
@@ -248,8 +248,8 @@ def _of_water(key: str, period: float, report: Report) -> bool:
     shortest, longest = _PERIODS
     if math.isnan(period) or shortest <= period <= longest:
         return True
-    what = f"the period {period:.6g} s is not from {shortest:g} to {longest:g} s"
-    report.add(key, what if key.endswith("period") else f"at the peak {what}", "period = 8")
+    fault = f"the period {period:.6g} s is not from {shortest:g} to {longest:g} s"
+    report.add(key, fault if key.endswith("period") else f"at the peak {fault}", "period = 8")
     return False
 
 
@@ -279,8 +279,8 @@ def _spectrum(
                     f"{key}.{word}", f"the {word} {number[word]:.6g} is not positive", _EXAMPLES.get(word, "3.3")
                 )
     if not 1.0 <= number.get("peakedness", 1.0) <= 20.0:
-        what = f"the peakedness {number['peakedness']:.6g} is not from 1 to 20"
-        report.add(f"{key}.peakedness", what, "3.3, or 1 for a fully developed sea")
+        fault = f"the peakedness {number['peakedness']:.6g} is not from 1 to 20"
+        report.add(f"{key}.peakedness", fault, "3.3, or 1 for a fully developed sea")
     if report.concerns(key) or any(map(math.isnan, number.values())):
         return None, None
     if entry.type == "jonswap":

@@ -123,23 +123,23 @@ def _from_root(robot: Robot, report: Report) -> list[Joint]:
     children: dict[str, list[Joint]] = {name: [] for name in robot.links}
     for joint in robot.joints.values():
         if joint.child in carrier:
-            what = f"the link {joint.child} is already carried by the joint {carrier[joint.child].name}"
+            fault = f"the link {joint.child} is already carried by the joint {carrier[joint.child].name}"
             report.add_at(
                 joint.line,
                 f"joints.{joint.name}",
-                what,
+                fault,
                 "one joint for each link; a <loop_joint> closes a loop",
             )
         carrier.setdefault(joint.child, joint)
         children[joint.parent].append(joint)
     roots = [name for name in robot.links if name not in carrier]
     if len(roots) != 1:
-        what = (
+        fault = (
             f"there are {len(roots)} root links: {listed(roots)}"
             if roots
             else "no link is the root: the joints run in a circle"
         )
-        report.add_at(1, "", what, "one link that is no joint's child")
+        report.add_at(1, "", fault, "one link that is no joint's child")
     report.raise_problems()
     order: list[Joint] = []
     waiting = children[roots[0]][::-1]
@@ -226,8 +226,8 @@ class _Merger:
         inertia = self.robot.links[link].inertia
         self.parts.setdefault(place.body, {})[link] = inertia.moved(place.orientation, place.position)
         if place.body == BASE and link in self.tunable:
-            what = f"the link {link} is fixed to the base, so its mass and inertia move nothing"
-            raise OptionError("tunable", what, "a link that a joint moves")
+            fault = f"the link {link} is fixed to the base, so its mass and inertia move nothing"
+            raise OptionError("tunable", fault, "a link that a joint moves")
         self.lines.setdefault(f"bodies.{place.body}", self.robot.links[link].line)
 
     def attach(self, joint: Joint) -> None:
@@ -354,5 +354,5 @@ def check_ranges(robot: Robot, report: Report) -> None:
         if limit is None or joint.unit not in GIVE or joint.written_type == "continuous":
             continue
         if limit.lower > limit.upper:
-            what = f"the lower limit, {limit.lower:.9g}, is above the upper one, {limit.upper:.9g} {joint.unit}"
-            report.add_at(joint.line, f"joints.{joint.name}.limit", what, "the smaller number as lower")
+            fault = f"the lower limit, {limit.lower:.9g}, is above the upper one, {limit.upper:.9g} {joint.unit}"
+            report.add_at(joint.line, f"joints.{joint.name}.limit", fault, "the smaller number as lower")

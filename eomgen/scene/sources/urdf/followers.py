@@ -28,15 +28,15 @@ def held_and_following(
             continue
         key = f"joints.{joint.name}"
         if joint.mimic.joint not in by_written:
-            what = f"there is no joint {shown(joint.mimic.joint)} to mimic"
-            report.add_at(joint.mimic.line, key, what, nearest(joint.mimic.joint, by_written))
+            fault = f"there is no joint {shown(joint.mimic.joint)} to mimic"
+            report.add_at(joint.mimic.line, key, fault, nearest(joint.mimic.joint, by_written))
             continue
         leader = robot.joints[by_written[joint.mimic.joint]]
         for role, one in (("mimic another", joint), ("be mimicked", leader)):
             if one.components > 1:
-                what = f"the {one.written_type} joint {one.name} cannot {role}: it has not one coordinate"
+                fault = f"the {one.written_type} joint {one.name} cannot {role}: it has not one coordinate"
                 *most, last = (name for row in JOINTS.values() if row.v_size == 1 for name in row.urdf)
-                report.add_at(joint.mimic.line, key, what, f"a {', '.join(most)} or {last} joint")
+                report.add_at(joint.mimic.line, key, fault, f"a {', '.join(most)} or {last} joint")
         leaders[joint.name] = leader.name
     _check_circles(robot, leaders, report)
     report.raise_problems()
@@ -53,8 +53,8 @@ def _check_circles(robot: Robot, leaders: Mapping[str, str], report: Report) -> 
             path.append(leader)
         if leader == name and name not in reported:
             reported.update(path)
-            what = f"the joints mimic one another in a circle: {listed([*path, name])}"
-            report.add_at(robot.joints[name].line, f"joints.{name}", what, "one joint that leads")
+            fault = f"the joints mimic one another in a circle: {listed([*path, name])}"
+            report.add_at(robot.joints[name].line, f"joints.{name}", fault, "one joint that leads")
 
 
 def _resolve(robot: Robot, name: str, leaders: Mapping[str, str], held: dict[str, float]) -> None:

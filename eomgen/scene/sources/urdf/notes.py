@@ -55,8 +55,8 @@ def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
             f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''}"
         )
     if robot.several_turns:
-        what = f"rpy of more than a turn at {listed(dict.fromkeys(robot.several_turns))}"
-        notes.append(f"{what}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r}")
+        note = f"rpy of more than a turn at {listed(dict.fromkeys(robot.several_turns))}"
+        notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r}")
     if robot.snapped:
         notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)}")
     if robot.nearly_right:
@@ -76,8 +76,8 @@ def notes_of_sizes(robot: Robot) -> list[str]:
     ranges = {joint.name: joint.limit for joint in robot.joints.values() if joint.unit == "rad" and joint.limit}
     wide = [name for name, limit in ranges.items() if max(abs(limit.lower), abs(limit.upper)) > _TURN]
     if wide:
-        what = f"limits of more than a turn at {listed(wide)}"
-        notes.append(f"{what}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r}")
+        note = f"limits of more than a turn at {listed(wide)}"
+        notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r}")
     lengths = [float(np.linalg.norm(joint.position)) for joint in robot.joints.values()]
     offsets = [float(np.linalg.norm(link.inertia.center)) for link in robot.links.values()]
     size = sum(lengths) + max(offsets, default=0.0)
@@ -87,8 +87,8 @@ def notes_of_sizes(robot: Robot) -> list[str]:
         moment = float(np.linalg.norm(link.inertia.about_center, 2))
         radius = math.sqrt(moment / link.inertia.mass)
         if radius >= _ABSURD * size:
-            what = f"link {link.name}: the radius of gyration {radius:.3g} m is large beside the robot, {size:.3g} m"
-            notes.append(f"{what}; moments of inertia of URDF are in kg m^2")
+            note = f"link {link.name}: the radius of gyration {radius:.3g} m is large beside the robot, {size:.3g} m"
+            notes.append(f"{note}; moments of inertia of URDF are in kg m^2")
     return notes
 
 
@@ -125,18 +125,18 @@ def inertia_warnings(robot: Robot) -> list[tuple[int, str]]:
 def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
     """Return one note for each kind of thing that is not modelled or not read; ``still`` are joints that are held."""
     result = []
-    for what, places in robot.unread.items():
+    for kind, places in robot.unread.items():
         owners = [name for name in dict.fromkeys(name for _, name in places) if name]
-        result.append((places[0][0], f"not read: {what} ({len(places)}{': ' if owners else ''}{listed(owners)})"))
+        result.append((places[0][0], f"not read: {kind} ({len(places)}{': ' if owners else ''}{listed(owners)})"))
     if robot.minor > NEWEST:
         result.append((1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: what is new in it is not known"))
     if robot.quaternions and robot.minor < WITH_QUATERNIONS:
-        what = (
+        note = (
             f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version"
             f" 1.{robot.minor}"
         )
         names = [name for _, name in robot.quaternions]
-        result.append((robot.quaternions[0][0], f"{what} ({len(names)}: {listed(names)})"))
+        result.append((robot.quaternions[0][0], f"{note} ({len(names)}: {listed(names)})"))
     for tag, names in robot.left_out.items():
         concerned = [name for name in names if name not in still or tag not in _OF_MOVING_JOINTS]
         if concerned:

@@ -239,8 +239,8 @@ class _Reader:
             self.out.geometry[kind] = self.out.geometry.get(kind, 0) + sum(1 for _ in element.named(kind))
         for attribute in element.unread_attributes:
             if attribute in ("unit", "units"):
-                what = f"<{element.tag}> has the attribute {attribute}, and URDF has SI units and radians only"
-                self.report.add_at(element.line, "", what, f"the value in SI units, without {attribute}")
+                fault = f"<{element.tag}> has the attribute {attribute}, and URDF has SI units and radians only"
+                self.report.add_at(element.line, "", fault, f"the value in SI units, without {attribute}")
                 continue
             meant = nearest(attribute, element.asked)
             meant = "" if meant.startswith("one of ") or not meant else f" (is {meant} meant?)"
@@ -257,8 +257,8 @@ class _Reader:
             if element.tag == "transmission" or child.tag not in ("link", "joint", "loop_joint", *_GEOMETRY):
                 self.tell_left_over(child, owner or child.get("name"))
 
-    def leave_unread(self, what: str, element: Element, owner: str) -> None:
-        self.out.unread.setdefault(what, []).append((element.line, owner))
+    def leave_unread(self, kind: str, element: Element, owner: str) -> None:
+        self.out.unread.setdefault(kind, []).append((element.line, owner))
 
     def numbers(
         self, element: Element | None, attribute: str, key: str, default: tuple[float, ...]
@@ -270,11 +270,11 @@ class _Reader:
         words = written.split()
         if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
             count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
-            what = f"{attribute}: {count} needed here, not {shown(written)}"
+            fault = f"{attribute}: {count} needed here, not {shown(written)}"
             hint = "numbers alone: the units of URDF are those of SI" if re.search(r"\d\s*[A-Za-z]", written) else ""
             if "," in written:
                 hint = f"blanks between the numbers: {shown(' '.join(written.replace(',', ' ').split()))[1:-1]}"
-            self.report.add_at(element.line, key, what, hint)
+            self.report.add_at(element.line, key, fault, hint)
             return default
         values = tuple(float(word) for word in words)
         if not all(math.isfinite(value) for value in values):
@@ -302,13 +302,13 @@ class _Reader:
         if origin is None or not origin.has("quat_xyzw"):
             return None
         if origin.has("rpy"):
-            what = "the origin has rpy and quat_xyzw, and only one of them can say how it is turned"
-            self.report.add_at(origin.line, key, what, "one of them")
+            fault = "the origin has rpy and quat_xyzw, and only one of them can say how it is turned"
+            self.report.add_at(origin.line, key, fault, "one of them")
         x, y, z, w = self.numbers(origin, "quat_xyzw", key, (0.0, 0.0, 0.0, 1.0))
         length = math.hypot(x, y, z, w)
         if not abs(length - 1.0) <= _UNIT_LENGTH:
-            what = f"quat_xyzw: {shown(origin.get('quat_xyzw'))} has the length {length:.6g}, and a rotation has 1"
-            self.report.add_at(origin.line, key, what, "x, y, z and w of a unit quaternion")
+            fault = f"quat_xyzw: {shown(origin.get('quat_xyzw'))} has the length {length:.6g}, and a rotation has 1"
+            self.report.add_at(origin.line, key, fault, "x, y, z and w of a unit quaternion")
             return None
         self.out.quaternions.append((origin.line, name))
         return rotation_matrix(np.array([w, x, y, z]) / length)
@@ -374,8 +374,8 @@ class _Reader:
     def loop(self, name: str, element: Element) -> LoopJoint:
         key, written = f"loop_joints.{name}", element.get("type")
         if written not in LOOP_TYPES:
-            what = f"the type {shown(written)} of a loop joint is not known"
-            self.report.add_at(element.line, key, what, nearest(written, LOOP_TYPES))
+            fault = f"the type {shown(written)} of a loop joint is not known"
+            self.report.add_at(element.line, key, fault, nearest(written, LOOP_TYPES))
         first, second = (self.loop_end(element, tag, key) for tag in ("link1", "link2"))
         axis = self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0))
         if not any(axis):
@@ -404,12 +404,12 @@ class _Reader:
         return Mimic(result.get("joint"), multiplier, offset, result.line)
 
     def limit(self, element: Element, key: str) -> Limit | None:
-        found = element.first("limit")
-        if found is None:
+        limits = element.first("limit")
+        if limits is None:
             return None
         for name in _OTHER_LIMITS:
-            found.get(name)
-        lower, upper, effort = (self.numbers(found, name, key, (0.0,))[0] for name in ("lower", "upper", "effort"))
+            limits.get(name)
+        lower, upper, effort = (self.numbers(limits, name, key, (0.0,))[0] for name in ("lower", "upper", "effort"))
         return Limit(lower, upper, effort)
 
     def end(self, element: Element, tag: str, key: str) -> str:

@@ -93,12 +93,12 @@ def _read(element: Element, name: str, kind: str, report: Report) -> Transmissio
     key = f"transmissions.{name}"
     sides = {}
     for tag in ("joint", "actuator"):
-        found = _by_role(tuple(element.named(tag)), tag)
-        if len(found) != size or not all(child.get("name") for child in found):
+        parts = _by_role(tuple(element.named(tag)), tag)
+        if len(parts) != size or not all(child.get("name") for child in parts):
             count = f"{size} <{tag} name=...>{'s' if size > 1 else ''}"
-            report.add_at(element.line, key, f"a {kind} has {count}, and there are {len(found)}", count)
+            report.add_at(element.line, key, f"a {kind} has {count}, and there are {len(parts)}", count)
             return None
-        sides[tag] = found
+        sides[tag] = parts
     common = _reduction(element, key, report)
     joint, actuator = ([_reduction(child, key, report) for child in sides[tag]] for tag in sides)
     actuator[0] *= common
@@ -132,8 +132,8 @@ def _reduction(element: Element, key: str, report: Report) -> float:
     text, line = written[0]
     value = float(text) if NUMBER.fullmatch(text) else math.nan
     if not math.isfinite(value) or value == 0.0:
-        what = f"the mechanical reduction {shown(text)} is no number other than 0"
-        report.add_at(line, key, what, "efforts of the joint over efforts of the actuator, e.g. 50")
+        fault = f"the mechanical reduction {shown(text)} is no number other than 0"
+        report.add_at(line, key, fault, "efforts of the joint over efforts of the actuator, e.g. 50")
         return 1.0
     return value
 
@@ -188,15 +188,15 @@ def actuation(
     efforts = {joint: {"joint": joint, "effort": " + ".join(terms)} for joint, terms in sums.items()}
     notes = [f"inputs are efforts of actuators behind transmissions: {listed(list(inputs))}"] if inputs else []
     if idle:
-        what = "transmissions have no effect on joints that are held, follow others or have not one coordinate"
-        notes.append(f"{what}: {listed(list(idle))}")
+        note = "transmissions have no effect on joints that are held, follow others or have not one coordinate"
+        notes.append(f"{note}: {listed(list(idle))}")
     warnings = [
         (1, f"not modelled: transmissions of the type {shown(kind)} ({len(those)}: {listed(those)})")
         for kind, those in transmissions.unknown.items()
     ]
     if missing:
-        what = f"not modelled: transmissions to joints that are not there ({len(missing)}: {listed(list(missing))})"
+        note = f"not modelled: transmissions to joints that are not there ({len(missing)}: {listed(list(missing))})"
         close = [name for written in missing for name in difflib.get_close_matches(written, by_written, n=1)]
-        what += f", perhaps {listed(dict.fromkeys(close))}" if close else ""
-        warnings.append((next(iter(missing.values())), what))
+        note += f", perhaps {listed(dict.fromkeys(close))}" if close else ""
+        warnings.append((next(iter(missing.values())), note))
     return Actuation(inputs, efforts, sums.keys(), notes, warnings)
