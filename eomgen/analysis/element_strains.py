@@ -21,6 +21,8 @@ from eomgen.arrays import Array
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import update
+from eomgen.solvers.bordered_newton import WHOLE, Matrix
+from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -52,7 +54,9 @@ class ElementStrains:
         self.stiffness = np.concatenate([np.zeros((0, 6, 6)), *(beam.matrices(values) for beam in beams)])
         self._own = {factor.name: factor.v_start for factor in model.factors if factor.group == "SE3"}
         self._nodes = sorted({*self._first.tolist(), *self._second.tolist()})
-        self._last: tuple[Array, csr_array] | None = None  # q and twists: a correction asks twice
+        self._held = _fixed_to_base(model)
+        self._last: tuple[Array, Matrix] | None = None  # q and twists: a correction asks twice
+        self._by_d: tuple[Array, Array, Array] | None = None  # d and derivatives along twists
 
     def __len__(self) -> int:
         return len(self.stiffness)
@@ -64,9 +68,9 @@ class ElementStrains:
         relative[relative[:, 0] < 0.0, :4] *= -1.0
         return numeric.log(SE3, relative)
 
-    def derivative(self, q: Array, d: Array) -> csr_array:
+    def derivative(self, q: Array, d: Array) -> Matrix:
         """Return the derivative of all d by q (left-trivialised), (6 elements, nv)."""
-        return csr_array(self._of_nodes(_along_twists(d)) @ self._twists(q))
+        return self._times_twists(self._along(d)[0], q)
 
     def doubt(self, d: Array) -> str:
         """Return the element that turns by nearly half a turn, beyond which strains are ambiguous; empty if none
@@ -78,14 +82,33 @@ class ElementStrains:
         first, second = (self._model.bodies[nodes[worst]] for nodes in (self._first, self._second))
         return f"the element between {first} and {second} turns by half a turn; more elements turn less each"
 
-    def geometric(self, q: Array, d: Array, derivative: csr_array, forces: Array) -> csc_array:
+    def geometric(self, q: Array, d: Array, derivative: Matrix, forces: Array) -> Matrix:
         """Return the part of section forces (elements, 6) in the tangent, (nv, nv).
 
         ``derivative`` is the derivative of d by q; bodies that carry nodes without own unknowns are taken as fixed.
         """
-        moved = d.astype(complex) + 1j * _STEP * np.eye(6)[:, np.newaxis]
-        changes = np.einsum("keij,ei->ekj", _along_twists(moved), forces).imag / _STEP
-        return csc_array(self._twists(q).T @ (self._of_nodes(changes).T @ derivative))
+        changes = np.einsum("keij,ei->ekj", self._along(d)[1], forces)
+        turned = self._times_twists(changes, q)
+        if isinstance(turned, np.ndarray):
+            return np.asarray(turned.T @ derivative)
+        return csc_array(turned.T @ derivative)
+
+    def _along(self, d: Array) -> tuple[Array, Array]:
+        """Return the derivatives of d along the twists of both nodes, (elements, 6, 12), and their derivatives by the
+        components of d, (6, elements, 6, 12); both by complex arguments, which leave real parts as they are."""
+        if self._by_d is None or not np.array_equal(self._by_d[0], d):
+            moved = _along_twists(d.astype(complex) + 1j * _STEP * np.eye(6)[:, np.newaxis])
+            self._by_d = np.array(d), moved[0].real.copy(), moved.imag / _STEP
+        return self._by_d[1:]
+
+    def _times_twists(self, blocks: Array, q: Array) -> Matrix:
+        """Return blocks (elements, 6, 12) of the elements' two nodes times the twists of these, (6 elements, nv)."""
+        twists = self._twists(q)
+        if not isinstance(twists, np.ndarray):
+            return csc_array(self._of_nodes(blocks) @ twists)
+        of_nodes = twists.reshape(len(self._nodes), 6, -1)
+        ends = [of_nodes[np.searchsorted(self._nodes, nodes)] for nodes in (self._first, self._second)]
+        return np.asarray(blocks @ np.concatenate(ends, axis=1)).reshape(6 * len(self), -1)
 
     def _of_nodes(self, blocks: Array) -> csr_array:
         """Return blocks (elements, 6, 12) of the elements' two nodes as (6 elements, 6 nodes)."""
@@ -96,20 +119,21 @@ class ElementStrains:
         shape = (6 * len(self), 6 * len(self._nodes))
         return csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
-    def _twists(self, q: Array) -> csr_array:
+    def _twists(self, q: Array) -> Matrix:
         """Return the body twists of all nodes by v, (6 nodes, nv): their own six components, or the joints'."""
         if self._last is None or not np.array_equal(self._last[0], q):
             self._last = np.array(q), self._twists_at(q)
         return self._last[1]
 
-    def _twists_at(self, q: Array) -> csr_array:
+    def _twists_at(self, q: Array) -> Matrix:
         rows, columns = [np.zeros(0, int)], [np.zeros(0, int)]
         entries = [np.zeros(0)]
         carried = []
         for place, node in enumerate(self._nodes):
             start = self._own.get(self._model.bodies[node])
             if start is None:
-                carried.append((place, node))
+                if self._model.bodies[node] not in self._held:
+                    carried.append((place, node))
                 continue
             rows.append(6 * place + np.arange(6))
             columns.append(start + np.arange(6))
@@ -121,8 +145,12 @@ class ElementStrains:
                 rows.append(6 * place + row)
                 columns.append(column)
                 entries.append(twists[column, number, row])
-        places = (np.concatenate(rows), np.concatenate(columns))
-        return csr_array((np.concatenate(entries), places), shape=(6 * len(self._nodes), self._model.nv))
+        places, shape = (np.concatenate(rows), np.concatenate(columns)), (6 * len(self._nodes), self._model.nv)
+        if self._model.nv > WHOLE:
+            return csc_array((np.concatenate(entries), places), shape=shape)
+        whole = np.zeros(shape)
+        whole[places] = np.concatenate(entries)
+        return whole
 
     def _twists_of(self, nodes: list[int], q: Array) -> Array:
         """Return the body twists of nodes for each component of v, (nv, nodes, 6); without the term ``twists`` by
@@ -139,6 +167,18 @@ class ElementStrains:
 
 
 def _along_twists(d: Array) -> Array:
-    """Return the derivatives of d along the twists of both nodes, (..., elements, 6, 12)."""
-    tangents = [numeric.tangent_inverse(SE3, sign * d) for sign in (-1.0, 1.0)]
-    return np.concatenate([-tangents[0], tangents[1]], axis=-1)
+    """Return the derivatives of d along the twists of both nodes, (..., elements, 6, 12).
+
+    T^-1(-d) is T^-1(d) minus the bracket with d: of its series in brackets the first one alone is odd.
+    """
+    after = numeric.tangent_inverse(SE3, d)
+    return np.concatenate([numeric.bracket_matrix(SE3, d) - after, after], axis=-1)
+
+
+def _fixed_to_base(model: CompiledModel) -> set[str]:
+    """Return the base and the bodies that fixed joints hold on it."""
+    held = {BASE}
+    for hinge in model.description.drawing.hinges:  # parents before their children
+        if hinge.type == "fixed" and hinge.parent in held:
+            held.add(hinge.child)
+    return held

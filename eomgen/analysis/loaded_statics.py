@@ -12,11 +12,11 @@ from scipy.sparse import csc_array
 from eomgen.analysis.driven_rest import held_base
 from eomgen.analysis.element_strains import ElementStrains
 from eomgen.analysis.equilibrium_warnings import Measures
-from eomgen.analysis.sparse_partials import sparse_partials
+from eomgen.analysis.sparse_partials import sparse_partials, whole_partials
 from eomgen.arrays import Array
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import Problem, UsageError
-from eomgen.solvers.bordered_newton import Balance, LoadedStatics, Rest, Tangents
+from eomgen.solvers.bordered_newton import WHOLE, Balance, LoadedStatics, Rest, Tangents
 from eomgen.text import nearest, shown
 
 if TYPE_CHECKING:
@@ -93,6 +93,7 @@ def loaded_statics(
     """
     still, holonomic, rows = np.zeros(model.nv), model.functions.sizes["holonomic"], len(model.multipliers)
     strains_at: dict[bytes, ElementStrains] = {}
+    whole = model.nv + rows + model.nz <= WHOLE
 
     def given(s: float) -> dict[str, Any]:
         if varied is None:
@@ -111,6 +112,9 @@ def loaded_statics(
         return Balance(residual, constraint, rates)
 
     def tangents(rest: Rest) -> Tangents:
+        if whole:
+            state = {"q": rest.q, "v": v, "a": still, "z": rest.z, "multipliers": rest.multipliers, **given(rest.s)}
+            return Tangents(**whole_partials(model, state))
         result = sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s))
         return Tangents(result.K, result.B, result.Rz, result.Fq, result.Fz)
 

@@ -16,7 +16,7 @@ from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.arrays import Array
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem
-from eomgen.solvers.bordered_newton import Rest
+from eomgen.solvers.bordered_newton import Rest, sparse
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.load_steps import by_load_steps
 from eomgen.solvers.tangent_stiffness import compliance
@@ -65,7 +65,7 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
             Problem("steady motion", fault, "an initial state nearer to it, or more elements")
         ) from None
     tangents = statics.tangents(rest)
-    flexible = compliance(tangents.K, tangents.B)
+    flexible = compliance(sparse(tangents.K), sparse(tangents.B))
     if flexible is None:
         fault = "nothing holds the scene on its base, for its stiffness is singular"
         raise NumericalError(Problem("steady motion", fault, "steady_motion with velocities"))

@@ -11,7 +11,7 @@ from scipy.sparse import block_array
 from scipy.sparse.linalg import splu
 
 from eomgen.arrays import Array
-from eomgen.solvers.bordered_newton import LoadedStatics, Rest
+from eomgen.solvers.bordered_newton import LoadedStatics, Rest, sparse
 from eomgen.solvers.tangent_stiffness import ROUNDING
 
 #: Inverse iterations, and the part of the largest squared frequency below which strains have no stiffness.
@@ -32,7 +32,8 @@ def soft_modes(statics: LoadedStatics, rest: Rest, mass: Array, shapes: Array, l
         return np.zeros(shapes.shape[1]), shapes
     tangents, rows = statics.tangents(rest), len(rest.multipliers)
     try:
-        factors = splu(block_array([[tangents.K, tangents.B.T], [tangents.B, None]], format="csc"))
+        K, B = sparse(tangents.K), sparse(tangents.B)
+        factors = splu(block_array([[K, B.T], [B, None]], format="csc"))
     except RuntimeError:
         return np.zeros(shapes.shape[1]), shapes
     values = np.zeros(shapes.shape[1])
@@ -49,5 +50,5 @@ def soft_modes(statics: LoadedStatics, rest: Rest, mass: Array, shapes: Array, l
     change = (strains.derivative(rest.q, d) @ shapes).reshape(*d.shape, -1)
     energy = np.einsum("eik,eij,ejk->k", change, strains.stiffness, change)
     every = np.abs(shapes)
-    rounding = ROUNDING * np.einsum("ij,ij->j", every, abs(tangents.K) @ every)
+    rounding = ROUNDING * np.einsum("ij,ij->j", every, abs(K) @ every)
     return np.where((energy > _NOTHING * largest) & (np.abs(values) > rounding), values, 0.0), shapes

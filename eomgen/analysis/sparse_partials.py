@@ -7,8 +7,9 @@ that term are small, and have whole matrices.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,13 +17,14 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from eomgen.arrays import Array
-from eomgen.system.patterns import unpacked_places
+from eomgen.system.patterns import Places, unpacked_places
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 #: Terms of which one gives all partials of the residual.
 OF_RESIDUAL = ("iteration", "partials")
+_WHOLE = ("partials", "constraint_jacobian", "velocity_partials", "internal_partials")
 
 
 @dataclass(frozen=True)
@@ -77,14 +79,46 @@ def sparse_partials(
     if "iteration" in model.functions:
         result = _of_iteration(model, model.evaluate("iteration", **state), shapes)
     else:
-        result = {name: csc_array(block) for name, block in _whole(model, state).items()}
+        result = {name: csc_array(block) for name, block in _whole(model, state, _WHOLE).items()}
     return SparsePartials(**{name: result.get(name, csc_array(shape)) for name, shape in shapes.items()})
 
 
-def _whole(model: CompiledModel, state: Mapping[str, Any]) -> dict[str, Array]:
-    """Return the blocks of the terms that give whole matrices."""
+def whole_partials(model: CompiledModel, state: Mapping[str, Any]) -> dict[str, Array]:
+    """Return the partials that rest needs, K, B, Rz, Fq and Fz of ``SparsePartials``, as whole arrays.
+
+    Parameters
+    ----------
+    state : q, v, a, z, multipliers, t, parameters, base and u, as of ``model.evaluate``
+    """
+    nv, nz, rows = model.nv, model.nz, len(model.multipliers)
+    shapes = {"K": (nv, nv), "B": (rows, nv), "Rz": (nv, nz), "Fq": (nz, nv), "Fz": (nz, nz)}
+    blocks: Mapping[str, Array] = {}
+    if "iteration" not in model.functions:
+        blocks = _whole(model, state, ("partials", "constraint_jacobian", "internal_partials"))
+    elif (places := _places(model)).get("X", np.zeros(0)).size:
+        sizes = {**shapes, **dict.fromkeys("CM", (nv, nv)), "Z": (rows, nv), "Fv": (nz, nv)}
+        eliminated = _of_iteration(model, model.evaluate("iteration", **state), sizes)
+        blocks = {name: dense(matrix) for name, matrix in eliminated.items()}
+    else:
+        entries = model.evaluate("iteration", **state)
+        blocks = {name: np.zeros(shapes[name]) for name in shapes.keys() & entries.keys()}
+        for name, block in blocks.items():
+            np.add.at(block, tuple(places[name]), entries[name])
+    return {name: np.asarray(blocks.get(name, np.zeros(shape)), dtype=float) for name, shape in shapes.items()}
+
+
+def _places(model: CompiledModel) -> dict[str, Places]:
+    """Return rows and columns of the entries of the term ``iteration``, (2, count) by matrix."""
+    return {name: _unpacked(text) for name, text in model.library.layout["patterns"].items()}
+
+
+_unpacked = lru_cache(maxsize=64)(unpacked_places)
+
+
+def _whole(model: CompiledModel, state: Mapping[str, Any], terms: Sequence[str]) -> dict[str, Array]:
+    """Return the whole matrices of terms, without the terms that the model lacks."""
     blocks: dict[str, Array] = {}
-    for term in ("partials", "constraint_jacobian", "velocity_partials", "internal_partials"):
+    for term in terms:
         if term in model.functions:
             blocks |= model.evaluate(term, **state)
     return blocks
@@ -95,7 +129,7 @@ def _of_iteration(
 ) -> dict[str, csc_array]:
     """Return the matrices of the term ``iteration``, the unknowns of the recursion eliminated."""
     nv, nz = model.nv, model.nz
-    places = {name: unpacked_places(text) for name, text in model.library.layout["patterns"].items()}
+    places = _places(model)
     inner = int(places["X"][1].max()) + 1 if "X" in places and places["X"].size else 0
     result: dict[str, csc_array] = {}
     for name, entries in values.items():

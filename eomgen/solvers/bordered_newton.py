@@ -9,11 +9,11 @@ Strains of stiff elements are extrapolated as in ``Strains``.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from scipy.sparse import block_array, coo_array, csc_array, csr_array, diags_array
+from scipy.sparse import block_array, coo_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
 
 from eomgen.arrays import Array
@@ -25,6 +25,26 @@ ITERATIONS, _LAST = 12, 1e-8
 _ROUNDING = 1e-5
 #: Diagonal added to a singular matrix, as a part of its rows.
 _SHIFT = 1e-12
+#: Unknowns up to which matrices are made as whole arrays: a sparse one of this size takes longer to make than to solve.
+WHOLE = 200
+
+#: Whole up to ``WHOLE`` unknowns, sparse beyond.
+Matrix = csc_array | Array
+
+
+def sparse(matrix: Matrix) -> csc_array:
+    """Return a matrix as a sparse one."""
+    return matrix if isinstance(matrix, csc_array) else csc_array(matrix)
+
+
+def whole(matrix: Matrix) -> Array:
+    """Return a matrix as a whole array."""
+    return matrix if isinstance(matrix, np.ndarray) else np.asarray(matrix.toarray(), dtype=float)
+
+
+def plus(matrix: Matrix, added: Matrix) -> Matrix:
+    """Return the sum of two matrices, whole if the first one is."""
+    return matrix + whole(added) if isinstance(matrix, np.ndarray) else csc_array(matrix + sparse(added))
 
 
 class Strains(Protocol):
@@ -37,13 +57,13 @@ class Strains(Protocol):
     def values(self, q: Array) -> Array:
         """Return the strains, (elements, m)."""
 
-    def derivative(self, q: Array, d: Array) -> csr_array:
+    def derivative(self, q: Array, d: Array) -> Matrix:
         """Return their derivative by q, (m elements, nv)."""
 
     def doubt(self, d: Array) -> str:
         """Return why strains are meaningless, such as an element that turns by half a turn; empty if none is."""
 
-    def geometric(self, q: Array, d: Array, derivative: csr_array, forces: Array) -> csc_array:
+    def geometric(self, q: Array, d: Array, derivative: Matrix, forces: Array) -> Matrix:
         """Return the stiffness (nv, nv) by section forces (elements, m)."""
 
 
@@ -72,13 +92,13 @@ class Balance:
 
 @dataclass(frozen=True)
 class Tangents:
-    """Sparse partials: K (nv, nv), B (rows, nv), Rz (nv, nz), Fq (nz, nv), Fz (nz, nz)."""
+    """Partials: K (nv, nv), B (rows, nv), Rz (nv, nz), Fq (nz, nv), Fz (nz, nz), all whole or all sparse."""
 
-    K: csc_array
-    B: csc_array
-    Rz: csc_array
-    Fq: csc_array
-    Fz: csc_array
+    K: Matrix
+    B: Matrix
+    Rz: Matrix
+    Fq: Matrix
+    Fz: Matrix
 
 
 @dataclass(frozen=True)
@@ -176,7 +196,7 @@ def corrected(
             derivative = strains.derivative(rest.q, d)
             forces = np.einsum("eij,ej->ei", strains.stiffness, predicted - d)
             added = strains.geometric(rest.q, d, derivative, forces)
-            tangents = Tangents(csc_array(tangents.K + added), tangents.B, tangents.Rz, tangents.Fq, tangents.Fz)
+            tangents = replace(tangents, K=plus(tangents.K, added))
         solved = _solved(statics, rest, tangents, plane, np.append(-balance, 0.0))
         if solved is None or not np.all(np.isfinite(solved)):
             return Corrected(rest, displacement, count, "the tangent stiffness is singular there")
@@ -216,13 +236,22 @@ def _solved(statics: LoadedStatics, rest: Rest, tangents: Tangents, plane: Direc
     by_factor = statics.by_factor(rest).joined
     row = np.append(weights(statics, rest) * plane.unknowns, plane.s / statics.reach**2)
     nv, end = len(statics.sizes), len(row) - 1
+    blocks = tangents.K, tangents.B, tangents.Rz, tangents.Fq, tangents.Fz
+    if isinstance(tangents.K, np.ndarray):
+        K, B, Rz, Fq, Fz = (whole(block) for block in blocks)
+        bordered, inner = np.zeros((end + 1, end + 1)), nv + len(rest.multipliers)
+        bordered[:nv, :nv], bordered[nv:inner, :nv], bordered[:nv, nv:inner] = K, B, B.T
+        bordered[:nv, inner:end], bordered[inner:end, :nv], bordered[inner:end, inner:end] = Rz, Fq, Fz
+        bordered[:end, end], bordered[end] = by_factor, row
+        return solve_scaled(csc_array(bordered), right)
     parts = [slice(0, nv), slice(nv, nv + len(rest.multipliers)), slice(nv + len(rest.multipliers), end)]
+    of_q, by_q, of_z, rate_q, rate_z = (sparse(block) for block in blocks)
     last_column = [coo_array(by_factor[part, np.newaxis]) for part in parts]
     matrix = block_array(
         [
-            [tangents.K, tangents.B.T, tangents.Rz, last_column[0]],
-            [tangents.B, None, None, last_column[1]],
-            [tangents.Fq, None, tangents.Fz, last_column[2]],
+            [of_q, by_q.T, of_z, last_column[0]],
+            [by_q, None, None, last_column[1]],
+            [rate_q, None, rate_z, last_column[2]],
             [*(coo_array(row[np.newaxis, part]) for part in parts), coo_array([[row[-1]]])],
         ],
         format="csc",

@@ -13,7 +13,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, eigs
 
 from eomgen.arrays import Array
-from eomgen.solvers.bordered_newton import LoadedStatics, Rest, corrected, direction, held_factor
+from eomgen.solvers.bordered_newton import LoadedStatics, Rest, corrected, direction, held_factor, sparse
 from eomgen.solvers.critical_points import scaled_mode
 from eomgen.solvers.tangent_stiffness import compliance
 
@@ -46,7 +46,7 @@ def linear_buckling(statics: LoadedStatics, rest: Rest, count: int) -> tuple[Arr
     for _ in range(_TRIALS):
         rate = _rate(statics, rest, change)
         tangents = statics.tangents(rest)
-        factors, modes = _factors(tangents.K, tangents.B, rate, count)
+        factors, modes = _factors(sparse(tangents.K), sparse(tangents.B), rate, count)
         if not len(factors):
             break
         wanted = _PART * float(np.abs(factors[0]))
@@ -70,7 +70,8 @@ def half_way(statics: LoadedStatics, rest: Rest, factor: float) -> float | None:
         return None
     try:
         tangents = statics.tangents(found.rest)
-        factors, _ = _factors(tangents.K, tangents.B, _rate(statics, found.rest, _PART * abs(factor)), _NEIGHBOURS)
+        rate = _rate(statics, found.rest, _PART * abs(factor))
+        factors, _ = _factors(sparse(tangents.K), sparse(tangents.B), rate, _NEIGHBOURS)
     except ArithmeticError:
         return None
     changes = found.rest.s - rest.s + factors
@@ -88,7 +89,7 @@ def _rate(statics: LoadedStatics, rest: Rest, change: float) -> csc_array:
         found = corrected(statics, rest, onwards, way, held_factor(statics, rest))
         if found.trouble:
             raise ArithmeticError(f"there is no equilibrium beside it: {found.trouble}")
-        ends.append(statics.tangents(found.rest).K)
+        ends.append(sparse(statics.tangents(found.rest).K))
     return csc_array((ends[0] - ends[1]) / (2.0 * change))
 
 

@@ -12,11 +12,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csc_array
 
 from eomgen.arrays import Array
 from eomgen.solvers.bordered_newton import Balance, LoadedStatics, Rest, Tangents
-from eomgen.solvers.dead_forces import dead_forces, turned_derivative, turning_blocks
+from eomgen.solvers.dead_forces import dead_forces, turning_blocks, with_turned
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits, first_point, follow
 from eomgen.solvers.stable_branch import stable_branch
 
@@ -85,8 +84,8 @@ def _held(statics: LoadedStatics, start: Rest) -> LoadedStatics:
 
     def tangents(rest: Rest) -> Tangents:
         now = statics.tangents(rest)
-        change = (rest.s - 1.0) * turned_derivative(blocks, dead_forces(blocks, rest.q, fixed, back=True))
-        return replace(now, K=csc_array(now.K + change))
+        held = dead_forces(blocks, rest.q, fixed, back=True)
+        return replace(now, K=with_turned(now.K, blocks, held, rest.s - 1.0))
 
     def by_factor(rest: Rest) -> Balance:
         held = dead_forces(blocks, rest.q, fixed, back=True)

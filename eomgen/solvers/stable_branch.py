@@ -14,8 +14,8 @@ import numpy as np
 from scipy.sparse import csc_array, diags_array
 
 from eomgen.arrays import Array
-from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, Tangents, direction
-from eomgen.solvers.dead_forces import dead_forces, turned_derivative, turning_blocks
+from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, Tangents, direction, plus
+from eomgen.solvers.dead_forces import dead_forces, turning_blocks, with_turned
 from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, follow
 from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
 
@@ -129,7 +129,7 @@ def _held_back(statics: LoadedStatics, rest: Rest, force: Array, reach: float, b
 
     def tangents(at: Rest) -> Tangents:
         now = statics.tangents(replace(at, s=rest.s))
-        return replace(now, K=csc_array(now.K - at.s * turned_derivative(blocks, acting(at)) + diags_array(beside)))
+        return replace(now, K=plus(with_turned(now.K, blocks, acting(at), -at.s), csc_array(diags_array(beside))))
 
     def by_factor(at: Rest) -> Balance:
         return Balance(-acting(at), np.zeros(len(at.multipliers)), np.zeros(len(at.z)))

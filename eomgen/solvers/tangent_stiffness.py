@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 from scipy.sparse.linalg import SuperLU, splu
 
 from eomgen.arrays import Array
-from eomgen.solvers.bordered_newton import LoadedStatics, Rest
+from eomgen.solvers.bordered_newton import LoadedStatics, Rest, sparse
 
 #: Largest number of rows for a dense factorization.
 _WHOLE = 600
@@ -56,12 +56,12 @@ class TangentStiffness:
     def at(cls, statics: LoadedStatics, rest: Rest) -> TangentStiffness:
         """Return the stiffness at a rest, with internal states eliminated if their Jacobian is regular."""
         tangents = statics.tangents(rest)
-        K = tangents.K
+        K = sparse(tangents.K)
         if tangents.Fz.shape[0]:
-            inner = _factors(csc_array(tangents.Fz))
+            inner = _factors(sparse(tangents.Fz))
             if inner is not None:
-                K = csc_array(K - tangents.Rz @ csc_array(inner.solve(tangents.Fq.toarray())))
-        return cls(K, _independent(tangents.B, statics.sizes), statics.sizes)
+                K = csc_array(K - sparse(tangents.Rz) @ csc_array(inner.solve(sparse(tangents.Fq).toarray())))
+        return cls(K, _independent(sparse(tangents.B), statics.sizes), statics.sizes)
 
     @cached_property
     def symmetric(self) -> bool:

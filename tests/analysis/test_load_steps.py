@@ -17,6 +17,7 @@ from eomgen.analysis.sparse_partials import dense, sparse_partials
 from eomgen.errors import NumericalError
 from eomgen.lie.product import update
 from eomgen.model import Model
+from eomgen.solvers.bordered_newton import whole
 from eomgen.system.patterns import packed_places, unpacked_places
 from tests.mechanics.test_cosserat_beams import elastica
 from tests.models.cosserat import ROLL_UP, beam_scene
@@ -125,9 +126,30 @@ def test_section_forces_have_the_geometric_part_of_the_tangent(beam: Model, rng:
         derivative.T @ forces.ravel(), beam.evaluate("residual", q, still, still, **given)["r"], atol=1e-9 * 1e4
     )
     stiffness = derivative.T @ np.kron(np.eye(8), strains.stiffness[0]) @ derivative
-    whole = stiffness + strains.geometric(q, d, derivative, forces).toarray()
+    tangent = stiffness + whole(strains.geometric(q, d, derivative, forces))
     expected = dense(sparse_partials(beam, q, still, still, nothing, nothing, given).K)
-    np.testing.assert_allclose(whole, expected, atol=1e-10 * np.abs(expected).max())
+    np.testing.assert_allclose(tangent, expected, atol=1e-10 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_small_scenes_rest_by_whole_matrices_as_large_ones_by_sparse_ones(
+    closed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A support at the end adds constraint rows."""
+    scene = beam_scene(3, {"force": [0.0, 0.0, "load"], "axes": "body"}, {"stiffness": ROLL_UP})
+    if closed:
+        end = [10.0, 0, 0]
+        scene["points"] = {"end": {"body": "rope", "position": end}, "pin": {"body": "base", "position": end}}
+        scene["constraints"] = {"pin": {"type": "spherical", "first": "pin", "second": "end"}}
+        scene["forces"]["tip"]["point"] = [10.0 / 3.0, 0.0, 0.0]
+    model = eomgen.build(scene, profile="quick")
+    by_whole = model.equilibrium(parameters={"load": 30.0})
+    monkeypatch.setattr("eomgen.analysis.loaded_statics.WHOLE", 0)
+    monkeypatch.setattr("eomgen.analysis.element_strains.WHOLE", 0)
+    by_sparse = model.equilibrium(parameters={"load": 30.0})
+    assert np.max(np.abs(by_whole.q - model.initial_q)) > 0.1
+    np.testing.assert_allclose(by_whole.q, by_sparse.q, atol=1e-9)
+    np.testing.assert_allclose(by_whole.multipliers, by_sparse.multipliers, atol=1e-7)
 
 
 def test_places_of_nonzeros_survive_as_text(rng: np.random.Generator) -> None:
@@ -156,7 +178,7 @@ def test_nodes_that_joints_carry_turn_with_them(rng: np.random.Generator) -> Non
         strains = ElementStrains(model, model.parameter_array(None), {"t": 0.0, "parameters": None, "base": None})
         q = update(model.factors, model.initial_q, np.full(model.nv, 0.1))
         d = strains.values(q)
-        derivatives.append(strains.derivative(q, d).toarray())
+        derivatives.append(whole(strains.derivative(q, d)))
         step = 1e-6 * rng.normal(size=model.nv)
         ends = [strains.values(update(model.factors, q, sign * step)) for sign in (1.0, -1.0)]
         np.testing.assert_allclose(2.0 * derivatives[-1] @ step, (ends[0] - ends[1]).ravel(), atol=1e-13)
