@@ -31,13 +31,13 @@ from benchmarks.measure import machine, table
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import EomgenError
 from eomgen.integrators.methods import AUTO, STANDARD, check_needs, method_named
+from eomgen.products.studies.work_precision.axes import candidates
+from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.work_precision.formulations import formulations
+from eomgen.products.studies.work_precision.reference import Reference, reference
+from eomgen.products.studies.work_precision.running import REACHED, REFUSED, TOO_LONG, Runner, timed
+from eomgen.products.studies.work_precision.times import ladder_grid, per_coarsest
 from eomgen.simulation.automatic_method import RESOLVED, automatic, largest_eigenvalue
-from eomgen.studies.work_precision.axes import candidates
-from eomgen.studies.work_precision.configuration import Configuration
-from eomgen.studies.work_precision.formulations import formulations
-from eomgen.studies.work_precision.reference import Reference, reference
-from eomgen.studies.work_precision.running import REACHED, REFUSED, TOO_LONG, Runner, timed
-from eomgen.studies.work_precision.times import ladder_grid, per_coarsest
 from eomgen.system.system import Facts
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"

@@ -23,7 +23,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from benchmarks.measure import table
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.simulation.accuracy.motion_size import differences, motion_size, shares
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -25,7 +25,7 @@ from typing import Any
 
 from PIL import Image
 
-from eomgen.studies.work_precision.measured import Measured, Point
+from eomgen.products.studies.work_precision.measured import Measured, Point
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ROOT / "docs" / "examples"

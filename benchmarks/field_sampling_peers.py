@@ -28,9 +28,9 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.threads import THREADS_VARIABLE
 from eomgen.fields import FieldPosterior, Sampler, autocorrelation_time
-from eomgen.threads import THREADS_VARIABLE
 from tests.fields.density import counted
 
 #: Cells whose values are kept: one in so many.

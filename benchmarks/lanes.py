@@ -24,10 +24,10 @@ import numpy as np
 import eomgen
 from benchmarks.measure import figure, machine, table
 from benchmarks.robots import ROBOTS, Array, scene
+from eomgen.base.threads import THREADS_VARIABLE
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.lanes import LANES_VARIABLE
-from eomgen.model import Model
-from eomgen.threads import THREADS_VARIABLE
+from eomgen.pipeline.model import Model
 from eomgen.toolchain.compiler import Running
 
 FUNCTIONS = {"panda": ("inverse_dynamics", "forward_dynamics", "partials"), "talos": ("inverse_dynamics",)}

@@ -28,7 +28,7 @@ import eomgen
 from benchmarks import tops
 from benchmarks.measure import figure, machine, table
 from eomgen.integrators.methods import terms_of
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
 
 Array = NDArray[np.float64]

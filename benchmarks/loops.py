@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.integrators.stepper_layout import default_settings
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.simulation.stepping.stepper import Stepper
 
 Array = NDArray[np.float64]

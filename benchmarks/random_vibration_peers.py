@@ -22,10 +22,10 @@ from scipy import special
 
 import eomgen
 from benchmarks.sensitivities import seconds
-from eomgen.arrays import Array
-from eomgen.model import Model
-from eomgen.reliability import INVERSIONS, most_probable_points
-from eomgen.studies.vibration.run_response import RunResponse
+from eomgen.base.arrays import Array
+from eomgen.pipeline.model import Model
+from eomgen.products.reliability.tails import INVERSIONS, most_probable_points
+from eomgen.products.reliability.vibration.run_response import RunResponse
 
 #: About the quantiles from 0.001 to 0.999.
 THRESHOLDS = (-1.0978, -0.7159, -0.1798, 1.1862, 1.7565, 2.1683)

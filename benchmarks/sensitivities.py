@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import eomgen
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 
 SCENE = Path(__file__).parents[1] / "examples" / "robot_arm" / "scene.toml"
 STEP = 0.001

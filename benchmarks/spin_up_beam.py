@@ -27,7 +27,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from benchmarks.measure import figure, machine, pin_to_core, table
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from tests.oracles import exudyn_beams
 from tests.oracles.spin_up_beam import SET_A
 

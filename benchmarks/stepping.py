@@ -26,7 +26,7 @@ from scipy.integrate import solve_ivp
 import eomgen
 from benchmarks.measure import figure, machine, pin_to_core, table
 from benchmarks.robots import ROBOTS, urdf
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
 from eomgen.scene.scene import Scene
 

@@ -29,7 +29,7 @@ import eomgen
 from benchmarks import tops
 from benchmarks.measure import figure, machine, pin_to_core, table
 from eomgen.integrators.methods import method_named
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import derive
 from eomgen.simulation.stepping.settings import stepper_settings
 from eomgen.simulation.stepping.stepper import Stepper

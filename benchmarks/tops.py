@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import eomgen
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
 
 Array = NDArray[np.float64]

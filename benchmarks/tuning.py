@@ -25,16 +25,16 @@ from typing import Any
 import eomgen
 from eomgen.errors import EomgenError
 from eomgen.pipeline import pipeline
+from eomgen.products.studies.tuning.demand import Demand
+from eomgen.products.studies.tuning.judge import Judge
+from eomgen.products.studies.tuning.nearby_conditions import OWN, Condition, conditions
+from eomgen.products.studies.tuning.verification_runs import under
+from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates
+from eomgen.products.studies.work_precision.formulations import formulations
+from eomgen.products.studies.work_precision.measured import Point
+from eomgen.products.studies.work_precision.running import Runner, timed
+from eomgen.products.studies.work_precision.times import MOST_TIMES, tuning_grid
 from eomgen.simulation.timing import Repeated
-from eomgen.studies.tuning.demand import Demand
-from eomgen.studies.tuning.judge import Judge
-from eomgen.studies.tuning.nearby_conditions import OWN, Condition, conditions
-from eomgen.studies.tuning.verification_runs import under
-from eomgen.studies.work_precision.axes import TOLERANCE, candidates
-from eomgen.studies.work_precision.formulations import formulations
-from eomgen.studies.work_precision.measured import Point
-from eomgen.studies.work_precision.running import Runner, timed
-from eomgen.studies.work_precision.times import MOST_TIMES, tuning_grid
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 DEMANDS = (1e-2, 1e-4, 1e-6, 1e-8)

@@ -9,7 +9,7 @@ import sys
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from eomgen.version import __version__
+from eomgen.base.version import __version__
 
 if TYPE_CHECKING:
     from eomgen import control, fields, sampling, spectra, waves
@@ -23,13 +23,10 @@ if TYPE_CHECKING:
         ToolchainError,
         UsageError,
     )
-    from eomgen.model import Model
     from eomgen.pipeline.controllers import with_controller
+    from eomgen.pipeline.model import Model
     from eomgen.pipeline.pipeline import build, derive, generate, load
-    from eomgen.results.solution import Solution
-    from eomgen.scene.builder import SceneBuilder
-    from eomgen.scene.scene import Scene
-    from eomgen.studies import (
+    from eomgen.products.studies import (
         Extremes,
         Identification,
         RandomVibration,
@@ -42,21 +39,24 @@ if TYPE_CHECKING:
         tradeoff,
         tune,
     )
-    from eomgen.studies.savings.study import savings
+    from eomgen.products.studies.savings.study import savings
+    from eomgen.results.solution import Solution
+    from eomgen.scene.builder import SceneBuilder
+    from eomgen.scene.scene import Scene
     from eomgen.system.system import System
 
 #: Rooms that callers use as they are.
 _ROOMS = ("control", "fields", "sampling", "spectra", "waves")
 _HOMES = {
     **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline.pipeline"),
-    "Model": "eomgen.model",
+    "Model": "eomgen.pipeline.model",
     "Solution": "eomgen.results.solution",
     "SceneBuilder": "eomgen.scene.builder",
     "Scene": "eomgen.scene.scene",
     "System": "eomgen.system.system",
     **dict.fromkeys(("Extremes", "extremes", "RealTime", "Tradeoff", "Tuned", "tradeoff", "tune"), "eomgen.studies"),
     **dict.fromkeys(("Identification", "RandomVibration", "identify", "random_vibration"), "eomgen.studies"),
-    "savings": "eomgen.studies.savings.study",
+    "savings": "eomgen.products.studies.savings.study",
     "with_controller": "eomgen.pipeline.controllers",
     **dict.fromkeys(
         (
@@ -119,7 +119,7 @@ def __getattr__(name: str) -> object:
     if name not in _HOMES:
         text = f"module 'eomgen' has no attribute {name!r}"
         if not name.startswith("_"):
-            from eomgen.calls import attribute_hint  # noqa: PLC0415  # for a mistake only
+            from eomgen.base.calls import attribute_hint  # noqa: PLC0415  # for a mistake only
 
             text = f"{text}; try: {attribute_hint(name, __all__)}"
         raise AttributeError(text)

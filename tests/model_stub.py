@@ -1,5 +1,5 @@
 """Writes the stub of ``Model``, which names the functions of the register of verbs, so that type checkers and editors
-read signatures and docstrings at these: ``python -m tests.model_stub eomgen/model.pyi``."""
+read signatures and docstrings at these: ``python -m tests.model_stub eomgen/pipeline/model.pyi``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from eomgen.verbs import BUILT_IN, methods_of
 
-COMMAND = "python -m tests.model_stub eomgen/model.pyi"
+COMMAND = "python -m tests.model_stub eomgen/pipeline/model.pyi"
 _HEAD = f'''"""Methods of Model, for type checkers and editors: from the register of verbs, by
 ``{COMMAND}``."""
 

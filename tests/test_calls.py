@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.calls import OF_MODELS, UnknownAttribute, UnknownName, checked_call
+from eomgen.base.calls import OF_MODELS, UnknownAttribute, UnknownName, checked_call
 from eomgen.linear.state_space import StateSpace
 from eomgen.system.terms import TERMS, meant_term, nearest_term
 from tests.models.cache import shared_cache

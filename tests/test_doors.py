@@ -752,7 +752,7 @@ def test_dask_is_imported_where_it_is_asked_for_only() -> None:
     assert {module for module, name, _ in every if name.split(".")[0] in ("dask", "distributed")} == {
         "ensembles.worker"
     }
-    assert {kind for _, name, kind in every if name.startswith("eomgen.ensembles.worker")} == {Kind.LATE}
+    assert {kind for _, name, kind in every if name.startswith("eomgen.products.ensembles.worker")} == {Kind.LATE}
 
 
 def test_nothing_is_evaluated_or_unpickled() -> None:

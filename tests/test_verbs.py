@@ -13,13 +13,13 @@ from pathlib import Path
 
 import click
 import pytest
+from eomgen.verbs import BUILT_IN, METHODS, Verb, methods_of, others
 
 import eomgen
-from eomgen.calls import UnknownAttribute
+from eomgen.base.calls import UnknownAttribute
 from eomgen.cli import main
 from eomgen.cli.options import FunctionOption, argument_of
 from eomgen.compiled.model import CompiledModel
-from eomgen.verbs import BUILT_IN, METHODS, Verb, methods_of, others
 from tests.model_stub import COMMAND, stub
 from tests.models.cache import shared_cache
 from tests.models.scenes import pendulum
@@ -100,7 +100,7 @@ def test_a_type_checker_knows_methods_with_all_their_arguments(tmp_path: Path) -
 
 def test_a_model_is_imported_without_its_verbs() -> None:
     targets = sorted({target.partition(":")[0] for target in ROWS.values()})
-    program = f"import sys, eomgen.model; dir(eomgen.Model); print([name for name in {targets} if name in sys.modules])"
+    program = f"import sys, eomgen.pipeline.model; dir(eomgen.Model); print([name for name in {targets} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.solvers.independent_columns import NoGap, independent_columns

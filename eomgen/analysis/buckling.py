@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.analysis.path_following import components_of, start_of_path
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError

@@ -12,15 +12,15 @@ from eomgen.analysis.operating_point import EquilibriumState
 from eomgen.analysis.root_locus import state_of
 from eomgen.analysis.steady_motion import motion_along
 from eomgen.analysis.symmetries import KnownSymmetries
+from eomgen.base.progress import Progress
+from eomgen.base.progress import shown as shown_progress
+from eomgen.base.text import nearest, shown
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.campbell import Campbell
 from eomgen.linear.campbell_search import campbell as diagram
 from eomgen.linear.linearization import Linearization
-from eomgen.progress import Progress
-from eomgen.progress import shown as shown_progress
-from eomgen.text import nearest, shown
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

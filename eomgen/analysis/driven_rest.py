@@ -13,11 +13,11 @@ import numpy as np
 
 from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.off_axis import off_axis_hint
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import distinct
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.lie.product import update
-from eomgen.text import distinct
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

@@ -14,7 +14,7 @@ from eomgen.analysis.loaded_statics import check_partials, loaded_statics
 from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.soft_modes import soft_modes
 from eomgen.analysis.sparse_partials import SparsePartials, dense, sparse_partials
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.files import write_table, write_text
+from eomgen.base.text import json_text, nearest, shown
 from eomgen.errors import Problem, UsageError
-from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
-from eomgen.files import write_table, write_text
-from eomgen.text import json_text, nearest, shown
 
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 _STABLE, _UNSTABLE, _LIMIT, _BIFURCATION = "#0B62C4", "#F08C00", "#B00020", "#1B7F3B"

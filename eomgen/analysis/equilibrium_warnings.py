@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.terms import Inputs
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.analysis.operating_point import OperatingPoint
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.coordinates import coordinate_units
 from eomgen.linear.freedom import Measures
 from eomgen.linear.linearization import Names, Reference

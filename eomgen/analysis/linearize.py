@@ -24,7 +24,7 @@ from eomgen.analysis.operating_point import (
 from eomgen.analysis.sampled import sampled_part
 from eomgen.analysis.sparse_partials import dense, sparse_partials
 from eomgen.analysis.steady_motion import SteadyMotion
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, number_of
 from eomgen.compiled.state import State as RunState
 from eomgen.compiled.terms import Inputs, Parameters, States

@@ -13,11 +13,11 @@ from eomgen.analysis.driven_rest import held_base
 from eomgen.analysis.element_strains import ElementStrains
 from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.sparse_partials import sparse_partials, whole_partials
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import nearest, shown
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.solvers.bordered_newton import WHOLE, Balance, LoadedStatics, Rest, Tangents
-from eomgen.text import nearest, shown
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.analysis.equilibrium_warnings import Measures
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie.numeric import rotated
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from eomgen.analysis.equilibrium import Equilibrium, equilibrium
 from eomgen.analysis.equilibrium_warnings import Measures as MeasuresOfScene
 from eomgen.analysis.rest_on_base import rest_on_base, turns_evenly
 from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_finite, components
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs

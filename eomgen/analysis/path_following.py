@@ -13,12 +13,12 @@ from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
 from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.loaded_statics import Varied, check_partials, loaded_statics
 from eomgen.analysis.sampled import check_continuous
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.progress import Progress, shown
 from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, corrected, direction, weights
 from eomgen.solvers.critical_points import (
     CriticalPoint,

@@ -13,7 +13,7 @@ import numpy as np
 from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.loaded_statics import loaded_statics
 from eomgen.analysis.steady_motion import SteadyMotion
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem
 from eomgen.solvers.bordered_newton import Rest, sparse

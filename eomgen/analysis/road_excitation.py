@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from eomgen.base.text import listed
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import affine, applications
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.spectra import MeasuredRoad, Road, RoadExcitation
-from eomgen.text import listed
+from eomgen.linear.spectra import MeasuredRoad, Road, RoadExcitation
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

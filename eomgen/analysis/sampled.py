@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem
 from eomgen.linear.sampled_loop import SampledPart

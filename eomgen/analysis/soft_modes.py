@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import block_array
 from scipy.sparse.linalg import splu
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest, sparse
 from eomgen.solvers.tangent_stiffness import ROUNDING
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.system.patterns import Places, unpacked_places
 
 if TYPE_CHECKING:

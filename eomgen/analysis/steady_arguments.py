@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import distinct, shown
 from eomgen.compiled.arguments import check_finite, check_name, components, numbers
 from eomgen.errors import Problem, UsageError
-from eomgen.text import distinct, shown
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

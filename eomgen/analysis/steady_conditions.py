@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.coordinates import reaches
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import ModelError

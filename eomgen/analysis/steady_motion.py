@@ -29,13 +29,13 @@ from eomgen.analysis.steady_arguments import check_drives, named_values
 from eomgen.analysis.steady_conditions import Conditions
 from eomgen.analysis.steady_search import Given, Linear, Search, linear_conditions, motion_at, search
 from eomgen.analysis.symmetries import Fields, KnownSymmetries
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import distinct
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem
 from eomgen.system.terms import PURPOSES
-from eomgen.text import distinct
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

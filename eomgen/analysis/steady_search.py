@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from eomgen.analysis.steady_conditions import At, Conditions
 from eomgen.analysis.symmetries import Fields, constant
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie.product import update
 
 Mask = NDArray[np.bool_]

@@ -15,11 +15,11 @@ from typing import TextIO
 
 import click
 
+from eomgen.base.extensions import distribution
+from eomgen.base.verbs import BUILT_IN, Verb, others
+from eomgen.base.version import __version__
 from eomgen.cli.options import debug_option
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
-from eomgen.extensions import distribution
-from eomgen.verbs import BUILT_IN, Verb, others
-from eomgen.version import __version__
 
 INTERRUPTED = 130
 
@@ -44,8 +44,8 @@ class _Verbs(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and not args[0].startswith("-") and _verb_named(args[0]) is None:
+            from eomgen.base.text import shown  # noqa: PLC0415
             from eomgen.cli.mistakes import of_verb  # noqa: PLC0415  # for a mistake only
-            from eomgen.text import shown  # noqa: PLC0415
 
             raise UsageError(Problem("eomgen", f"there is no verb {shown(args[0])}", of_verb(args[0], _every_verb())))
         return super().resolve_command(ctx, args)

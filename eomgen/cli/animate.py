@@ -26,7 +26,7 @@ def animate(scene: str, path: str, **options: Any) -> int:
 
     A run that fails or is interrupted is shown as far as it came; the exit code is then 6 or 130.
     """
-    from eomgen.files import make_folder  # noqa: PLC0415
+    from eomgen.base.files import make_folder  # noqa: PLC0415
     from eomgen.results.animation import check_name  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     target = check_name(Path(path))

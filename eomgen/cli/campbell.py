@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.text import counted
 from eomgen.errors import Problem, UsageError
-from eomgen.text import counted
 
 if TYPE_CHECKING:
     from eomgen.linear.campbell import Campbell
-    from eomgen.model import Model
+    from eomgen.pipeline.model import Model
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.base.progress import waiting
+from eomgen.base.text import json_text
 from eomgen.cli.options import (
     any_kind_option,
     debug_option,
@@ -24,12 +26,10 @@ from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
-from eomgen.progress import waiting
-from eomgen.text import json_text
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
-    from eomgen.model import Model
+    from eomgen.pipeline.model import Model
 
 _SHOWN = 40
 #: Maximum number of listed multipliers.
@@ -78,7 +78,7 @@ def equilibrium(
     data = _described(model, result, p, options["inputs"], options["initial"])
     files = [] if figure is None else [_drawn(model, result, p, options["initial"], Path(figure))]
     if path is not None:
-        from eomgen.files import write_text  # noqa: PLC0415
+        from eomgen.base.files import write_text  # noqa: PLC0415
 
         write_text(Path(path), json_text(data) + "\n")
     if as_json:

@@ -6,18 +6,18 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING
 
+from eomgen.base.text import counted
 from eomgen.cli.printing import print_json
 from eomgen.cli.tables import print_table
-from eomgen.text import counted
 
 if TYPE_CHECKING:
-    from eomgen.scene.hamiltonian.fields import FieldSystem
+    from eomgen.products.fields.documents.fields import FieldSystem
 
 
 def show(system: FieldSystem, method: str | None, *, as_json: bool) -> None:
     """Print mesh, memory, operators, data, energy and method, without an array of the mesh's size."""
     from eomgen.integrators.compositions import composition_named  # noqa: PLC0415
-    from eomgen.sampling import at_settings, memory_of  # noqa: PLC0415
+    from eomgen.products.fields.sampling import at_settings, memory_of  # noqa: PLC0415
 
     memory = memory_of(system)
     with at_settings(system, () if method is None else ("method",)):

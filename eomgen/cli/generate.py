@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from eomgen.base.text import counted
 from eomgen.cli.assigned import check_assigned
 from eomgen.cli.options import (
     assignments,
@@ -22,7 +23,6 @@ from eomgen.cli.options import (
 from eomgen.cli.printing import print_json, say
 from eomgen.cli.running import say_notes, say_stand_in
 from eomgen.scene.sources.register import all_options, source_of
-from eomgen.text import counted
 
 
 @click.command()

@@ -7,18 +7,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.text import counted, json_text, shown
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.text import counted, json_text, shown
-from eomgen.units.labels import in_label
-from eomgen.units.parser import is_quantity
+from eomgen.formula.units.labels import in_label
+from eomgen.formula.units.parser import is_quantity
 
 if TYPE_CHECKING:
-    from eomgen.hamiltonian.solution import HamiltonianSolution
-    from eomgen.scene.hamiltonian.document import Hamiltonian
+    from eomgen.products.fields.documents.document import Hamiltonian
+    from eomgen.products.fields.hamiltonian.solution import HamiltonianSolution
 
 #: Kinds of the steps that are not compositions of drifts and kicks.
 _KINDS = {"COLLOCATION": "implicit", "EXPLICIT": "explicit, not symplectic", "PAIR": "steps by a tolerance"}
@@ -28,8 +28,8 @@ _TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "i
 
 def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     """Print the output of ``info`` for a system: its state, the parts of H, functions and method."""
-    from eomgen.hamiltonian.methods import method_for  # noqa: PLC0415  # imported when the arguments are fine
     from eomgen.pipeline.pipeline import derive  # noqa: PLC0415
+    from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415  # imported when the arguments are fine
 
     system = derive(document)
     chosen = method_for(document, method)
@@ -79,8 +79,8 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
 
 def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots: bool, as_json: bool) -> int:
     """Simulate a system, write solution.npz, solution.csv, summary.json and motion.png, and return the exit code."""
-    from eomgen.files import make_folder, write_text  # noqa: PLC0415  # imported when the arguments are fine
-    from eomgen.pipeline.hamiltonians import build_hamiltonian, given_options  # noqa: PLC0415
+    from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported when the arguments are fine
+    from eomgen.products.fields.front_end import build_hamiltonian, given_options  # noqa: PLC0415
 
     if given := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
         option = f"--{given[0].replace('_', '-')}"
@@ -107,7 +107,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     )
     files = [solution.save(target / "solution.npz"), solution.save(target / "solution.csv")]
     if plots:
-        from eomgen.hamiltonian.plots import draw  # noqa: PLC0415  # matplotlib comes with it
+        from eomgen.products.fields.hamiltonian.plots import draw  # noqa: PLC0415  # matplotlib comes with it
 
         files += draw(solution, target)
     files.append(target / "summary.json")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.base.text import counted
 from eomgen.cli.fields import show as show_fields
 from eomgen.cli.hamiltonian import show
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
@@ -19,7 +20,6 @@ from eomgen.cli.random_processes import described_processes, print_processes
 from eomgen.cli.running import say_stand_in
 from eomgen.cli.tables import print_table
 from eomgen.cli.waves import described_hulls, described_waves, print_waves
-from eomgen.text import counted
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
@@ -47,9 +47,9 @@ def info(
 ) -> None:
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
-    from eomgen.pipeline.hamiltonians import field_system_of, hamiltonian_of  # noqa: PLC0415
     from eomgen.pipeline.pipeline import derive, load_scene, method_of  # noqa: PLC0415
     from eomgen.pipeline.step_operations import joined_coordinates, operations_of_step  # noqa: PLC0415
+    from eomgen.products.fields.front_end import field_system_of, hamiltonian_of  # noqa: PLC0415
 
     if (fields := field_system_of(scene)) is not None:
         show_fields(fields, method, as_json=as_json)

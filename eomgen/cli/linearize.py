@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.base.progress import waiting
+from eomgen.base.text import counted, json_text
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.campbell import CampbellRequest
 from eomgen.cli.options import (
@@ -29,14 +31,12 @@ from eomgen.cli.ride import RideRequest
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
-from eomgen.progress import waiting
-from eomgen.text import counted, json_text
 
 if TYPE_CHECKING:
     from eomgen.linear.campbell import Campbell
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.modes import Modes
-    from eomgen.model import Model
+    from eomgen.pipeline.model import Model
 
 _SHOWN = 40
 _POINTS = 600
@@ -197,7 +197,7 @@ class _Request:
         """Write everything that is wanted; computed before the first file is made."""
         import numpy as np  # noqa: PLC0415
 
-        from eomgen.files import make_folder, write_text  # noqa: PLC0415
+        from eomgen.base.files import make_folder, write_text  # noqa: PLC0415
         from eomgen.linear import plots  # noqa: PLC0415
         from eomgen.linear.root_locus import root_locus  # noqa: PLC0415
         from eomgen.results import linear_files  # noqa: PLC0415

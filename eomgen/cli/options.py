@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
+from eomgen.base.text import shown
 from eomgen.errors import Problem, UsageError
+from eomgen.formula.units.labels import in_label
+from eomgen.formula.units.parser import is_quantity
 from eomgen.scene.sources.register import all_options
 from eomgen.scene.sources.source import Option, Source
-from eomgen.text import shown
 from eomgen.toolchain.profiles import PROFILES, STANDARD_PROFILE
-from eomgen.units.labels import in_label
-from eomgen.units.parser import is_quantity
 
 if TYPE_CHECKING:
     from eomgen.system.signals import Input, Output, Parameter, State

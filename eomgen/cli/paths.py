@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.progress import waiting
+from eomgen.base.text import json_text
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.printing import print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.progress import waiting
-from eomgen.text import json_text
 
 if TYPE_CHECKING:
     from eomgen.analysis.buckling import BucklingLoads
     from eomgen.analysis.equilibrium_path import EquilibriumPath
-    from eomgen.model import Model
+    from eomgen.pipeline.model import Model
 
 _FIGURES = (".png", ".svg", ".pdf")
 
@@ -119,7 +119,7 @@ class PathRequest:
             "modes": [dict(zip(model.v_names, mode, strict=True)) for mode in found.modes.T.tolist()],
         }
         if self.out is not None:
-            from eomgen.files import write_text  # noqa: PLC0415  # for files only
+            from eomgen.base.files import write_text  # noqa: PLC0415  # for files only
 
             write_text(Path(self.out), json_text(data) + "\n")
         if as_json:

@@ -10,7 +10,7 @@ from typing import Any
 import click
 from rich.console import Console
 
-from eomgen.text import json_text
+from eomgen.base.text import json_text
 
 _PLAIN_WIDTH = 120
 

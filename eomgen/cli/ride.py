@@ -10,7 +10,7 @@ from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
-    from eomgen.spectra import PowerSpectrum, RideTable, RoadExcitation
+    from eomgen.linear.spectra import PowerSpectrum, RideTable, RoadExcitation
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class RideRequest:
                 if given is not None:
                     raise UsageError(Problem(option, "it belongs to a ride", "--ride body_acceleration"))
             return None
-        from eomgen.road_classes import ROUGHNESS  # noqa: PLC0415
-        from eomgen.spectra import WEIGHTINGS  # noqa: PLC0415
+        from eomgen.base.road_classes import ROUGHNESS  # noqa: PLC0415
+        from eomgen.linear.spectra import WEIGHTINGS  # noqa: PLC0415
 
         outputs: dict[str, str | None] = {}
         for text in rides:

@@ -5,16 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.assigned import check_assigned, starts_of
 from eomgen.cli.options import assignments, in_units
 from eomgen.cli.printing import building, say
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options, source_of
 
 if TYPE_CHECKING:
-    from eomgen.model import Model
+    from eomgen.pipeline.model import Model
     from eomgen.results.solution import Solution
     from eomgen.scene.scene import Scene
 

@@ -22,6 +22,6 @@ def schema(kind: str) -> None:
 
         click.echo(json_schema(), nl=False)
         return
-    from eomgen.scene.hamiltonian.json_schema import json_schema as of_hamiltonians  # noqa: PLC0415  # for these alone
+    from eomgen.products.fields.documents.json_schema import json_schema as of_hamiltonians  # noqa: PLC0415  # for these alone
 
     click.echo(of_hamiltonians(mesh=kind == "fields"), nl=False)

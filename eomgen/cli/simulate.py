@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.base.text import counted, json_text
 from eomgen.cli import hamiltonian as hamiltonians
 from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
 from eomgen.cli.printing import print_json, say
 from eomgen.cli.running import outcome_code, read_scene, run
 from eomgen.cli.tables import print_table
-from eomgen.text import counted, json_text
 
 if TYPE_CHECKING:
-    from eomgen.model import Model
+    from eomgen.pipeline.model import Model
     from eomgen.results.events import Events
     from eomgen.results.solution import Solution
     from eomgen.simulation.timing import StepTimes
@@ -39,8 +39,8 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
 
     Ctrl-C, and a run that fails, leave the partial result; the exit code is then 130 or 6.
     """
-    from eomgen.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
-    from eomgen.pipeline.hamiltonians import hamiltonian_of  # noqa: PLC0415
+    from eomgen.base.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.products.fields.front_end import hamiltonian_of  # noqa: PLC0415
     from eomgen.results.largest_section_loads import largest_section_loads  # noqa: PLC0415  # likewise
 
     if (hamiltonian := hamiltonian_of(scene)) is not None:
@@ -73,7 +73,7 @@ def _timed(model: Model, solution: Solution, inputs: dict[str, float]) -> StepTi
 
 
 def _write(solution: Solution, folder: Path, plots: bool, beams: list[str], times: StepTimes | None) -> list[Path]:
-    from eomgen.files import write_text  # noqa: PLC0415
+    from eomgen.base.files import write_text  # noqa: PLC0415
 
     files = [solution.save(folder / "solution.npz"), solution.save(folder / "solution.csv")]
     if solution.events.counts:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
+from eomgen.base.version import __version__
 from eomgen.codegen.program import OutputArray, Part, Program, ProgramCurve, ProgramFunction, SourceFile
 from eomgen.codegen.scheduling.maps import program_loop
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, RunLoop, schedule
@@ -18,7 +19,6 @@ from eomgen.integrators.step_splitting import jump_data
 from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system.patterns import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
-from eomgen.version import __version__
 
 #: Values between the parts and loops of one function at most: they live on the stack, 16 MB of it as doubles.
 WORKSPACE_LIMIT = 2_000_000

@@ -7,9 +7,9 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
+from eomgen.base.files import temporary_file
 from eomgen.codegen.program import Program
 from eomgen.errors import FileError
-from eomgen.files import temporary_file
 
 MANIFEST = "manifest.json"
 

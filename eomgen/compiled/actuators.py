@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_name
 from eomgen.compiled.terms import Extensible, Parameters, States
 from eomgen.errors import NumericalError, Problem, UsageError

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import nearest, shown
 from eomgen.errors import Problem, UsageError
+from eomgen.formula.units.labels import in_label
+from eomgen.formula.units.parser import is_quantity
 from eomgen.lie.product import Factor
-from eomgen.text import nearest, shown
-from eomgen.units.labels import in_label
-from eomgen.units.parser import is_quantity
 
 #: How far from one the length of a quaternion may be.
 UNIT_TOLERANCE = 1e-6

@@ -7,7 +7,7 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.functions import Functions
 from eomgen.lie.product import Factor
 from eomgen.solvers.beams import Beams, beams_of

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
-from eomgen.calls import checked_call
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_call
 from eomgen.compiled.arguments import check_name, check_place, components
 from eomgen.compiled.terms import Evaluated, Extensible, Parameters
 from eomgen.errors import Problem, UsageError

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import components
 from eomgen.compiled.terms import Evaluated, Parameters
 from eomgen.errors import Problem, UsageError

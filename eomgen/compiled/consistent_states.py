@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.solvers.consistent_states import Chosen, ConsistentStates, ConstrainedSamples, consistent_states
 from eomgen.system.terms import PURPOSES
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.functions import Functions
 from eomgen.errors import NumericalError, Problem
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie.numeric import rotated, unit
 from eomgen.lie.product import Factor
 from eomgen.system.description import Coordinates, component_names

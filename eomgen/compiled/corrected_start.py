@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import distinct
 from eomgen.solvers.beams import STRAINED
 from eomgen.solvers.consistency import Assembly
-from eomgen.text import distinct
 
 #: Beginning of the sentence.
 CORRECTED = "corrected onto the constraints: "

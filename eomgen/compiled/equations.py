@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
-from eomgen.calls import ByName
+from eomgen.base.arrays import Array
+from eomgen.base.calls import ByName
 from eomgen.compiled.arguments import numbers
 from eomgen.compiled.lost_digits import check_digits
 from eomgen.compiled.terms import Evaluated, Inputs, Parameters, States, check_derivatives

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import nearest, shown
 from eomgen.compiled.arguments import check_place
 from eomgen.compiled.terms import Extensible, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.system.terms import REFERENCES
-from eomgen.text import nearest, shown
 
 #: Names of the references in other tools.
 _ELSEWHERE: Mapping[str, str] = {

@@ -10,12 +10,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.threads import share, thread_count
 from eomgen.compiled.lanes import Lanes, chosen
 from eomgen.compiled.result_memory import ResultMemory
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
-from eomgen.threads import share, thread_count
 from eomgen.toolchain.library import Library
 
 #: Functions that compute arguments of the others: the functions of time alone, and the angles that the configuration's

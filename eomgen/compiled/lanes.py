@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.toolchain.compiler import Running
 from eomgen.toolchain.library import Library

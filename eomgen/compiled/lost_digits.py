@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.terms import Evaluated
 from eomgen.errors import NumericalError
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, relative_error

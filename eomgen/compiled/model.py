@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
-from eomgen.calls import Defaults, unknown_attribute
+from eomgen.base.arrays import Array
+from eomgen.base.calls import Defaults, unknown_attribute
 from eomgen.compiled import (
     actuators,
     bodies,
@@ -55,7 +55,7 @@ _OTHER_PARAMETERS = "simulate(..., parameters={...}), or set_parameter of what s
 
 
 class CompiledModel:
-    """The functions of a compiled scene on arrays; ``eomgen.model.Model`` has analyses and runs as well.
+    """The functions of a compiled scene on arrays; ``eomgen.pipeline.model.Model`` has analyses and runs as well.
 
     Functions of ``equations``, ``time_derivatives``, ``prescribed`` and ``bodies`` are its methods: all that they need
     of it is ``evaluator``.

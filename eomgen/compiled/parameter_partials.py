@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
-from eomgen.calls import ByName
+from eomgen.base.arrays import Array
+from eomgen.base.calls import ByName
 from eomgen.compiled.arguments import check_name
 from eomgen.compiled.terms import Extensible, Inputs, Parameters, States, Terms
 from eomgen.errors import Problem, UsageError

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import numbers
 from eomgen.compiled.terms import Evaluated, Parameters
 from eomgen.errors import UsageError

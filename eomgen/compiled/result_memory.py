@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 #: Bytes of results that are kept for: below, the heap has them at hand; above, NumPy asks for pages of 2 MB, which cost
 #: less to fetch than to fill.

@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
-from eomgen.calls import ByName
+from eomgen.base.arrays import Array
+from eomgen.base.calls import ByName
 from eomgen.compiled.terms import Extensible, Inputs, Parameters, States
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import PURPOSES

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 
 class State(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import WHERE, by_name, check_finite, check_quaternions, components, numbers, read_only
 from eomgen.compiled.constraints import accelerations, blocks_of, solvable
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units

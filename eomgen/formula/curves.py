@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 Interpolation = Literal["quintic", "linear", "steps"]
 Outside = Literal["error", "hold", "periodic"]

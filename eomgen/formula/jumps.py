@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import Problem
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import values_of_parameters

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import affine
 from eomgen.formula.evaluate import symbols

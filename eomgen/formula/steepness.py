@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import Problem
 from eomgen.formula.evaluate import values_of_parameters
 from eomgen.formula.law_values import law_and_rate

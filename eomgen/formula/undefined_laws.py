@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import Problem
 from eomgen.formula.evaluate import evaluate_batch, values_of_parameters
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol

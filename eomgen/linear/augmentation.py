@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import pade
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import listed
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.sampling import seconds
 from eomgen.linear.state_space import KINDS, StateSpace
-from eomgen.text import listed
 
 _LARGEST_ORDER = 12
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 
 def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
-from eomgen.html import page, table
+from eomgen.base.arrays import Array
+from eomgen.base.html import page, table
 from eomgen.linear.plots import plot_campbell
 
 

@@ -17,11 +17,11 @@ import scipy.linalg
 from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.progress import Progress
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
 from eomgen.linear.campbell import Campbell, Crossing
 from eomgen.linear.linearization import Linearization
-from eomgen.progress import Progress
 
 Complex = NDArray[np.complex128]
 #: Relative accuracy of critical speeds.

@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
-from eomgen.html import page, paragraph, table
+from eomgen.base.arrays import Array
+from eomgen.base.html import page, paragraph, table
 
 #: Damping ratios below this are rounding.
 _ROUNDING = 1e-9

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, bracket_matrix
 from eomgen.linear.partials import Partials

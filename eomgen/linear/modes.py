@@ -14,8 +14,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
-from eomgen.calls import checked_calls, unknown_attribute
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.linear.balancing import balance
 from eomgen.linear.display import modes_html
 from eomgen.linear.plots import plot_modes

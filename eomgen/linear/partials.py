@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 
 @dataclass(frozen=True)

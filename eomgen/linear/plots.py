@@ -12,11 +12,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.errors import Problem, UsageError
-from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.linear.display import ShownModes
-from eomgen.spectra import PowerSpectrum
+from eomgen.linear.spectra import PowerSpectrum
 
 Complex = NDArray[np.complex128]
 #: DrawnModes and coordinates in one figure: more of them cannot be told apart.

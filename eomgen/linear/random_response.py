@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.linear.modes import Modes
+from eomgen.linear.spectra import Excitation, weighting_response
 from eomgen.linear.state_space import StateSpace
-from eomgen.spectra import Excitation, weighting_response
 
 Complex = NDArray[np.complex128]
 #: Relative error of integrals over frequency.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError, Problem
 from eomgen.linear.linearization import Linearization
 from eomgen.linear.plots import plot_root_locus

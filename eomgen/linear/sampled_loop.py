@@ -16,7 +16,7 @@ from fractions import Fraction
 import numpy as np
 from scipy.linalg import expm
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import ModelError, Problem
 from eomgen.linear.partials import Partials
 

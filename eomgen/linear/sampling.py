@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import expm
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import Problem, UsageError
+from eomgen.formula.units.labels import in_label
 from eomgen.linear.state_space import StateSpace
-from eomgen.units.labels import in_label
 
 #: A delay this close to whole samples, as a share of one, is of whole samples.
 _WHOLE = 1e-9

@@ -16,13 +16,13 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.arrays import Array
-from eomgen.calls import checked_calls, unknown_attribute
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_calls, unknown_attribute
+from eomgen.base.text import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.linear.display import state_space_html
 from eomgen.linear.freedom import Freedom
 from eomgen.linear.partials import Partials
-from eomgen.text import shown
 
 Complex = NDArray[np.complex128]
 

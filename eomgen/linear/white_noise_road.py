@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.road_classes import REFERENCE_FREQUENCY
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.linear.modes import Modes
+from eomgen.linear.spectra import RoadExcitation
 from eomgen.linear.state_space import StateSpace
-from eomgen.road_classes import REFERENCE_FREQUENCY
-from eomgen.spectra import RoadExcitation
 
 _PLACE = "rms on a road of white noise"
 #: A static response below this part of its terms is rounding.

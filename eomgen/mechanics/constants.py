@@ -7,7 +7,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain, pairwise
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.formula.prescribed_motion import Law, constant
 from eomgen.lie.product import Factor
@@ -31,7 +32,6 @@ from eomgen.system.description import (
     Solid,
     Wheel,
 )
-from eomgen.text import key_of
 
 #: Part of a beam's length (of 1 rad, for torsion) that is a small deformation of its first mode.
 _SMALL = 0.01

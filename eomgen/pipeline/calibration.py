@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.arrays import Array
-from eomgen.control import placement, second_order_regulator
-from eomgen.control import weights as costs
-from eomgen.control.modal import modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
-from eomgen.control.plant import Plant
-from eomgen.control.regulator import lqr, place
-from eomgen.control.weights import Weights
+from eomgen.base.arrays import Array
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
 from eomgen.formula.nodes import Symbol
 from eomgen.linear.balancing import balance
+from eomgen.linear.control import placement, second_order_regulator
+from eomgen.linear.control import weights as costs
+from eomgen.linear.control.modal import modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
+from eomgen.linear.control.plant import Plant
+from eomgen.linear.control.regulator import lqr, place
+from eomgen.linear.control.weights import Weights
 from eomgen.pipeline.closed_loop import check_reach, not_reached, slowest_motion
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.scene import Scene
@@ -32,7 +32,7 @@ from eomgen.system.terms import PURPOSES
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.state_space import StateSpace
-    from eomgen.model import Model
+    from eomgen.pipeline.model import Model
 
 #: Calibrated numbers are kept to so many digits: further digits depend on the machine.
 _DIGITS = 12

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
-from eomgen.control.modal import ModalFeedback
-from eomgen.control.plant import Plant
+from eomgen.base.arrays import Array
 from eomgen.errors import ModelError
+from eomgen.linear.control.modal import ModalFeedback
+from eomgen.linear.control.plant import Plant
 from eomgen.linear.modes import modes
 
 #: Modal forces that miss their mode, as a share of those asked for, above which poles are elsewhere.

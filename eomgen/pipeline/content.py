@@ -7,11 +7,11 @@ import inspect
 import json
 from pathlib import Path
 
+from eomgen.base.version import __version__
 from eomgen.errors import UsageError
 from eomgen.pipeline.front_end import Document, FrontEnd
 from eomgen.pipeline.scenes import SCENES
 from eomgen.system.selection import Selection
-from eomgen.version import __version__
 
 
 def fingerprint(document: Document, front_end: FrontEnd) -> str:

@@ -13,12 +13,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from eomgen.control.output_feedback import OutputFeedback
-from eomgen.control.regulator import Regulator
+from eomgen.base.text import NAME_LENGTH, nearest, shown
 from eomgen.errors import Problem, UsageError
+from eomgen.linear.control.output_feedback import OutputFeedback
+from eomgen.linear.control.regulator import Regulator
 from eomgen.linear.state_space import StateSpace
 from eomgen.scene.load import data_of
-from eomgen.text import NAME_LENGTH, nearest, shown
 
 Sections = dict[str, dict[str, Any]]
 #: Sections whose entries formulas call by their bare names.

@@ -15,7 +15,7 @@ from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
-    from eomgen.model import Model
+    from eomgen.pipeline.model import Model
     from eomgen.system.system import Quantity
 
 #: Parameters that are named with their values.

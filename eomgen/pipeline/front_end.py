@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Gains, Start
-    from eomgen.model import Model
+    from eomgen.pipeline.model import Model
     from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.description import Description
     from eomgen.system.system import System

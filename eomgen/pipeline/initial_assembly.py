@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.corrected_start import corrected_start
 from eomgen.errors import ModelError

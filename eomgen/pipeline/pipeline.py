@@ -13,28 +13,28 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
-from eomgen.calls import checked_call
+from eomgen.base.calls import checked_call
+from eomgen.base.extensions import extensions, loaded
+from eomgen.base.text import shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
-from eomgen.extensions import extensions, loaded
 from eomgen.pipeline.collection import without_search_for_circles
 from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd
-from eomgen.pipeline.hamiltonians import HAMILTONIANS, build_hamiltonian, generate_hamiltonian, hamiltonian_of
 from eomgen.pipeline.scenes import SCENES
-from eomgen.scene.hamiltonian.document import OF_HAMILTONIANS, Hamiltonian
+from eomgen.products.fields.documents.document import OF_HAMILTONIANS, Hamiltonian
+from eomgen.products.fields.front_end import HAMILTONIANS, build_hamiltonian, generate_hamiltonian, hamiltonian_of
 from eomgen.scene.load import from_data, named_method
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import all_options, checked_options
 from eomgen.system.selection import Selection
 from eomgen.system.terms import TERMS, nearest_term
-from eomgen.text import shown
 from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.codegen.targets.target import Target
     from eomgen.integrators.methods import Method
-    from eomgen.model import Model
+    from eomgen.pipeline.model import Model
     from eomgen.system.branches import Branches
     from eomgen.system.description import Description, Simulation
     from eomgen.system.system import System
@@ -296,7 +296,7 @@ def built_in(
     _check_terms(terms)
     from eomgen.integrators.families.family import LinearPasses  # noqa: PLC0415
     from eomgen.integrators.methods import method_named, terms_of  # noqa: PLC0415
-    from eomgen.model import Model  # noqa: PLC0415
+    from eomgen.pipeline.model import Model  # noqa: PLC0415
     from eomgen.scene.joints.unresisted import UNRESISTED  # noqa: PLC0415
 
     document, front_end = as_document(scene)
@@ -325,7 +325,7 @@ def built_in(
 
     def in_lanes(library: Library) -> LaneLibrary | str:
         """Return the stepper of a library for several trajectories side by side, or why there is none."""
-        from eomgen.codegen.lanes import LANES_CDEF, NotInLanes, lane_files  # noqa: PLC0415
+        from eomgen.products.ensembles.lane_code import LANES_CDEF, NotInLanes, lane_files  # noqa: PLC0415
 
         def files_of(files: Mapping[str, str], preprocessed: Preprocess) -> Mapping[str, str]:
             try:

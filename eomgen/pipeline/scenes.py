@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from eomgen.extensions import code_stamp
+from eomgen.base.extensions import code_stamp
 from eomgen.mechanics.describe import describe
 from eomgen.pipeline.front_end import Build, FrontEnd
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
@@ -15,7 +15,7 @@ from eomgen.scene.scene import Scene
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
-    from eomgen.arrays import Array
+    from eomgen.base.arrays import Array
     from eomgen.compiled.model import Gains, Start
     from eomgen.mechanics.derivation import Derivation
     from eomgen.solvers.constraint_rows import EveryRow

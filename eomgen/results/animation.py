@@ -17,10 +17,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.files import write_text
+from eomgen.base.resources import template_folder
 from eomgen.errors import FileError, Problem, UsageError
-from eomgen.files import write_text
-from eomgen.resources import template_folder
 from eomgen.results.beam_curves import frames_along, pieces_of
 from eomgen.results.beam_stations import nearest_station, stations
 from eomgen.results.recorded import Recorded

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.section_loads import SectionLoads
 from eomgen.lie import numeric

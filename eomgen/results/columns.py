@@ -7,12 +7,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from eomgen.arrays import Array
-from eomgen.calls import UnknownName
+from eomgen.base.arrays import Array
+from eomgen.base.calls import UnknownName
+from eomgen.base.text import shown
 from eomgen.errors import Problem
 from eomgen.results.recorded import Recorded
 from eomgen.system.description import component_names
-from eomgen.text import shown
 
 #: Blocks of a state, each (nt, components).
 STATES = ("q", "v", "a", "z", "multipliers")

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.state import State
 from eomgen.errors import Problem, UsageError

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from eomgen.html import page, paragraph, table
+from eomgen.base.html import page, paragraph, table
 from eomgen.results.recorded import Recorded
 
 #: Columns that are rates of others and constraint forces: they are in ``columns()``, and would fill the page.

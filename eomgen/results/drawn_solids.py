@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 #: Principal moments that differ by less than this part of the largest are drawn as equal.
 EQUAL = 1e-3

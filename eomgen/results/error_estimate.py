@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 #: Observed order below which there is none, and the part of the motion above which that matters.
 NO_ORDER, NOTICED = 0.5, 0.03

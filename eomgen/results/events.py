@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.files import write_text
+from eomgen.base.text import nearest
 from eomgen.errors import Problem, UsageError
-from eomgen.files import write_text
 from eomgen.system.description import component_names
-from eomgen.text import nearest
 
 #: Names of arrays of a state, before an event and behind it.
 BLOCKS = ("q_before", "v_before", "z_before", "q", "v", "z", "modes")

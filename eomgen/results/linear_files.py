@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
-from eomgen.files import write_arrays, write_table, write_text
+from eomgen.base.arrays import Array
+from eomgen.base.files import write_arrays, write_table, write_text
 from eomgen.linear.campbell import Campbell
 from eomgen.linear.linearization import Linearization
 from eomgen.linear.modes import Modes
 from eomgen.linear.root_locus import RootLocus
-from eomgen.spectra import PowerSpectrum, RideTable
+from eomgen.linear.spectra import PowerSpectrum, RideTable
 
 Complex = NDArray[np.complex128]
 

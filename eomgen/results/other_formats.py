@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from eomgen.base.files import write_bytes
 from eomgen.errors import Problem, UsageError
-from eomgen.files import write_bytes
 from eomgen.results.columns import STATES
 from eomgen.results.events import BLOCKS, Events
 from eomgen.results.recorded import Recorded

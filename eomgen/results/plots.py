@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.text import listed, shown
 from eomgen.errors import Problem, UsageError
-from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3
 from eomgen.results.recorded import Recorded
-from eomgen.text import listed, shown
 
 if TYPE_CHECKING:
     from eomgen.results.events import Events

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from eomgen.arrays import Array
-from eomgen.calls import ByName, UnknownName
+from eomgen.base.arrays import Array
+from eomgen.base.calls import ByName, UnknownName
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol

@@ -9,13 +9,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.text import listed, nearest, shown
 from eomgen.compiled.section_loads import SectionLoads
 from eomgen.compiled.state import State
 from eomgen.errors import Problem, UsageError
-from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.results.recorded import Recorded
-from eomgen.text import listed, nearest, shown
 
 #: By quantity: its components and its unit.
 _QUANTITIES: Mapping[str, tuple[tuple[str, str, str], str]] = {

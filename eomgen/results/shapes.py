@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.figures import new_figure, saved
 from eomgen.compiled.initial_state import initial_state
-from eomgen.figures import new_figure, saved
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Vector
 from eomgen.lie import numeric

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any, Protocol, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
-from eomgen.calls import ByName, UnknownAttribute, checked_calls, unknown_attribute
+from eomgen.base.arrays import Array
+from eomgen.base.calls import ByName, UnknownAttribute, checked_calls, unknown_attribute
+from eomgen.base.text import shown
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.section_loads import SectionLoads
 from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, Problem, UsageError
+from eomgen.linear.spectra import PowerSpectrum
 from eomgen.results.columns import column_named, columns_of, units_of
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.display import html
@@ -30,9 +32,7 @@ from eomgen.results.scenery import Poses, PosesAndScenery
 from eomgen.results.section_plots import plot_sections
 from eomgen.results.solution_files import read_all, write_all, write_columns
 from eomgen.results.spectrum import psd
-from eomgen.spectra import PowerSpectrum
 from eomgen.system.description import component_names
-from eomgen.text import shown
 
 if TYPE_CHECKING:
     import pandas

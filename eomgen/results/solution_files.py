@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.files import read_arrays, write_arrays, write_table
 from eomgen.compiled.section_loads import SectionLoads
 from eomgen.errors import FileError, Problem
-from eomgen.files import read_arrays, write_arrays, write_table
 from eomgen.results.columns import STATES
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import NO_EVENTS, events_from

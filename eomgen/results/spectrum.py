@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from eomgen.base.text import listed
 from eomgen.errors import Problem, UsageError
+from eomgen.linear.spectra import PowerSpectrum
 from eomgen.results.plots import chosen_curves
 from eomgen.results.recorded import Recorded
-from eomgen.spectra import PowerSpectrum
-from eomgen.text import listed
 
 #: Spacings of rows are equal if they differ by less than this part.
 _EQUAL = 1e-6

@@ -8,7 +8,8 @@ from pathlib import Path
 from types import MethodType
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
-from eomgen.calls import checked_call, checked_calls, unknown_attribute
+from eomgen.base.calls import checked_call, checked_calls, unknown_attribute
+from eomgen.base.text import key_of
 from eomgen.errors import Problem
 from eomgen.scene.builder_methods import (
     Rotations,  # noqa: F401  # in the types of signatures, which get_type_hints looks for here
@@ -22,7 +23,6 @@ from eomgen.scene.load import from_data
 from eomgen.scene.scene import GRAVITY, Scene
 from eomgen.scene.section import Section
 from eomgen.scene.sections import OWN, others
-from eomgen.text import key_of
 
 if TYPE_CHECKING:
     from eomgen.scene.builder_keys import IncludeKeys, SectionMethods, SimulationKeys

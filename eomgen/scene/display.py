@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Protocol
 
+from eomgen.base.html import page, paragraph, table
 from eomgen.formula.infix import infix
 from eomgen.formula.nodes import Formula
-from eomgen.html import page, paragraph, table
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.constraint_model import Constraint

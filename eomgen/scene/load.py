@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+from eomgen.base.text import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
@@ -15,7 +16,6 @@ from eomgen.scene.sources.source import Read
 from eomgen.scene.sources.text import read_text, shown_file
 from eomgen.scene.sources.toml import TOML
 from eomgen.scene.sources.urdf.source import URDF
-from eomgen.text import shown
 
 
 def load(
@@ -201,7 +201,7 @@ def from_data(
         report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
         report.raise_problems()
     if data.get("kind") == "hamiltonian":
-        from eomgen.scene.hamiltonian.document import OF_HAMILTONIANS  # noqa: PLC0415  # for a mistake only
+        from eomgen.products.fields.documents.document import OF_HAMILTONIANS  # noqa: PLC0415  # for a mistake only
 
         fault = "this is a Hamiltonian system, and what was asked for is for mechanical scenes"
         report.add("kind", fault, OF_HAMILTONIANS)

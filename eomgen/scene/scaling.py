@@ -16,13 +16,13 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
+from eomgen.formula.units.parser import read_unit
 from eomgen.scene.document.schema import Document, document_for
 from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Table, Units, fields_of
 from eomgen.scene.reading.report import Report
 from eomgen.scene.signals.schema import State
-from eomgen.units.parser import read_unit
 
 Data = Mapping[str, Any]
 
@@ -178,7 +178,7 @@ class _Scaled:
 
 
 def _powers(unit: str) -> dict[str, float]:
-    from eomgen.units.conversion import measure  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # pint comes with it
 
     result = measure(read_unit(unit))[1] if unit not in ("", "1", "rad") else {}
     return {name: power for name, power in result.items() if name in UNITS}

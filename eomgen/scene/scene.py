@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
 
-from eomgen.calls import checked_calls, not_assigned_to, unknown_attribute
+from eomgen.base.calls import checked_calls, not_assigned_to, unknown_attribute
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import ZERO_VECTOR, Number, Vector
 from eomgen.formula.wave_fields import WaveField

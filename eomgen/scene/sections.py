@@ -6,16 +6,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import cache
 
-from eomgen.extensions import broken, extensions, loaded
+from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.products.reliability.section.sections import RANDOM
+from eomgen.products.waves.section.sections import WAVES
 from eomgen.scene.control.sections import CONTROLLERS, REFERENCES
 from eomgen.scene.events.sections import EVENTS, MODES
 from eomgen.scene.forces.register import ELEMENTS
-from eomgen.scene.random.sections import RANDOM
 from eomgen.scene.reading.requirements import BOUNDS, Row, bounds
 from eomgen.scene.section import Section
 from eomgen.scene.signals.sections import CURVES, INPUTS, OUTPUTS, PARAMETERS, STATES
 from eomgen.scene.tree.sections import BASE, BEAMS, BODIES, CONSTRAINTS, FRAMES, JOINTS, POINTS, REACTIONS
-from eomgen.scene.waves.sections import WAVES
 
 #: The group of entry points under which a distribution gives its sections: objects of the class ``Section``, each under
 #: its key.

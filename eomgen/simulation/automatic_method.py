@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import EomgenError, Problem, UsageError

@@ -17,15 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.files import read_arrays, write_arrays
+from eomgen.base.version import __version__
 from eomgen.compiled.arguments import count_of
 from eomgen.errors import FileError, ModelError, Problem, UsageError
-from eomgen.files import read_arrays, write_arrays
 from eomgen.simulation.stepping.inputs import kind_of
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import Library
-from eomgen.version import __version__
 
 FORMAT = 1
 _KIND = "checkpoint"

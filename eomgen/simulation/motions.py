@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import symbols

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.solution import Solution
 from eomgen.simulation.motions import Motions

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from eomgen.arrays import Array
-from eomgen.calls import checked_call
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_call
+from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import method_named
-from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.checkpoint import Checkpoint, checkpoint_writer

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.simulation.stepping.time_grid import time_grid
 
 

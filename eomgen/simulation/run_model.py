@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.arrays import Array
-from eomgen.calls import checked_call
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_call
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.section_loads import SectionLoads, section_loads
 from eomgen.compiled.state import State

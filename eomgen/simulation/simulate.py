@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.calls import checked_call
+from eomgen.base.calls import checked_call
+from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import count_of, number_of
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import BAD_ARGUMENT
-from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.automatic_method import method_of

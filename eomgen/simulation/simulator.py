@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
-from eomgen.calls import ByName, ReadOnly, UnknownAttribute, checked_call, checked_calls, unknown_attribute
+from eomgen.base.arrays import Array
+from eomgen.base.calls import ByName, ReadOnly, UnknownAttribute, checked_call, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import check_finite, check_name, count_of, number_of, numbers
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import ModelError, Problem
 from eomgen.toolchain.library import Library

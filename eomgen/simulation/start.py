@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.calls import checked_call
+from eomgen.base.calls import checked_call
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.files import write_text
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem
-from eomgen.files import write_text
 from eomgen.integrators.methods import Method, method_named
 from eomgen.results.solution import Solution
 from eomgen.simulation.stepping.inputs import InputSignals, Signal, jumps_known, read_signals

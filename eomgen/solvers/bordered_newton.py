@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import block_array, coo_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie.product import Factor, update
 
 #: Corrections at most, and the size in rad or lengths of the scene below which one is the last.

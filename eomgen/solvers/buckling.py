@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, eigs
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest, corrected, direction, held_factor, sparse
 from eomgen.solvers.critical_points import scaled_mode
 from eomgen.solvers.tangent_stiffness import compliance

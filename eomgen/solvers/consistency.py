@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import ModelError, Problem
 from eomgen.solvers.beams import Beams, StrainedStart
 from eomgen.solvers.constraint_rows import (

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.consistency import MAX_ITERATIONS, ROUNDING
 from eomgen.solvers.constraint_rows import CONTRADICTION, EPSILON, SINGULAR, VANISHING, WORST_ROUNDING

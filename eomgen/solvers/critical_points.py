@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.solvers.bordered_newton import LoadedStatics
 from eomgen.solvers.equilibrium_path import PathPoint, point_within
 from eomgen.solvers.tangent_stiffness import Components, TangentStiffness, canonical_direction

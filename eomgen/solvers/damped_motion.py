@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.solvers.statics import (
     SOFT,
     Point,

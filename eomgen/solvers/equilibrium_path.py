@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.solvers.bordered_newton import (
     Corrected,
     Direction,

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie.product import difference
 from eomgen.solvers.damped_motion import follow_damped_motion
 from eomgen.solvers.newton_path import follow_newton

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 #: Part of a column that is rounding, and how much more of a column must be its own than of any that is left out.
 ROUNDING, GAP = 1e-10, 1e3

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.solvers.bordered_newton import Balance, LoadedStatics, Rest, Tangents
 from eomgen.solvers.dead_forces import dead_forces, turning_blocks, with_turned
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits, first_point, follow

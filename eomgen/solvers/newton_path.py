@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.solvers.statics import (
     Point,
     Search,

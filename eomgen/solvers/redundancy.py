@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import update
 from eomgen.solvers.consistency import consistent_position

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import csc_array, diags_array
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, Tangents, direction, plus
 from eomgen.solvers.dead_forces import dead_forces, turning_blocks, with_turned
 from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, follow

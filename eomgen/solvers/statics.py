@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie.product import Factor, update
 
 #: Largest turn of a step, rad.

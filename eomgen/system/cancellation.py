@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 #: Rounding of a number, and the relative error of accelerations from which it is reported.
 ROUNDING, LOST = float(np.finfo(float).eps), 1e-8

@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from eomgen.arrays import Array, Flags, Numbers
+from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.features import may_be_fast, summands
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector

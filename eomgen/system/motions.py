@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 #: Of the polynomials: three conditions at both ends.
 DEGREE = 5

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Formula
 

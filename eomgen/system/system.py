@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from eomgen.calls import checked_calls, unknown_attribute
+from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.symbolic.harmonics import Columns, harmonics_in

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from eomgen.text import nearest
+from eomgen.base.text import nearest
 
 Inputs = tuple[str, ...]
 

@@ -23,8 +23,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from eomgen.base.locks import abandoned, claimed, hold
 from eomgen.errors import FileError, Problem
-from eomgen.locks import abandoned, claimed, hold
 
 #: Bytes that the cache may hold; the least recently used entries go first.
 DEFAULT_LIMIT = 2_000_000_000

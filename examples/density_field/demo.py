@@ -27,8 +27,8 @@ import numpy as np
 
 from eomgen.fields import Sampler, Samples
 from eomgen.integrators.compositions import composition_named
+from eomgen.products.fields.documents.field_reading import load_fields
 from eomgen.sampling import FieldProblem, FieldSamples, field_problem, sample
-from eomgen.scene.hamiltonian.field_reading import load_fields
 
 SYSTEM = Path(__file__).parent / "system" / "density_field.toml"
 CELL = 4.8828125  # Mpc/h

@@ -19,7 +19,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 BLUE, VERMILION = "#0072B2", "#D55E00"
 FOLDER = Path(__file__).parent

@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 BLUE, GREY = "#0072B2", "#707070"
 FOLDER = Path(__file__).parent

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 FOLDER = Path(__file__).parent
 BLUE, VERMILION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "0.5"

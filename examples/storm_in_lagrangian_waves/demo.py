@@ -17,7 +17,7 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.waves import Components, Jonswap, Radar, Sea, Spreading, discretized, statistics_of
 
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"

@@ -16,7 +16,7 @@ from scipy.sparse import csc_array
 from scipy.special import ellipe, ellipk
 
 import eomgen
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
 from tests.models.cosserat import beam_scene
 from tests.oracles.evaluation import Array

@@ -19,7 +19,7 @@ from scipy.special import ellipe, ellipk
 import eomgen
 from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.solvers.equilibrium_path import PathPoint, follow
 from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.oracles.evaluation import Array

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from tests.models.cosserat import beam_scene
 from tests.oracles.evaluation import Array
 

@@ -16,7 +16,7 @@ from eomgen.analysis.element_strains import ElementStrains
 from eomgen.analysis.sparse_partials import dense, sparse_partials
 from eomgen.errors import NumericalError
 from eomgen.lie.product import update
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.solvers.bordered_newton import whole
 from eomgen.system.patterns import packed_places, unpacked_places
 from tests.mechanics.test_cosserat_beams import elastica

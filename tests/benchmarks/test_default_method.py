@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks import default_method
 from benchmarks.default_method import Point
-from eomgen.studies.work_precision.running import REACHED, REFUSED, STOPPED
+from eomgen.products.studies.work_precision.running import REACHED, REFUSED, STOPPED
 
 
 def run(scene: str, candidate: str, error: float, seconds: float, *, given: bool = False) -> Point:

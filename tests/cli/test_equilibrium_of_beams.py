@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from matplotlib.image import imread
 
-from eomgen import figures
+from eomgen.base import figures
 from eomgen.cli import main
 from eomgen.results import shapes
 

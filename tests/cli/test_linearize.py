@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.base.files import read_arrays
 from eomgen.cli import main
-from eomgen.files import read_arrays
 
 QUARTER_CAR = str(Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml")
 TOP = """\
@@ -67,7 +67,7 @@ def test_an_interrupted_diagram_keeps_the_modes_and_the_values_so_far(
         assert title == "top: mass"
         yield interrupting
 
-    monkeypatch.setattr("eomgen.progress.terminal_bar", bar)
+    monkeypatch.setattr("eomgen.base.progress.terminal_bar", bar)
     assert main(["linearize", top, "--at", "initial", "--campbell", "mass=1:2:5", "--orders", "1"]) == 130
     told = capsys.readouterr()
     assert told.out.startswith("top about the initial state at t = 0 s")

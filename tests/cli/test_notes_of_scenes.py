@@ -14,7 +14,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.linear.plots import oscillating_first
-from eomgen.studies.work_precision.running import Grid, Runner
+from eomgen.products.studies.work_precision.running import Grid, Runner
 from tests.models.scenes import PENDULUM_TOML
 
 #: Nothing depends on it, which is a note.

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.pipeline.parameter_defaults import with_parameters
 from tests.codegen.test_stand_alone import compiled, run

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from eomgen.base.resources import template_folder
 from eomgen.codegen.targets.c.naming import check_prefix, comment, mangle, output_name
 from eomgen.errors import ModelError
-from eomgen.resources import template_folder
 from eomgen.system.terms import TERMS
 
 names = st.text(alphabet=st.sampled_from('aZ5fe_ .é*/\\"\n0_Z'), max_size=8)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from eomgen.base.resources import template_folder
 from eomgen.codegen.targets.c import folding
 from eomgen.codegen.targets.c.folding import WIDTH, folded
-from eomgen.resources import template_folder
 from tests.golden import GENERATED
 
 #: Lines in a template.

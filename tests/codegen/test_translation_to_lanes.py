@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eomgen.codegen.lanes import NotInLanes, translated
 from eomgen.codegen.targets.c.target import environment
+from eomgen.products.ensembles.lane_code import NotInLanes, translated
 from eomgen.toolchain.compiler import find_compiler, preprocessed
 
 COUNT = 64

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled import functions, lanes
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.lanes import Lanes
 from eomgen.errors import ToolchainError, UsageError
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from tests.models.scenes import pendulum_scene
 
 EXAMPLES = Path(eomgen.__file__).parents[1] / "examples"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled import result_memory
 from eomgen.compiled.result_memory import ResultMemory
 from tests.models.cache import shared_cache

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.base.threads import share
 from eomgen.compiled import functions
 from eomgen.errors import UsageError
-from eomgen.threads import share
 from tests.models.scenes import pendulum_scene
 
 

@@ -7,11 +7,11 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
-from eomgen.control.plant import Plant
-from eomgen.control.second_order_regulator import lqr
-from eomgen.control.weights import Weights
+from eomgen.base.arrays import Array
 from eomgen.errors import ModelError, UsageError
+from eomgen.linear.control.plant import Plant
+from eomgen.linear.control.second_order_regulator import lqr
+from eomgen.linear.control.weights import Weights
 from tests.control.plants import RELATIVE, quarter_car, random_plant
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from eomgen.control.plant import Plant
-from eomgen.control.second_order_regulator import lqr
-from eomgen.control.stationary import road_intensity, stationary
-from eomgen.control.weights import Weights
 from eomgen.errors import ModelError
+from eomgen.linear.control.plant import Plant
+from eomgen.linear.control.second_order_regulator import lqr
+from eomgen.linear.control.stationary import road_intensity, stationary
+from eomgen.linear.control.weights import Weights
 from tests.control.plants import ROAD, SPRUNG, TYRE, UNSPRUNG, quarter_car
 
 TRAVEL, DYNAMIC_LOAD = [1.0, -1.0, 0.0, 0.0], [0.0, TYRE, 0.0, 0.0]

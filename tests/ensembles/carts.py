@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from eomgen.ensembles import Ensemble
+from eomgen.products.ensembles import Ensemble
 
 CART = """
 format = 1
@@ -50,5 +50,5 @@ def bits(found: Ensemble) -> list[bytes]:
 def small_blocks() -> Iterator[None]:
     """Blocks of a sixteenth of all samples, however short their runs are."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sys.modules["eomgen.ensembles.simulate_many"], "_WORTH_A_BLOCK", 0)
+        patch.setattr(sys.modules["eomgen.products.ensembles.simulate_many"], "_WORTH_A_BLOCK", 0)
         yield

@@ -18,9 +18,9 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.ensembles import Ensemble, cluster, parts
-from eomgen.ensembles.samples import Block, Failed
 from eomgen.errors import FileError, UsageError
+from eomgen.products.ensembles import Ensemble, cluster, parts
+from eomgen.products.ensembles.samples import Block, Failed
 from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
 pytestmark = pytest.mark.slow
@@ -125,7 +125,7 @@ def test_a_machine_without_the_model_compiles_it_once(cart: eomgen.Model, local:
 
 def _rooms() -> int:
     """Return how many ensembles a worker holds."""
-    from eomgen.ensembles import worker
+    from eomgen.products.ensembles import worker
 
     return len(worker._ROOMS)
 
@@ -201,7 +201,7 @@ def test_another_version_is_told_before_the_first_sample(cart: eomgen.Model, cli
 
 
 def _set_version(version: str) -> None:
-    from eomgen import version as module
+    from eomgen.base import version as module
 
     module.__version__ = version
 

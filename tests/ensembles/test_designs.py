@@ -7,9 +7,9 @@ import itertools
 import numpy as np
 import pytest
 
-from eomgen.ensembles import DESIGNS, OTHER_DESIGNS, read_distribution
-from eomgen.ensembles.designs import grid_design, random_design, unbalanced
 from eomgen.errors import UsageError
+from eomgen.products.ensembles import DESIGNS, OTHER_DESIGNS, read_distribution
+from eomgen.products.ensembles.designs import grid_design, random_design, unbalanced
 
 UNIT = read_distribution("vary x", "uniform(0, 1)")
 

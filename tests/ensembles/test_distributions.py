@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from eomgen.ensembles import DISTRIBUTIONS, read_distribution
 from eomgen.errors import UsageError
+from eomgen.products.ensembles import DISTRIBUTIONS, read_distribution
 
 P = np.array([1e-9, 0.01, 0.3, 0.5, 0.8, 0.999])
 VARIANCE = np.log1p(0.25**2)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from eomgen.compiled.model import CompiledModel
-from eomgen.ensembles import samples
-from eomgen.ensembles.designs import Design
-from eomgen.ensembles.samples import EXTREMES, Samples
-from eomgen.ensembles.variations import VariedOptions
+from eomgen.products.ensembles import samples
+from eomgen.products.ensembles.designs import Design
+from eomgen.products.ensembles.samples import EXTREMES, Samples
+from eomgen.products.ensembles.variations import VariedOptions
 
 TIMES = np.linspace(0.0, 1.0, 6)
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.ensembles.lanes import Lanes
-from eomgen.ensembles.samples import Samples
+from eomgen.products.ensembles.lanes import Lanes
+from eomgen.products.ensembles.samples import Samples
 from tests.models.cosserat import beam_scene
 
 SCENE: dict[str, Any] = {
@@ -95,7 +95,7 @@ def test_results_are_those_of_runs_one_after_the_other(
     caplog: pytest.LogCaptureFixture,
     options: dict[str, object],
 ) -> None:
-    with caplog.at_level(logging.INFO, "eomgen.ensembles"):
+    with caplog.at_level(logging.INFO, "eomgen.products.ensembles"):
         beside = found(swing, **options)
     assert lanes and not any(isinstance(item, str) for item in lanes)
     assert re.fullmatch(r"side by side: \d+ lanes", beside.how)

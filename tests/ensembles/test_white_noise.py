@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.stepping.lane_stepper import LaneStepper
 from eomgen.toolchain.lane_library import LaneLibrary

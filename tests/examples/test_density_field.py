@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from eomgen.products.fields.documents.field_reading import load_fields
 from eomgen.sampling import memory_of, sample
-from eomgen.scene.hamiltonian.field_reading import load_fields
 from tests.fields.density import optimised
 from tests.models.cache import shared_cache
 

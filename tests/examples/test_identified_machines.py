@@ -15,7 +15,7 @@ import pytest
 from scipy import stats
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.pipeline.pipeline import built_for_run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from eomgen.base.files import read_arrays, write_arrays, write_text
 from eomgen.errors import DescriptionError, FileError
-from eomgen.files import read_arrays, write_arrays, write_text
 from eomgen.scene.document import units
 from eomgen.scene.includes import include
 from eomgen.scene.load import load, load_toml

@@ -14,9 +14,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from eomgen.base.threads import THREADS_VARIABLE
 from eomgen.fields import FieldPosterior
-from eomgen.fields.transforms import transforms
-from eomgen.threads import THREADS_VARIABLE
+from eomgen.products.fields.posteriors.transforms import transforms
 from tests.fields.density import counted
 
 

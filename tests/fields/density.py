@@ -9,9 +9,9 @@ from functools import cache, partial
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.fields import CellEnergy, FieldPosterior, LinearOperator, Mesh, lognormal_amplitude, poisson
-from eomgen.fields.cells import _compiled
+from eomgen.products.fields.posteriors.cells import _compiled
 from eomgen.toolchain.builder import Builder
 
 
@@ -20,7 +20,7 @@ def optimised() -> Iterator[None]:
     """Compile as users do: gradients take a sixth of the time then, and the C of a cell is short."""
     _compiled.cache_clear()
     with pytest.MonkeyPatch.context() as changed:
-        changed.setattr("eomgen.fields.cells.Builder", partial(Builder, "fast"))
+        changed.setattr("eomgen.products.fields.posteriors.cells.Builder", partial(Builder, "fast"))
         yield
 
 

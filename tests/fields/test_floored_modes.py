@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.fields import Mesh, lognormal_amplitude, mask, smoothing
 from eomgen.sampling import sample
 from tests.fields.density import density

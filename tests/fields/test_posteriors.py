@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.fields import (
     OPERATORS,

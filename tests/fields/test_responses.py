@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.special import gammaln
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.fields import (
     CellEnergy,
     FieldPosterior,

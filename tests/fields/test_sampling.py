@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.fields import (
     FieldPosterior,
@@ -22,8 +22,8 @@ from eomgen.fields import (
     split_r_hat,
     white,
 )
-from eomgen.fields.sampling import First
 from eomgen.integrators.compositions import composition_named
+from eomgen.products.fields.posteriors.sampling import First
 from tests.fields.density import alone, counted, optimised
 
 __all__ = ["optimised"]

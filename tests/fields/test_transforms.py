@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.threads import share
 from eomgen.errors import EomgenError
 from eomgen.fields import FieldPosterior, Mesh, Sampler, amplitude, difference, follow, mask, white
 from eomgen.integrators.compositions import composition_named
-from eomgen.threads import share
 from tests.fields.density import counted, optimised
 
 __all__ = ["optimised"]
@@ -75,7 +75,7 @@ def test_what_a_posterior_gives_is_the_same(transforms: str, precision: str, cel
 def test_columns_of_large_meshes_go_through_an_array_of_their_own(
     precision: str, cells: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("eomgen.fields.transforms._LARGE", 1)
+    monkeypatch.setattr("eomgen.products.fields.posteriors.transforms._LARGE", 1)
     test_what_a_posterior_gives_is_the_same("fftw", precision, cells)
 
 
@@ -111,8 +111,8 @@ def test_threads_that_share_arrays_give_the_same_bits(precision: str, monkeypatc
         calls.append(pieces)
         share(call, pieces, threads)
 
-    monkeypatch.setattr("eomgen.fields.cells._SHARED", 1)
-    monkeypatch.setattr("eomgen.fields.cells.share", counting)
+    monkeypatch.setattr("eomgen.products.fields.posteriors.cells._SHARED", 1)
+    monkeypatch.setattr("eomgen.products.fields.posteriors.cells.share", counting)
     x = alone.mesh.white(stream())
     found = []
     for threads in (1, 3):

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from eomgen.base.files import Journal
 from eomgen.errors import FileError
-from eomgen.files import Journal
 
 
 def journal(folder: Path | None, *, identity: str = "one", resume: bool = False) -> Journal[int]:

@@ -13,8 +13,8 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.hamiltonian.model import HamiltonianModel
-from eomgen.scene.hamiltonian.reading import hamiltonian_from_data
+from eomgen.products.fields.documents.reading import hamiltonian_from_data
+from eomgen.products.fields.hamiltonian.model import HamiltonianModel
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -15,11 +15,11 @@ import sympy
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.cli import main
-from eomgen.hamiltonian import model as hamiltonian_model
-from eomgen.hamiltonian.model import HamiltonianModel
-from eomgen.scene.hamiltonian.reading import hamiltonian_from_data, load_hamiltonian
+from eomgen.products.fields.documents.reading import hamiltonian_from_data, load_hamiltonian
+from eomgen.products.fields.hamiltonian import model as hamiltonian_model
+from eomgen.products.fields.hamiltonian.model import HamiltonianModel
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -16,10 +16,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.integrators.compositions import composition_named
-from eomgen.scene.hamiltonian.reading import load_hamiltonian
+from eomgen.products.fields.documents.reading import load_hamiltonian
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -16,10 +16,10 @@ import pytest
 from scipy.special import ellipj, roots_legendre
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.cli import main
-from eomgen.hamiltonian import model as hamiltonian_model
-from eomgen.hamiltonian.collocation import gauss_collocation
+from eomgen.products.fields.hamiltonian import model as hamiltonian_model
+from eomgen.products.fields.hamiltonian.collocation import gauss_collocation
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

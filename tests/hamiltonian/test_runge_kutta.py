@@ -12,9 +12,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.integrators.families.adaptive import LARGEST_TOLERANCE, SMALLEST_TOLERANCE
-from eomgen.scene.hamiltonian.document import TOLERANCES
+from eomgen.products.fields.documents.document import TOLERANCES
 from tests.hamiltonian.test_implicit_steps import PENDULUM, model
 from tests.models.cache import shared_cache
 

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.integrators.compositions import (
     Composition,

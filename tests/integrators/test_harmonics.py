@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.base.random_roads import road_harmonics
 from eomgen.integrators.harmonics import LEAST, PAIRS, harmonics_data
-from eomgen.model import Model
-from eomgen.random_roads import road_harmonics
+from eomgen.pipeline.model import Model
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -10,7 +10,7 @@ import pytest
 
 import eomgen
 from eomgen import Solution
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from tests.models.cache import shared_cache
 
 pytestmark = pytest.mark.slow

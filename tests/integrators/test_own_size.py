@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 
 
 @cache

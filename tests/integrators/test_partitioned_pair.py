@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators import similar_scenes
 from tests.models.cache import shared_cache

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.integrators.methods import method_named
 from eomgen.integrators.stepper_layout import default_settings
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.simulation.stepping.settings import stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.scene.joint_types import JOINTS
 from tests.integrators.similar_scenes import BOUND, FREE, STEPS
 from tests.oracles.moved_scenes import moved

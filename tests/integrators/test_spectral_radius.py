@@ -18,7 +18,7 @@ from eomgen.integrators.compositions import composition_named
 from eomgen.integrators.families.composition import NAMES as COMPOSITIONS
 from eomgen.integrators.families.register import BUILT_IN
 from eomgen.integrators.methods import method_named
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
 from eomgen.simulation.stepping.stepper import Stepper
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.integrators.compositions import composition_named
 from eomgen.integrators.families.composition import NAMES
 from tests.models.cache import shared_cache

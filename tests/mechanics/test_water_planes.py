@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.arrays import Array
-from eomgen.model import Model
+from eomgen.base.arrays import Array
+from eomgen.pipeline.model import Model
+from eomgen.products.studies.verification.check import check
 from eomgen.scene.load import from_data
-from eomgen.studies.verification.check import check
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.formula.units.conversion import measure
+from eomgen.formula.units.parser import read_unit
 from eomgen.integrators.stepper_layout import row_layout
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.scene.document.schema import Document
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Table, Units, fields_of
 from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.units.conversion import measure
-from eomgen.units.parser import read_unit
 
 Array = NDArray[np.float64]
 Data = Mapping[str, Any]

@@ -15,10 +15,10 @@ import pytest
 from scipy.linalg import expm
 
 import eomgen
-from eomgen.control.modal import optimal_modal_gains
-from eomgen.control.plant import Plant
-from eomgen.control.second_order_regulator import lqr
-from eomgen.control.weights import Weights
+from eomgen.linear.control.modal import optimal_modal_gains
+from eomgen.linear.control.plant import Plant
+from eomgen.linear.control.second_order_regulator import lqr
+from eomgen.linear.control.weights import Weights
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.products.studies.verification.check import check
 from eomgen.results.plots import draw
-from eomgen.studies.verification.check import check
 from tests.models.cache import shared_cache
 from tests.models.lattice import Lattice
 

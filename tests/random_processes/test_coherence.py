@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import integrate, signal
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.random_processes import (
+from eomgen.products.reliability.random_processes import (
     Band,
     CoherenceTable,
     Covariance,

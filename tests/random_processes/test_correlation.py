@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.random_processes import nearest_correlation
+from eomgen.products.reliability.random_processes import nearest_correlation
 
 
 def test_the_nearest_correlation_matrix_of_higham() -> None:

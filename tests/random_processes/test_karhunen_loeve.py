@@ -10,10 +10,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.formula.curves import Curve
-from eomgen.random_processes import (
+from eomgen.products.reliability.random_processes import (
     MOST_MODES,
     Covariance,
     CovarianceTable,

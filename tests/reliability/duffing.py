@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
-from eomgen.reliability import Expansion
+from eomgen.base.arrays import Array
+from eomgen.products.reliability.tails import Expansion
 
 ZETA, FORCE, SPAN, NODES, VARIABLES = 0.1, 0.5, 15.0, 301, 21
 

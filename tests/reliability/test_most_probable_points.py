@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
-from eomgen.reliability import (
+from eomgen.products.reliability.tails import (
     INVERSIONS,
     Counted,
     Expansion,

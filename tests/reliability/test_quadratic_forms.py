@@ -7,7 +7,7 @@ import pytest
 from scipy import integrate, special, stats
 
 from eomgen.errors import ModelError, NumericalError
-from eomgen.reliability import INVERSIONS, QuadraticForm
+from eomgen.products.reliability.tails import INVERSIONS, QuadraticForm
 from tests.reliability.duffing import Duffing
 
 METHODS = list(INVERSIONS)

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.base.files import read_arrays, write_arrays
 from eomgen.cli import main
-from eomgen.files import read_arrays, write_arrays
 from eomgen.mechanics.describe import describe
 from eomgen.results import animation
 from eomgen.results.animation import animation_page

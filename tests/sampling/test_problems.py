@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.fields import (
     FieldPosterior,
@@ -23,8 +23,8 @@ from eomgen.fields import (
     poisson,
     smoothing,
 )
+from eomgen.products.fields.documents.field_reading import fields_from_data, load_fields
 from eomgen.sampling import FieldProblem, field_problem
-from eomgen.scene.hamiltonian.field_reading import fields_from_data, load_fields
 from eomgen.scene.sources.toml import toml_data
 from tests.fields.density import power
 from tests.models.cache import shared_cache

@@ -17,8 +17,8 @@ import pytest
 from eomgen.cli import INTERRUPTED, main
 from eomgen.errors import DescriptionError, EomgenError, UsageError
 from eomgen.fields import Sampler
+from eomgen.products.fields.documents.field_reading import fields_from_data
 from eomgen.sampling import FieldSamples, field_problem, sample
-from eomgen.scene.hamiltonian.field_reading import fields_from_data
 from tests.models.cache import shared_cache
 from tests.sampling.files import changed
 

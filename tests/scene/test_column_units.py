@@ -13,11 +13,11 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.formula.curves import Curve
+from eomgen.formula.units.table import UNITS
 from eomgen.scene.document.units import in_si
 from eomgen.scene.load import load_toml
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
-from eomgen.units.table import UNITS
 from tests.scene.test_units import _PINT, registry
 
 _TURNING = {"rad", "mrad", "deg", "arcmin", "arcsec", "rev", "rpm"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.scene.geometry.inertia import Inertia, combined, entries_of, steiner, tensor, turned
 from eomgen.scene.geometry.rotations import about_axis
 

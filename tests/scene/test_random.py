@@ -15,13 +15,13 @@ from scipy.interpolate import make_interp_spline
 from scipy.stats import norm, skew
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application
 from eomgen.pipeline.controllers import toml_text
-from eomgen.random_processes import (
+from eomgen.products.reliability.random_processes import (
     CrossCovariance,
     ExponentialCoherence,
     RoadProfile,

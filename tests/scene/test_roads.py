@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from eomgen.base.random_roads import Harmonic, road_harmonics
 from eomgen.errors import DescriptionError
 from eomgen.formula.unit_circle import unit_circle
 from eomgen.mechanics.derive import derive
-from eomgen.random_roads import Harmonic, road_harmonics
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.json_schema import schema
 from eomgen.scene.load import from_data, load

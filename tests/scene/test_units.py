@@ -17,16 +17,16 @@ from hypothesis import strategies as st
 
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.nodes import Number
+from eomgen.formula.units.conversion import coherent, measure, to_si, to_unit
+from eomgen.formula.units.labels import in_label
+from eomgen.formula.units.parser import UnitError, is_quantity, read_quantity, read_unit
+from eomgen.formula.units.table import NAMED, PREFIXES, UNITS, names
 from eomgen.scene.document.schema import Document
 from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.load import load_toml
 from eomgen.scene.reading.key_metadata import ANY_UNIT, fields_of, tables_of
 from eomgen.scene.reading.report import Report
-from eomgen.units.conversion import coherent, measure, to_si, to_unit
-from eomgen.units.labels import in_label
-from eomgen.units.parser import UnitError, is_quantity, read_quantity, read_unit
-from eomgen.units.table import NAMED, PREFIXES, UNITS, names
 from tests.scene.test_scene_files import PENDULUM, problems, read, replaced
 
 

@@ -17,12 +17,12 @@ from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.controllers import toml_text
-from eomgen.random_processes import WAVES, standard_normals
+from eomgen.products.reliability.random_processes import WAVES, standard_normals
+from eomgen.products.reliability.vibration.inputs import processes_of
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, Names
 from eomgen.scene.load import from_data
 from eomgen.studies import random_vibration
-from eomgen.studies.vibration.inputs import processes_of
 from eomgen.symbolic.calculus.partials import weighted_gradient
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra, Scalar

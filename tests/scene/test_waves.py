@@ -14,7 +14,7 @@ import pytest
 from scipy.integrate import quad
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.requirements import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from tests.simulation.stated_scenes import CASES, SAMPLED, Case, Rates, SampledCase
 
 #: Parts of a step in references of closed loops, and of absolute coordinates.

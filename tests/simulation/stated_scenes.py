@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from tests.models.cosserat import beam_scene
 
 #: Rates of (q, v, z) by time.

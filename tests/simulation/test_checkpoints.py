@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.base.files import write_arrays
 from eomgen.cli import main
-from eomgen.files import write_arrays
 from eomgen.simulation.checkpoint import Checkpoint
 from tests.models.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum
 from tests.oracles.robots import planar_chain

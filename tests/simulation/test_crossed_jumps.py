@@ -9,7 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import UsageError
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.scene.builder import SceneBuilder
 from tests.models.cache import shared_cache
 

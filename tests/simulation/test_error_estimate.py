@@ -15,7 +15,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.simulation.accuracy.richardson import observed_order
 from eomgen.simulation.judgement.unit_quaternions import largest_stretch
 from tests.models.scenes import absolute, breaking, flyer, pendulum

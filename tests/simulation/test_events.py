@@ -14,10 +14,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import DescriptionError, ModelError, UsageError
-from eomgen.model import Model
-from eomgen.studies.verification.check import check
+from eomgen.pipeline.model import Model
+from eomgen.products.studies.verification.check import check
 
 G = 9.81
 BALL: dict[str, Any] = {

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import UsageError
 from eomgen.integrators.methods import method_named
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
+from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
-from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
 from tests.models.cache import shared_cache
 from tests.oracles.complex_galerkin import ComplexGalerkinRun
 from tests.oracles.complex_runs import STEP as TINY

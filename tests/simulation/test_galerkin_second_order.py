@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.simulation.sensitivities import motion
-from eomgen.simulation.sensitivities.motion import Motion
+from eomgen.products.derivatives import motion
+from eomgen.products.derivatives.motion import Motion
 from tests.models.cache import shared_cache
 from tests.simulation.test_following_starts import resting_controller, resting_tree
 from tests.simulation.test_galerkin_sensitivities import driven

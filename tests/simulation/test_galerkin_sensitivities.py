@@ -11,10 +11,10 @@ import pytest
 
 import eomgen
 from eomgen.compiled.lanes import Lanes
+from eomgen.products.derivatives import galerkin_sweeps, motion
+from eomgen.products.derivatives.motion import Motion
+from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
-from eomgen.simulation.sensitivities import galerkin_sweeps, motion
-from eomgen.simulation.sensitivities.motion import Motion
-from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
 from tests.models.cache import shared_cache
 from tests.oracles.complex_galerkin import ComplexGalerkinRun
 from tests.oracles.complex_runs import derivatives

@@ -14,7 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from tests.simulation.test_laws_between_steps import DOUBTS
 
 EFFORT = "1 - k*q.x + (F if c - w < v.x < c + w else 0)"

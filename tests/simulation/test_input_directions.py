@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
-from eomgen.model import Model
-from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
+from eomgen.base.arrays import Array
+from eomgen.pipeline.model import Model
+from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from tests.models.cache import shared_cache
 from tests.simulation.test_following_starts import resting_controller, resting_loop, resting_tree
 from tests.simulation.test_input_gradients import driven

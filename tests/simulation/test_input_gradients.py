@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.scene.builder import SceneBuilder
 from tests.models.cache import shared_cache
 from tests.simulation.test_sensitivities import STEP, TO_ROUNDING, built, tree
@@ -102,7 +102,7 @@ def test_a_number_for_the_whole_run_and_the_rows_of_a_part(monkeypatch: pytest.M
 
     slope = (8.0 * (mean(0.301) - mean(0.299)) - (mean(0.302) - mean(0.298))) / 0.012
     assert gradient["torque"].sum() == pytest.approx(slope, rel=1e-9)
-    monkeypatch.setattr("eomgen.simulation.sensitivities.motion.LONGEST", 64)
+    monkeypatch.setattr("eomgen.products.derivatives.motion.LONGEST", 64)
     parts = model.sensitivities(2.0, STEP, by=by, inputs=held, method="trapezoidal", settings=TO_ROUNDING)
     assert parts._run.motion.parts == 4
     for name, array in parts.input_gradient("mean(y[1])").items():

@@ -15,7 +15,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.formula.features import features, may_be_fast, summands
 from eomgen.formula.nodes import Formula

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import eomgen
-from eomgen.progress import shown, terminal_bar, waiting
+from eomgen.base.progress import shown, terminal_bar, waiting
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def _notebook(monkeypatch: pytest.MonkeyPatch, kernel: object) -> list[str]:
 
 def test_a_notebook_gets_a_bar_that_goes_away(model: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     pages = _notebook(monkeypatch, kernel=object())
-    monkeypatch.setattr("eomgen.progress._SELDOM", 0.0)
+    monkeypatch.setattr("eomgen.base.progress._SELDOM", 0.0)
     assert model.simulate(0.5, 1e-3, progress=True).success
     parts = [float(page.split('value="')[1].split('"')[0]) for page in pages[:-1]]
     assert parts[0] == 0.0
@@ -64,7 +64,7 @@ def test_where_nobody_looks_there_is_no_bar(
 def _be_terminal(monkeypatch: pytest.MonkeyPatch, patience: float) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setattr("eomgen.progress._PATIENCE", patience)
+    monkeypatch.setattr("eomgen.base.progress._PATIENCE", patience)
 
 
 def test_a_terminal_gets_a_bar_for_a_run_that_lasts(

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.integrators.methods import method_named
 from eomgen.lie import product
-from eomgen.model import Model
-from eomgen.simulation.sensitivities import motion
-from eomgen.simulation.sensitivities.motion import Motion
-from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
+from eomgen.pipeline.model import Model
+from eomgen.products.derivatives import motion
+from eomgen.products.derivatives.motion import Motion
+from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from tests.models.cache import shared_cache
 from tests.oracles.complex_runs import ComplexRun, derivatives
 from tests.simulation.test_sensitivities import (

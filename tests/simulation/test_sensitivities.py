@@ -11,12 +11,12 @@ import pytest
 import eomgen
 from eomgen.errors import NumericalError, UsageError
 from eomgen.integrators.methods import method_named
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
+from eomgen.products.derivatives import motion
+from eomgen.products.derivatives.motion import Motion
+from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.scene import Scene
-from eomgen.simulation.sensitivities import motion
-from eomgen.simulation.sensitivities.motion import Motion
-from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
 from tests.models.cache import shared_cache
 from tests.oracles.complex_runs import ComplexRun, derivatives
 

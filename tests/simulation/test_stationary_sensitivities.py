@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.arrays import Array
-from eomgen.simulation.sensitivities.equations import Equations
-from eomgen.simulation.sensitivities.stationary_run import StationaryRun
+from eomgen.base.arrays import Array
+from eomgen.products.derivatives.equations import Equations
+from eomgen.products.derivatives.stationary_run import StationaryRun
 
 PUSHED = ("push_z1", "push_z2", "push_z3", "push_z4")
 SPAN = 1.5, 0.05

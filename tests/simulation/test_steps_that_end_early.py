@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.simulation.stepping.step_parts import StepParts, step_parts
 from tests.simulation.test_error_estimate import good
 

@@ -12,7 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import UsageError
-from eomgen.model import Model
+from eomgen.pipeline.model import Model
 from eomgen.simulation.stepping.time_grid import time_grid
 
 

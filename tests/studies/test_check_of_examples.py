@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from eomgen.products.studies.verification.differences import LADDER
 from eomgen.studies import check
-from eomgen.studies.verification.differences import LADDER
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: Of two that differ in the method alone, so not in their equations, one; of a net, whose matrices of 600 x 600 entries

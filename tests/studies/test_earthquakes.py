@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.studies import random_vibration
 from tests.studies.test_truncation import model_of
 

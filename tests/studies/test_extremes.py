@@ -19,11 +19,9 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.cli.tables import print_table
-from eomgen.scene.load import from_data
-from eomgen.scene.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
-from eomgen.studies.ladders.references import difference, reference
-from eomgen.studies.ladders.register import LADDERS
-from eomgen.studies.ladders.runs import (
+from eomgen.products.studies.ladders.references import difference, reference
+from eomgen.products.studies.ladders.register import LADDERS
+from eomgen.products.studies.ladders.runs import (
     CRASH,
     HANG,
     RAISED,
@@ -36,8 +34,10 @@ from eomgen.studies.ladders.runs import (
     Runner,
     simulated,
 )
-from eomgen.studies.ladders.subject import Subject
-from eomgen.studies.ladders.verdicts import VERDICTS, verdict
+from eomgen.products.studies.ladders.subject import Subject
+from eomgen.products.studies.ladders.verdicts import VERDICTS, verdict
+from eomgen.scene.load import from_data
+from eomgen.scene.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
 
 PENDULUM: dict[str, Any] = {
     "format": 1,
@@ -127,7 +127,7 @@ def runner() -> Iterator[Runner]:
 
 
 def test_runs_that_hang_crash_and_raise_are_told_apart(runner: Runner, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eomgen.studies.ladders.runs.GRACE", 0.3)
+    monkeypatch.setattr("eomgen.products.studies.ladders.runs.GRACE", 0.3)
     assert runner.ended(deaf, 0.2).how == HANG
     assert runner.ended(slow, 0.2).how == UNFINISHED
     crashed = runner.ended(killed, 20.0)
@@ -167,7 +167,7 @@ def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.Monke
             os.kill(os.getpid(), signal.SIGSEGV)
         return simulated(*given, **more)
 
-    monkeypatch.setattr("eomgen.studies.ladders.study.simulated", fragile)
+    monkeypatch.setattr("eomgen.products.studies.ladders.study.simulated", fragile)
     found = eomgen.extremes(PENDULUM, cells=["length:1000:rk4", "length:0.001:rk4"])
     assert [cell.verdict for cell in found.cells] == ["holds", "holds"]
 

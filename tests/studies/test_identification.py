@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import FileError, NumericalError, UsageError
 from eomgen.pipeline.pipeline import built_for_run
+from eomgen.products.studies.identification.combinations import structure
+from eomgen.products.studies.identification.experiment import Rows
 from eomgen.scene.load import load_toml
-from eomgen.studies.identification.combinations import structure
-from eomgen.studies.identification.experiment import Rows
 
 SCENE = """
 format = 1

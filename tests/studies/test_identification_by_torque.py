@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import UsageError
 from eomgen.pipeline.pipeline import built_for_run

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.studies.ladders.references import difference
-from eomgen.studies.ladders.subject import Subject
+from eomgen.products.studies.ladders.references import difference
+from eomgen.products.studies.ladders.subject import Subject
 
 
 def subject(model: eomgen.Model) -> Subject:

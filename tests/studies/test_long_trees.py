@@ -11,8 +11,8 @@ import eomgen
 from eomgen.mechanics import derivation
 from eomgen.mechanics.dynamics import extended_system as extended
 from eomgen.mechanics.terms import implicit_step as iteration
+from eomgen.products.studies.verification import check as checking
 from eomgen.studies import check
-from eomgen.studies.verification import check as checking
 
 LINKS = 9
 

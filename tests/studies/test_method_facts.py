@@ -10,7 +10,7 @@ from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Sizes
 from eomgen.integrators.families.register import row_of
 from eomgen.integrators.methods import METHOD_NAMES, method_compiled
-from eomgen.studies.method_facts import FACTS, GROUP, MethodFacts, facts_of
+from eomgen.products.studies.method_facts import FACTS, GROUP, MethodFacts, facts_of
 from tests.models.distributions import distribution, register
 
 __all__ = ["register"]

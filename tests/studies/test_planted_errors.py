@@ -19,8 +19,8 @@ from eomgen.mechanics import derive as derive_module
 from eomgen.mechanics.constraints.rows import ConstraintCalculus
 from eomgen.mechanics.dynamics import separated
 from eomgen.pipeline import pipeline
+from eomgen.products.studies.verification import check as checking
 from eomgen.studies import CheckReport, check
-from eomgen.studies.verification import check as checking
 from eomgen.system.terms import TERMS
 from tests.studies.scenes import drone, gate, reed, rod, striker
 
@@ -215,7 +215,7 @@ def test_an_error_in_any_compiled_form_is_found_and_named(
 @pytest.mark.long
 @pytest.mark.usefixtures("derived_once")
 def test_every_term_has_a_form_or_is_behind_one() -> None:
-    """A new term must bring what holds it: a form in ``eomgen/studies``, and an error planted above."""
+    """A new term must bring what holds it: a form in ``eomgen/products/studies``, and an error planted above."""
     reports = [check(scene(), states=1, profile="quick") for scene in SCENES.values()]
     assert all(report.passed for report in reports)
     checked = {form.name.partition(".")[0] for report in reports for form in report.forms}

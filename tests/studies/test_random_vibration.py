@@ -15,19 +15,19 @@ import pytest
 from scipy.stats import norm
 
 import eomgen
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import told_apart
 from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
-from eomgen.reliability import JUMPING, MostProbablePoint, Unreached
+from eomgen.products.reliability.tails import JUMPING, MostProbablePoint, Unreached
+from eomgen.products.reliability.vibration.distributions import against_samples, unreached, without
+from eomgen.products.reliability.vibration.findings import Distribution, Process
+from eomgen.products.reliability.vibration.inputs import processes_of, truncated_processes
+from eomgen.products.reliability.vibration.over_time import first_passage, judged_passage, not_normal
+from eomgen.products.reliability.vibration.plots import _covariance, _modes, _title_of_modes
+from eomgen.products.reliability.vibration.run_response import RunResponse
 from eomgen.scene.load import load_toml
 from eomgen.studies import RandomVibration, random_vibration
-from eomgen.studies.vibration.distributions import against_samples, unreached, without
-from eomgen.studies.vibration.findings import Distribution, Process
-from eomgen.studies.vibration.inputs import processes_of, truncated_processes
-from eomgen.studies.vibration.over_time import first_passage, judged_passage, not_normal
-from eomgen.studies.vibration.plots import _covariance, _modes, _title_of_modes
-from eomgen.studies.vibration.run_response import RunResponse
-from eomgen.text import told_apart
 from tests.reliability.duffing import Duffing
 
 SCENE = """

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.products.studies.verification.differences import LADDER
 from eomgen.studies import FormReport, check
-from eomgen.studies.verification.differences import LADDER
 
 pytestmark = pytest.mark.slow
 

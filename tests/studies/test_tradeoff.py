@@ -15,13 +15,13 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.studies.work_precision import study as work_precision
-from eomgen.studies.work_precision.axes import AXES, candidates
-from eomgen.studies.work_precision.configuration import Configuration
-from eomgen.studies.work_precision.formulations import formulations
-from eomgen.studies.work_precision.observation import ErrorSize, errors, observed
-from eomgen.studies.work_precision.reference import Reference
-from eomgen.studies.work_precision.running import Grid, Runner
+from eomgen.products.studies.work_precision import study as work_precision
+from eomgen.products.studies.work_precision.axes import AXES, candidates
+from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.work_precision.formulations import formulations
+from eomgen.products.studies.work_precision.observation import ErrorSize, errors, observed
+from eomgen.products.studies.work_precision.reference import Reference
+from eomgen.products.studies.work_precision.running import Grid, Runner
 
 #: A rod on a ball joint, thrown: no constraint in joint coordinates, three rows in absolute ones.
 THROWN: dict[str, Any] = {

@@ -14,18 +14,18 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from eomgen.products.studies.tuning import entries, race, real_time, tune
+from eomgen.products.studies.tuning.contender import MARGIN, Contender, Tried
+from eomgen.products.studies.tuning.demand import Demand
+from eomgen.products.studies.tuning.judge import KNOWN, Judge
+from eomgen.products.studies.tuning.nearby_conditions import conditions
+from eomgen.products.studies.tuning.scene_text import with_settings
+from eomgen.products.studies.tuning.tune import _shortest
+from eomgen.products.studies.work_precision.axes import candidates
+from eomgen.products.studies.work_precision.formulations import formulations
+from eomgen.products.studies.work_precision.running import Grid, Runner
+from eomgen.products.studies.work_precision.times import ladder_grid, tuning_grid, whole_steps
 from eomgen.simulation.timing import Repeated
-from eomgen.studies.tuning import entries, race, real_time, tune
-from eomgen.studies.tuning.contender import MARGIN, Contender, Tried
-from eomgen.studies.tuning.demand import Demand
-from eomgen.studies.tuning.judge import KNOWN, Judge
-from eomgen.studies.tuning.nearby_conditions import conditions
-from eomgen.studies.tuning.scene_text import with_settings
-from eomgen.studies.tuning.tune import _shortest
-from eomgen.studies.work_precision.axes import candidates
-from eomgen.studies.work_precision.formulations import formulations
-from eomgen.studies.work_precision.running import Grid, Runner
-from eomgen.studies.work_precision.times import ladder_grid, tuning_grid, whole_steps
 from tests.studies.test_tradeoff import SWING, WILD
 
 SCENE = """\

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eomgen import locks as claims_module
+from eomgen.base import locks as claims_module
+from eomgen.base.locks import hold
 from eomgen.errors import FileError, ToolchainError
-from eomgen.locks import hold
 from eomgen.toolchain import cache as cache_module
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import ABANDONED_AFTER, KEPT, Cache

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.waves import Components, Motion, Sea
 
 STEP = 0.1

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 
 def deep_wave(k: float, height: float, gravity: float = 9.81, count: int = 20) -> tuple[Array, Array, float]:

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
+from eomgen.products.waves.second_order import pairs
+from eomgen.products.waves.second_order.derived import KERNELS
 from eomgen.symbolic.scalar import Scalar
-from eomgen.waves import Components, Sea, SteppedSea, WaveNumber, gravity_waves, pairs
-from eomgen.waves.derived import KERNELS
+from eomgen.waves import Components, Sea, SteppedSea, WaveNumber, gravity_waves
 from tests.waves.residuals import Residuals, residuals, three_waves, vorticity
 
 SPREAD = ((0.05, 0.01), (0.055, -0.035), (-0.02, 0.075))

@@ -12,10 +12,11 @@ import pytest
 from mpmath import cosh, hypot, mpf
 
 import eomgen
-from eomgen.waves import Components, Sea, derivation
-from eomgen.waves.derived import KERNELS
-from eomgen.waves.pairs import COLUMNS, Case, PairTape
-from eomgen.waves.routines import routines, sources
+from eomgen.products.waves.second_order import derivation
+from eomgen.products.waves.second_order.derived import KERNELS
+from eomgen.products.waves.second_order.pairs import COLUMNS, Case, PairTape
+from eomgen.products.waves.second_order.routines import routines, sources
+from eomgen.waves import Components, Sea
 from tests.waves import oracle
 
 Vector = tuple[float, float]

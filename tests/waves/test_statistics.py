@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.waves import Components, DiscreteSpectrum, Jonswap, Profile, Sea, SeaStatistics, discretized, statistics_of
 
 

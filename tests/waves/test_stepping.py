@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
+from eomgen.products.waves.second_order.stepping import source
 from eomgen.waves import Components, Ramp, Sea, SteppedSea
-from eomgen.waves.stepping import source
 
 LENGTH, LABELS, END = 600.0, 64, 20.0
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 
+from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.text import nearest, shown
 from eomgen.codegen.targets.c.target import C
 from eomgen.codegen.targets.target import Target
 from eomgen.errors import Problem, UsageError
-from eomgen.extensions import broken, extensions, loaded
-from eomgen.text import nearest, shown
 
 #: The group of entry points under which a distribution gives its targets: objects of the class ``Target``.
 GROUP = "eomgen.targets"

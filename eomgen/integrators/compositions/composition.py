@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions.order_conditions import order_of
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 #: Words up to this length are looked at.
 MOST_LETTERS = 12

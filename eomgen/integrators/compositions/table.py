@@ -8,9 +8,9 @@ import re
 from collections.abc import Mapping
 from decimal import Decimal, localcontext
 
+from eomgen.base.text import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions.composition import Composition, Part
-from eomgen.text import nearest, shown
 
 #: Digits with which coefficients are worked out before they are rounded.
 _DIGITS = 40

@@ -9,8 +9,9 @@ from functools import cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
+from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.text import nearest, shown
 from eomgen.errors import Problem, UsageError
-from eomgen.extensions import broken, extensions, loaded
 from eomgen.integrators.families.adaptive_discontinuous_galerkin import AdaptiveDiscontinuousGalerkin
 from eomgen.integrators.families.adaptive_generalized_alpha import AdaptiveGeneralizedAlpha
 from eomgen.integrators.families.composition import SymplecticComposition
@@ -26,7 +27,6 @@ from eomgen.integrators.families.rattlie import Rattlie
 from eomgen.integrators.families.rosenbrock import Rosenbrock
 from eomgen.integrators.families.runge_kutta import RungeKuttaMuntheKaas
 from eomgen.integrators.families.taylor import Taylor
-from eomgen.text import nearest, shown
 
 #: The group of entry points under which a distribution gives its families: subclasses of ``Family``.
 GROUP = "eomgen.integrator_families"

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import ModelError, Problem
 
 #: A pivot is at least this part of the largest entry of its column among the rows of its stage, in every sample.

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.integrators.newton.matrix import MatrixIndex, Packing, dense, packed, with_end_jacobian, with_sums
 from eomgen.lie import product
 from eomgen.symbolic.evaluate import Evaluation, evaluate

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.integrators.newton.matrix import MatrixIndex, evaluate_terms
 from eomgen.integrators.newton.sample_matrices import Samples
 from eomgen.integrators.newton.solver import Solver

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import ModelError
 from eomgen.integrators.newton.elimination import Elimination, eliminate
 from eomgen.integrators.newton.fronts import Fronts, fewest_operations, make_fronts

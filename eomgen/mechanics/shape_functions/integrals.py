@@ -14,7 +14,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.mechanics.shape_functions.families import Family
 from eomgen.mechanics.shape_functions.fixed_point import BITS, Fixed, array, fixed, polynomial, rounded, times
 from eomgen.mechanics.shape_functions.polynomials import Coefficients, integrated, product

@@ -13,7 +13,7 @@ import mpmath
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.mechanics.shape_functions.families import Family
 from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, array, fixed, rounded, times
 

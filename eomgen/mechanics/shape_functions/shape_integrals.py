@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.scene.bodies.beam import DeformationKind
 
 

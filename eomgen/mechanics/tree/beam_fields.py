@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.symbolic.scalar import Algebra, Scalar, dot
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.mechanics.laws.derived import LAWS
 from eomgen.scene.geometry.rotations import CoordinateAxis, axis_beside, coordinate_axis, frame_about, rows
 from eomgen.scene.joint_types import MotionKind

@@ -13,6 +13,7 @@ from typing import Literal, cast
 
 import numpy as np
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import product, times, total
@@ -23,7 +24,6 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.shares import percent_of_critical
 from eomgen.scene.reading.values import Values
-from eomgen.text import key_of
 
 #: Number of coordinates of a mesh by its ends: per element, and beside these.
 _NODAL = {"clamped_free": (2, 0), "free_free": (2, 1), "pinned_pinned": (2, -1)}

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import accumulate, pairwise
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import product, total
@@ -23,7 +24,6 @@ from eomgen.scene.bodies.shape_reading import bent_shape, pretwisted, read_shape
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
-from eomgen.text import key_of
 
 #: Keys that belong to one model alone.
 _OF_DEFLECTIONS = (

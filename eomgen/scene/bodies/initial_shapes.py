@@ -16,7 +16,7 @@ from typing import Protocol
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.scene.geometry.rotations import quaternion_of_matrix

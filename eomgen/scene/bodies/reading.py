@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import Operation, Vector, quantity_of_waves
 from eomgen.formula.wave_fields import WaveField
 from eomgen.scene.bodies import schema as written
@@ -16,7 +17,6 @@ from eomgen.scene.reading.rotations import Rotation
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.system.description import BASE, WORLD, FixedFrame, Point
-from eomgen.text import key_of
 
 
 def read_base(base: written.Base | None, values: Values) -> Base | None:

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from eomgen.arrays import Array, Flags, Numbers
+from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.arithmetic import folded
 from eomgen.scene.bodies.section_stiffness import unlike

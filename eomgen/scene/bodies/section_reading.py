@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import cast
 
+from eomgen.base.text import listed
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import folded
@@ -13,7 +14,6 @@ from eomgen.scene.bodies.section_shapes import SHAPES, ShapeValues
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
-from eomgen.text import listed
 
 #: Least plausible density of a solid, kg/m^3; smaller numbers suggest other units.
 _LIGHTEST = 25.0

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from eomgen.arrays import Array, Flags, Numbers
+from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS
 
 #: Part of the largest entry by which entries across the diagonal may differ: written matrices have few digits.

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.beam_keys import Keys
 from eomgen.scene.bodies.initial_shapes import Bent, Shape, Turned, relative_twist, through_frames, through_points

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+from eomgen.base.text import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.control.model import Controller, StateFeedback
@@ -22,7 +23,6 @@ from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.system.samples import SampledController
 from eomgen.system.signals import Parameter, State
-from eomgen.text import key_of
 
 
 def read_controller(name: str, entry: Written, values: Values) -> tuple[list[State], Controller]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula
 from eomgen.scene.control.model import Reference
 from eomgen.scene.formula.scope import SPRING_FORCE
@@ -10,7 +11,6 @@ from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import Values
-from eomgen.text import key_of
 
 _BY_JOINT = "table of values by joint"
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from eomgen.base.text import key_of, shown
 from eomgen.formula.nodes import Symbol
 from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.formula.scope import LOAD
@@ -15,7 +16,6 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.sampling import HeldValue, held_states, read_clock
 from eomgen.system.samples import CSource, SampledController
 from eomgen.system.signals import State
-from eomgen.text import key_of, shown
 
 #: Bytes of a C file.
 _LARGEST = 1_000_000

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eomgen.base.text import NAME_LENGTH, NAME_RULE, is_legal, shown
 from eomgen.scene.control.controllers import (
     Controllers,
     check_loops,
@@ -19,7 +20,6 @@ from eomgen.scene.control.references import ReferenceEntry, read_reference
 from eomgen.scene.control.schema import Controller
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.signals import Parameter
-from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, shown
 
 
 class _Controllers(Section):

@@ -9,12 +9,12 @@ import functools
 import operator
 from collections.abc import Mapping
 
+from eomgen.base.text import key_of, nearest, shown
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values
-from eomgen.text import key_of, nearest, shown
 
 _LIMITS = ("minimum_damping", "maximum_damping", "width")
 

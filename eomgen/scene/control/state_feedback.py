@@ -7,6 +7,7 @@ import operator
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+from eomgen.base.text import NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.control.schema import Calibration as WrittenCalibration
@@ -16,7 +17,6 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.shares import percent_of_critical
 from eomgen.scene.reading.values import Values
 from eomgen.system.signals import Parameter
-from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+from eomgen.base.text import key_of
 from eomgen.scene.control.sampled import sources_digest
 from eomgen.scene.document.checks import CHECKS, LAST_CHECKS, check_names
 from eomgen.scene.document.notes import Facts, notes_of
@@ -24,7 +25,6 @@ from eomgen.scene.section import Reading, in_reading_order, join
 from eomgen.scene.sections import bounds_of
 from eomgen.scene.signals.curves import digest
 from eomgen.system import description
-from eomgen.text import key_of
 
 
 def assemble(

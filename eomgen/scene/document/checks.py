@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from itertools import takewhile
 
+from eomgen.base.text import NAME_RULE, is_legal, key_of, listed, nearest, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
 from eomgen.scene.control.controllers import outputs_of_controllers, states_of_controllers
@@ -23,7 +24,6 @@ from eomgen.scene.tree.sections import Tree
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
 from eomgen.system.random_processes import variables_of
-from eomgen.text import NAME_RULE, is_legal, key_of, listed, nearest, shown
 
 
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:

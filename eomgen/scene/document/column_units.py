@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from eomgen.scene.random.schema import RandomProcess
+from eomgen.base.text import shown
+from eomgen.formula.units.parser import Factors, UnitError, read_quantity, read_unit
+from eomgen.products.reliability.section.schema import RandomProcess
 from eomgen.scene.reading.key_metadata import Column, Table
 from eomgen.scene.signals.schema import Curve, Input, Road
-from eomgen.text import shown
-from eomgen.units.parser import Factors, UnitError, read_quantity, read_unit
 
 
 @dataclass
@@ -48,7 +48,7 @@ class ColumnUnits:
 
     def fault_of_unit(self, column: Column, text: str) -> tuple[str, str] | None:
         """Return reason and remedy if the unit of a table's column is incompatible; None if the unit fits."""
-        from eomgen.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+        from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
 
         try:
             factors = read_unit(text)
@@ -95,12 +95,12 @@ def _text(label: object) -> str:
 
 
 def _in_si(factors: Factors) -> str:
-    from eomgen.units.conversion import coherent  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # pint comes with it
 
     return coherent(factors)
 
 
 def _is_same(factors: Factors, unit: str) -> bool:
-    from eomgen.units.conversion import measure  # noqa: PLC0415
+    from eomgen.formula.units.conversion import measure  # noqa: PLC0415
 
     return measure(factors) == measure(read_unit(unit))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import Vector
 from eomgen.scene.bodies.beam_schema import Section
 from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
@@ -16,7 +17,6 @@ from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import Point
-from eomgen.text import key_of
 
 #: Doubtful ratio of length to the largest size of a section: a slenderness of 1e5 for a round section.
 _SLENDEREST = 2.5e4

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.forces.hulls import Hull
 from eomgen.scene.reading.values import Values
-from eomgen.text import key_of
 
 #: Of a liquid, kg/m^3, below which a number is one of other units.
 _LIGHTEST = 400.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from eomgen.base.text import key_of
 from eomgen.scene.document.schema import Document
-from eomgen.text import key_of
 
 _SPRUNG = ("joints", "springs", "torsion_springs")
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from eomgen.base.text import is_legal, shown
 from eomgen.scene.reading.rotation_schema import is_matrix, plain_angles
-from eomgen.text import is_legal, shown
 
 #: Examples by key.
 _BY_KEY: Mapping[str, str] = {

@@ -7,13 +7,13 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel
 
+from eomgen.base.text import is_legal, nearest, shown
 from eomgen.scene.document.examples import example, required
 from eomgen.scene.document.keys_elsewhere import key_meant
 from eomgen.scene.document.schema import Document
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.kinds import described
 from eomgen.system.terms import nearest_term
-from eomgen.text import is_legal, nearest, shown
 
 #: So many words that a key may hold are listed in a hint; of more, the nearest are.
 _LISTED = 12

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import key_of
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol
 from eomgen.lie.numeric import rotation_matrix
@@ -15,7 +16,6 @@ from eomgen.scene.geometry.rotations import about_axis
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, Point
-from eomgen.text import key_of
 
 
 def tyres_in_the_road(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.scene.document.checks import efforts_on_drives, unused_names
 from eomgen.scene.document.doubtful_beams import doubtful_beams
 from eomgen.scene.document.doubtful_hulls import doubtful_hulls

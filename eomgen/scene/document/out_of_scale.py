@@ -7,6 +7,7 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
@@ -15,7 +16,6 @@ from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD, Point
-from eomgen.text import key_of
 
 #: How many times as large as the scene a length has to be to be doubted.
 _FACTOR = 100.0

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from eomgen.formula.units.angles import several_turns
 from eomgen.scene.joint_types import JOINTS
-from eomgen.units.angles import several_turns
 
 
 def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:

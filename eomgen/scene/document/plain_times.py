@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from eomgen.base.text import key_of
 from eomgen.scene.document.schema import Document
-from eomgen.text import key_of
 
 #: Samples of a delay from which on a whole number of seconds may have been meant as a number of samples.
 _MANY_SAMPLES = 50

@@ -16,6 +16,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
 
+from eomgen.formula.units.table import UNITS
 from eomgen.scene.document.schema import every_document
 from eomgen.scene.formula.scope import (
     EVERYTHING,
@@ -33,7 +34,6 @@ from eomgen.scene.formula.scope import (
 from eomgen.scene.reading.key_metadata import Table, every_unit, meaning_of, tables_of
 from eomgen.scene.reading.kinds import Description, Finite, Matrix, Triple, Unit, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
-from eomgen.units.table import UNITS
 
 COMMAND = "python -m eomgen.scene.document.reference docs/scene.md"
 #: Titles of scopes on the page.

@@ -9,6 +9,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eomgen.base.text import key_of, shown
+from eomgen.formula.units.parser import Factors, Quantity, UnitError, is_quantity, read_quantity, read_unit
+from eomgen.formula.units.table import names
 from eomgen.scene.document.column_units import ColumnUnits, columns_of
 from eomgen.scene.document.schema import document_for
 from eomgen.scene.formula.namespaces import Included
@@ -17,9 +20,6 @@ from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sections import OWN
 from eomgen.scene.signals.tables import MOST_ROWS
-from eomgen.text import key_of, shown
-from eomgen.units.parser import Factors, Quantity, UnitError, is_quantity, read_quantity, read_unit
-from eomgen.units.table import names
 
 _DEPTH = 4  # of lists in a value: a matrix has two
 _NUMBER_AND_UNIT = re.compile(r"[-+0-9.eE \t]+([A-Za-z%].*)", re.DOTALL)
@@ -142,7 +142,7 @@ class _Converter:
             note = f"{key}.unit: {shown(label)} is no unit that is known, and shown as it is"
             self.notes += [note] if note not in self.notes else []
         if isinstance(written, str) and isinstance(number, float):
-            from eomgen.units.conversion import is_coherent, to_si  # noqa: PLC0415
+            from eomgen.formula.units.conversion import is_coherent, to_si  # noqa: PLC0415
 
             quantity = read_quantity(written)
             unit = to_si(quantity)[1]
@@ -216,7 +216,7 @@ class _Converter:
             return None
         from fractions import Fraction  # noqa: PLC0415  # scenes whose labels fit do not need it
 
-        from eomgen.units.conversion import misplaced, to_unit  # noqa: PLC0415
+        from eomgen.formula.units.conversion import misplaced, to_unit  # noqa: PLC0415
 
         if name in self.parameters and (fault := misplaced(self.labels[name], unit)):
             self.report.add(key, f"the parameter {name} is {fault}", f"a parameter in {unit}")
@@ -253,7 +253,7 @@ class _Converter:
                 )
 
     def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | Refused:
-        from eomgen.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # pint comes with it
+        from eomgen.formula.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # pint comes with it
 
         try:
             if over_time and (product := _WITH_TIME.fullmatch(text)):

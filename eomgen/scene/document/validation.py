@@ -7,11 +7,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from eomgen.base.text import key_of
 from eomgen.scene.document.faults import child_hint, explained
 from eomgen.scene.document.schema import Document, document_for, section_keys
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
-from eomgen.text import key_of
 
 
 def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, dict[str, set[str]]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from eomgen.base.text import key_of, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.events.model import Event
@@ -14,7 +15,6 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading import report
 from eomgen.scene.reading.requirements import Row, from_zero_to_one
 from eomgen.scene.reading.values import UNKNOWN, Values
-from eomgen.text import key_of, shown
 
 #: Quantities that a reset may set.
 _TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joint"', frozenset({"q", "v", "state"}))

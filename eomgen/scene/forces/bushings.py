@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
@@ -21,7 +22,6 @@ from eomgen.scene.reading.kinds import SixBySix, Triple
 from eomgen.scene.reading.requirements import DAMPING, STIFFNESS
 from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.reading.values import Values
-from eomgen.text import key_of
 
 _ZEROS = (0.0, 0.0, 0.0)
 _NOTHING = "`[0, 0, 0]`"

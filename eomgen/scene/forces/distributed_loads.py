@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar, Literal
 
+from eomgen.base.text import key_of, nearest, shown
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Vector
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
 from eomgen.scene.forces.element import ForceElement
@@ -16,7 +17,6 @@ from eomgen.scene.formula.scope import FIXED_PARAMETERS, LOAD, LOCAL_LOAD
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple, Values
 from eomgen.scene.reading.values import Values as Reader
-from eomgen.text import key_of, nearest, shown
 
 _ZEROS = (0.0, 0.0, 0.0)
 

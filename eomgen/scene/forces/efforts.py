@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
@@ -17,7 +18,6 @@ from eomgen.scene.joint_types import JOINTS, by_component
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.report import check_reference
-from eomgen.text import key_of
 
 
 class EffortEntry(Table):

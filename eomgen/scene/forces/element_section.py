@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+from eomgen.base.text import key_of
 from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.forces.element import ForceElement
@@ -14,7 +15,6 @@ from eomgen.scene.formula.scope import Offered
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading, Section
 from eomgen.system.description import Point
-from eomgen.text import key_of
 
 
 @dataclass(frozen=True)

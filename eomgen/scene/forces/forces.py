@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, Self
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.forces.element import Attach, ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
@@ -14,7 +15,6 @@ from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple
 from eomgen.scene.reading.report import check_reference
 from eomgen.system.description import BASE, WORLD
-from eomgen.text import key_of
 
 _ZEROS = (0.0, 0.0, 0.0)
 

@@ -8,7 +8,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from eomgen.arrays import Flags, Numbers
+from eomgen.base.arrays import Flags, Numbers
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula, Number, Vector
 from eomgen.formula.wave_fields import WaveField
 from eomgen.scene.forces.element import Attach, ForceElement
@@ -19,7 +20,6 @@ from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.requirements import Row, above_zero, not_below_zero
 from eomgen.system.description import BASE, WORLD
-from eomgen.text import key_of
 
 
 class HullEntry(Table):

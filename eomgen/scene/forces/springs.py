@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
@@ -14,7 +15,6 @@ from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.requirements import not_below_zero
 from eomgen.system.description import Line
-from eomgen.text import key_of
 
 
 class SpringEntry(Table):

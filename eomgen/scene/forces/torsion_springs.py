@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
@@ -13,7 +14,6 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.report import check_reference
-from eomgen.text import key_of
 
 
 class TorsionSpringEntry(Table):

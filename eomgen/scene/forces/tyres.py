@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from eomgen.base.text import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.forces.element import ForceElement
@@ -17,7 +18,6 @@ from eomgen.scene.reading.kinds import Values as ValuesEntry
 from eomgen.scene.reading.requirements import above_zero, not_below_zero
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD, Wheel
-from eomgen.text import key_of
 
 
 class SlipEntry(Table):

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
+from eomgen.base.text import is_legal, nearest
 from eomgen.scene.formula.scope import Names, Scope
-from eomgen.text import is_legal, nearest
 
 _STEP = "1 if t > 1 else 0"
 _LIMITS = "min(max(x, low), high)"

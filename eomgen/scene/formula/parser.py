@@ -11,6 +11,7 @@ import math
 import re
 from dataclasses import replace
 
+from eomgen.base.text import is_legal, nearest, shown
 from eomgen.formula.evaluate import apply
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity, quantity_of_waves
 from eomgen.formula.wave_fields import QUANTITIES as OF_WAVES
@@ -39,7 +40,6 @@ from eomgen.scene.formula.tokens import (
     FormulaText,
 )
 from eomgen.scene.joint_types import JOINTS
-from eomgen.text import is_legal, nearest, shown
 
 LARGEST_EXPONENT = 64.0
 _BINARY = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div", ast.Pow: "pow"}

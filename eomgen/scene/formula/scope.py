@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
+from eomgen.base.text import nearest, shown
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import Formula
 from eomgen.formula.wave_fields import WaveField
-from eomgen.text import nearest, shown
 
 #: Words before the name of a curve, and which derivative they stand for.
 DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}

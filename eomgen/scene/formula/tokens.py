@@ -8,10 +8,10 @@ import re
 import unicodedata
 from collections.abc import Mapping
 
+from eomgen.base.text import shown
 from eomgen.errors import DescriptionError, Problem
+from eomgen.formula.units.parser import in_formula
 from eomgen.formula.words import WORDS
-from eomgen.text import shown
-from eomgen.units.parser import in_formula
 
 TEXT_LENGTH = 2000
 DEPTH = 50

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array, Flags, Numbers
+from eomgen.base.arrays import Array, Flags, Numbers
 
 _RELATIVE = 1e-6  # inertias are written with few digits; a violation below this is rounding
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

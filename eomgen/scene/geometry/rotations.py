@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie.numeric import quaternion_product, skew, unit
 
 SNAP = 1e-10

@@ -13,6 +13,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from eomgen.base.text import NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.errors import DescriptionError, EomgenError, FileError, Problem
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.control.schema import Controller
@@ -29,7 +30,6 @@ from eomgen.scene.sources.register import all_options, readable, source_of
 from eomgen.scene.sources.source import OptionError, Read, Source
 from eomgen.scene.sources.text import read_text, shown_file
 from eomgen.system.description import BASE
-from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
 
 _MOST_FILES = 1000
 _DEEPEST = 20

@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.text import key_of, nearest, shown
+from eomgen.formula.units.labels import number_in_label
+from eomgen.formula.units.parser import UnitError, is_quantity
 from eomgen.scene.document.schema import Include, document_for, section_keys
 from eomgen.scene.formula.namespaces import Included, Namespace
 from eomgen.scene.formula.scope import REACTING
@@ -14,9 +17,6 @@ from eomgen.scene.reading.key_metadata import Inner, Meaning, Table, fields_of
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
 from eomgen.system.description import BASE, WORLD
-from eomgen.text import key_of, nearest, shown
-from eomgen.units.labels import number_in_label
-from eomgen.units.parser import UnitError, is_quantity
 
 
 class Renamer:

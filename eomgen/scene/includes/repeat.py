@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import Any
 
+from eomgen.base.text import NAME_RULE, is_legal, key_of, listed, nearest, shown
 from eomgen.formula.evaluate import evaluate
 from eomgen.scene.document.schema import document_for, section_keys
 from eomgen.scene.formula.parser import read_formula
@@ -19,7 +20,6 @@ from eomgen.scene.formula.scope import FIXED_PARAMETERS, Names
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
-from eomgen.text import NAME_RULE, is_legal, key_of, listed, nearest, shown
 
 #: Copies that the tables of a file make, at most.
 MOST_COPIES = 200_000

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
@@ -18,7 +19,6 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import Point
-from eomgen.text import key_of
 
 #: Keys of some types only, in the order in which they are looked at.
 _KEYS = ("drive", "length", "radius", "shape", "pitch")

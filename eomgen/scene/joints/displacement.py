@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.lie.numeric import rotation_matrix, skew
 from eomgen.scene.geometry.rotations import about_axis
 from eomgen.scene.joint_types import Connection, ElementaryMotion

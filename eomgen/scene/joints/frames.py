@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
+from eomgen.base.text import key_of, listed
 from eomgen.formula.nodes import ZERO_VECTOR
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, rows, sequence
@@ -18,7 +19,6 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD, Point
-from eomgen.text import key_of, listed
 
 
 def read_frame(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from eomgen.base.text import key_of, listed, nearest, shown
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
-from eomgen.text import key_of, listed, nearest, shown
 
 
 def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Report) -> None:

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.arrays import Array, Flags, Numbers
+from eomgen.base.arrays import Array, Flags, Numbers
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.geometry.inertia import NO_INERTIA, dot, singular, steiner, times, turned
 from eomgen.scene.joint_types import AXIS, JOINTS, Connection
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
-from eomgen.text import key_of
 
 Triple = tuple[Numbers, Numbers, Numbers]
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from eomgen.base.text import key_of
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.reaction_model import Reaction
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD, Point
-from eomgen.text import key_of
 
 
 def read_reaction(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from eomgen.base.text import key_of, shown
 from eomgen.formula.nodes import Number
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, quaternion_of, rows
@@ -15,7 +16,6 @@ from eomgen.scene.joints.limits_and_friction import read_friction, read_stops
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
 from eomgen.scene.reading.orientation import read_orientation
 from eomgen.scene.reading.values import Values
-from eomgen.text import key_of, shown
 
 Direction = tuple[float, float, float]
 _NEUTRAL = (1.0, 0.0, 0.0, 0.0)

@@ -6,9 +6,9 @@ import heapq
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
+from eomgen.base.text import key_of, listed, nearest, shown
 from eomgen.scene.reading.report import Report
 from eomgen.system.description import BASE, WORLD
-from eomgen.text import key_of, listed, nearest, shown
 
 
 class Link(NamedTuple):

@@ -12,7 +12,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import listed
 from eomgen.lie.numeric import skew
 from eomgen.scene.geometry.inertia import Inertia
 from eomgen.scene.joint_types import GROUPS
@@ -20,7 +21,6 @@ from eomgen.scene.joints.displacement import displaced, twist_transform
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import led_or_following
 from eomgen.scene.reading.values import Values
-from eomgen.text import listed
 
 #: How the notes begin, by which a build knows them.
 UNRESISTED = "no inertia resists "

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from eomgen.text import shown
+from eomgen.base.text import shown
 
 NUMBER_SCHEMA = {"type": "number"}
 VALUE_SCHEMA: dict[str, Any] = {

@@ -6,8 +6,8 @@ import re
 from collections.abc import Collection, Mapping
 from operator import itemgetter
 
+from eomgen.base.text import nearest, shown
 from eomgen.errors import DescriptionError, Problem
-from eomgen.text import nearest, shown
 
 _LAST_PART = re.compile(r"(\.[A-Za-z_][A-Za-z0-9_]*|\[\d+\]|\.?'[^']*'|\.?\"[^\"]*\")$")
 _MOST = 100  # problems listed

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.arrays import Flags, Numbers
+from eomgen.base.arrays import Flags, Numbers
 from eomgen.scene.geometry.inertia import NO_INERTIA, impossible, not_physical, singular, tensor
 
 

@@ -9,11 +9,12 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import OTHER_VALUES, curves, evaluate, symbols, wave_fields
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol, Vector
 from eomgen.formula.substitution import substituted
+from eomgen.formula.units.parser import read_unit
 from eomgen.scene.formula.namespaces import known_there, read_included
 from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
@@ -26,7 +27,6 @@ from eomgen.scene.reading.rotation_schema import Rotation as WrittenRotation
 from eomgen.scene.reading.rotations import Rotation
 from eomgen.scene.reading.symbol_units import unit_of
 from eomgen.system.description import Requirement, Rule
-from eomgen.units.parser import read_unit
 
 #: Two sides of an equation.
 _EQUATION = re.compile(r"([^=<>!]+)==?([^=<>!]+)")
@@ -125,7 +125,7 @@ class Values:
             given = unit_of(used.argument, self.names.joints)
             if not unit or not given or unit == given:
                 continue
-            from eomgen.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+            from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
 
             if unit_fault(given, read_unit(given), unit) is not None:
                 fault = f"the argument of {used.curve.name} is in {unit} by its own entry, and is given here in {given}"

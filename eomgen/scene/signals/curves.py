@@ -9,20 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.random_roads import FARTHEST, FASTEST, Harmonic, road_harmonics
+from eomgen.base.text import shown
 from eomgen.errors import Problem
 from eomgen.formula.curves import AnyCurve, Bump, Curve, Interpolation, Outside, Waves
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Application, Formula, Symbol
-from eomgen.random_roads import FARTHEST, FASTEST, Harmonic, road_harmonics
+from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.tables import MOST_ROWS, TableError, read_columns
 from eomgen.scene.signals.titles import is_in_si, unit_of_title
 from eomgen.system.signals import RoadUnderWheel
-from eomgen.text import shown
-from eomgen.units.parser import UnitError, read_unit
 
 #: Points of a spline that lie closer than this, measured by the largest distance, leave its equations without digits.
 CLOSEST = 1e-5
@@ -200,7 +200,7 @@ class Curves:
         factor, unit = float(getattr(table, f"{column}_scale")), str(getattr(table, f"{column}_unit"))
         if not unit.strip():
             return factor
-        from eomgen.units.conversion import measure  # noqa: PLC0415  # pint comes with it
+        from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # pint comes with it
 
         try:
             size = float(measure(read_unit(unit))[0])
@@ -336,7 +336,7 @@ def _misfit(in_title: str, unit: str) -> str:
     """Return the words for a unit in a title of another kind than the one that is expected; empty if it fits."""
     if not unit.strip() or in_title == unit.strip():
         return ""
-    from eomgen.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
 
     try:
         wanted = read_unit(unit)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.units.parser import Factors, UnitError, read_unit
+from eomgen.formula.units.table import names
 from eomgen.scene.reading.symbol_units import unit_of_symbol
-from eomgen.units.parser import Factors, UnitError, read_unit
-from eomgen.units.table import names
 
 
 def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> str:
@@ -29,7 +29,7 @@ def doubtful_label(label: str, unit: str) -> str:
     note = f"its unit {label} is a label, and its values are in {unit}"
     if not all(names()[name].is_coherent for name, _ in factors):
         return f"{note}: labels convert nothing, a formula does"
-    from eomgen.units.conversion import misplaced  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # pint comes with it
 
     return note if misplaced(label, unit) else ""
 

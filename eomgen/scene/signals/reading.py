@@ -6,10 +6,11 @@ import functools
 import operator
 from collections.abc import Callable
 
+from eomgen.base.random_roads import Harmonic
+from eomgen.base.text import key_of
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.random_roads import Harmonic
 from eomgen.scene.formula.scope import ENERGIES, EVERYTHING, REACTION_PARTS, STATE, TIME
 from eomgen.scene.reading import report
 from eomgen.scene.reading.report import Report
@@ -21,7 +22,6 @@ from eomgen.scene.signals.sampling import read_sampled_state
 from eomgen.scene.signals.schema import State as WrittenState
 from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, State
-from eomgen.text import key_of
 
 
 def read_motion(name: str, entry: written.Input, report: Report) -> Motion:

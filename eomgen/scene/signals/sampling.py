@@ -7,13 +7,13 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, Formula, Symbol
 from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.schema import State as WrittenState
 from eomgen.system.signals import Sampling, State
-from eomgen.text import key_of
 
 #: Parts of a period that a delay may be off a whole number of samples and still be taken for it.
 _WHOLE = 1e-9

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eomgen.base.text import NAME_LENGTH, key_of
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.scene.signals import schema
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.reading import piece_of, read_input, read_motion, read_output, read_state
 from eomgen.system.motions import Motion, motion_parameters
 from eomgen.system.signals import Output, Parameter
-from eomgen.text import NAME_LENGTH, key_of
 
 
 class _Parameters(Section):

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import listed, nearest, shown
 from eomgen.errors import Problem
-from eomgen.text import listed, nearest, shown
 
 LARGEST_TABLE = 20_000_000
 MOST_ROWS = 100_000

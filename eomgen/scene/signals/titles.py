@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from eomgen.units.parser import Factors, UnitError, read_unit
-from eomgen.units.table import names
+from eomgen.formula.units.parser import Factors, UnitError, read_unit
+from eomgen.formula.units.table import names
 
 _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]+)[\])]\s*")
 _OVER = re.compile(r"[^/]*\S\s*/\s*([^/\s]+)\s*")

@@ -7,12 +7,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.text import nearest, shown
 from eomgen.errors import Problem, UsageError
-from eomgen.extensions import broken, extensions, loaded
 from eomgen.scene.sources.source import Option, Source
 from eomgen.scene.sources.toml import TOML
 from eomgen.scene.sources.urdf.source import URDF
-from eomgen.text import nearest, shown
 
 #: The group of entry points under which a distribution gives its sources: objects of the class ``Source``.
 GROUP = "eomgen.sources"

@@ -17,7 +17,7 @@ def shown_file(path: Path) -> str:
 
 def _in_place_of(path: Path) -> str:
     """Return a hint for a file that cannot be read."""
-    from eomgen.files import nearby  # noqa: PLC0415  # for a mistake only
+    from eomgen.base.files import nearby  # noqa: PLC0415  # for a mistake only
 
     if path.parts[:1] == ("package:",):
         return f"a path of the file system: no ROS is asked where {_PACKAGE}{'/'.join(path.parts[1:2])} is"

@@ -9,9 +9,9 @@ import re
 import tomllib
 from typing import Any
 
+from eomgen.base.text import key_of
 from eomgen.errors import DescriptionError, Problem
 from eomgen.scene.sources.source import Read, Source
-from eomgen.text import key_of
 
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")

@@ -11,7 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.beam import AT_END, Beam, Deformation
@@ -25,7 +26,6 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import FixedFrame, Point
-from eomgen.text import key_of
 
 
 def check_places(

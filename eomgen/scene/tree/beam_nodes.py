@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TypeVar
 
+from eomgen.base.text import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Vector
 from eomgen.scene.bodies.beam import AT_END
@@ -21,7 +22,6 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import AttachByKey
 from eomgen.system.description import BASE, Point
-from eomgen.text import key_of
 
 AnyPoint = TypeVar("AnyPoint", bound=Point)
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from eomgen.base.text import key_of
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.geometry.inertia import Inertia, tensor
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
-from eomgen.text import key_of
 
 
 def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:

@@ -6,11 +6,11 @@ import math
 from bisect import bisect_right
 from collections.abc import Mapping
 
+from eomgen.base.text import key_of, nearest, shown
 from eomgen.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.bodies.cosserat import SECTION_PARTS, SECTION_ROW, Cosserat
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.schema import Output
-from eomgen.text import key_of, nearest, shown
 
 #: How far beyond an end a place may be by rounding, of the length.
 _ROUNDING = 1e-9

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.progress import Progress
 from eomgen.errors import UsageError
 from eomgen.integrators.events import STOPPED
-from eomgen.progress import Progress
 from eomgen.results.events import Events
 from eomgen.simulation.stepping.chunks import run_chunks
 from eomgen.simulation.stepping.events import parameters_over, table_of

@@ -15,9 +15,9 @@ from functools import partial
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.progress import Progress
 from eomgen.errors import UsageError
-from eomgen.progress import Progress
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.simulation.accuracy.comparison_runs import counted

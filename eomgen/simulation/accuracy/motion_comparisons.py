@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
-from eomgen.progress import Progress
+from eomgen.base.arrays import Array
+from eomgen.base.progress import Progress
 from eomgen.results.events import Events
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, comparison_run, counted, span_of
 from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, differences, motion_size, shares

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eomgen.arrays import Array
-from eomgen.calls import ByName
+from eomgen.base.arrays import Array
+from eomgen.base.calls import ByName
 from eomgen.results.error_estimate import OWN, ErrorEstimate, Largest
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
 from eomgen.simulation.accuracy.motion_comparisons import Apart, Comparisons

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.features import may_be_fast

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.simulation.accuracy.comparison_runs import Span, comparison_run
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.step_path import StepPath

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import symbols

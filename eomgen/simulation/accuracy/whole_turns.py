@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 

@@ -8,10 +8,10 @@ from operator import itemgetter
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import counted, listed
 from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.stepping.time_grid import WHOLE, TimeGrid
-from eomgen.text import counted, listed
 
 #: A step of so many runs is more likely their end.
 _EXCHANGED = 100.0

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from eomgen.analysis.definiteness import linear_range_exceeded
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import listed
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate, Largest
 from eomgen.results.finding import FAILURE, Finding
 from eomgen.simulation.judgement.check import Check
@@ -21,7 +22,6 @@ from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import FinishedRun
 from eomgen.simulation.judgement.momentum import momentum_drift
 from eomgen.simulation.judgement.singular_positions import nearest_singular, way_through
-from eomgen.text import listed
 
 #: Part of the motion above which an error is always reported, and estimates from which on it may be that large, since
 #: estimates are good to a factor.

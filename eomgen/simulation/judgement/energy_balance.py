@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 #: Share of the energies at work beyond which a run says that its balance is off, and share beyond which a run has
 #: failed that gained them without work. Without power, a total energy that grows fiftyfold gains 49 % at least.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from eomgen.analysis.definiteness import inertia_warning
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import Problem
 from eomgen.integrators.samples import CONTROLLER_FAILED
 from eomgen.simulation.judgement.diagnosis import advice, fast_joint, first_non_finite

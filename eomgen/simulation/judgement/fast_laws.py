@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.results.finding import Finding
 from eomgen.simulation.stepping.run import Run

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from eomgen.analysis.bending import Bending, largest_bending
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import InitialState
 from eomgen.integrators.events import STOPPED
 from eomgen.results.error_estimate import ErrorEstimate

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.simulation.stepping.chunks import WINDOW, Trajectory
 from eomgen.simulation.stepping.run import Run

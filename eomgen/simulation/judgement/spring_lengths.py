@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
 from eomgen.lie.numeric import rotated

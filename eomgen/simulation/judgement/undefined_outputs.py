@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.results.finding import Finding
 
 

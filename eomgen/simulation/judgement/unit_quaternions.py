@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.simulation.judgement.constraint_violation import REPORTED, Violation
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate

@@ -10,10 +10,10 @@ from typing import Protocol
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.progress import Interrupts, Progress
 from eomgen.errors import UsageError
 from eomgen.integrators.events import AT_EVENTS
-from eomgen.progress import Interrupts, Progress
 from eomgen.simulation.stepping.event_log import Log
 from eomgen.simulation.stepping.inputs import HeldRows
 from eomgen.simulation.stepping.stepper import Stepper

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import Library
 

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import listed, shown
 from eomgen.compiled.arguments import check_name
 from eomgen.errors import Problem, UsageError
-from eomgen.text import listed, shown
 from eomgen.toolchain.library import Library
 
 #: ``f(t, signals)``, with declared memory ``f(t, signals, memory)``, or a class whose objects are called so.

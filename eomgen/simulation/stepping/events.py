@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, AT_EVENTS, NO_VALUE, STOPPED
 from eomgen.lie import product

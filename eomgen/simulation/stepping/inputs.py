@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, measured, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.toolchain.library import Library

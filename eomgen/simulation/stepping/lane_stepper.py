@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.integrators.stepper_layout import row_layout, state_layout
 from eomgen.simulation.stepping.stepper import on_cache_lines
 from eomgen.toolchain.lane_library import LaneLibrary

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.integrators.methods import Method
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.stepping.controllers import Controllers

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.compiled.equations import of_motion
 from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.stepping.inputs import InputSignals

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 
 #: Parts that sums are made of at most; of longer runs the beginning stands for all.
 _MOST = 1_000_000

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
 from eomgen.simulation.stepping.controllers import Controllers
 from eomgen.simulation.stepping.event_log import Log, entry_type

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.results.dense_output import Index, Rows
 from eomgen.results.events import Events

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
@@ -13,7 +14,6 @@ from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.requirements import not_below_zero
-from eomgen.text import key_of
 
 
 class DragEntry(Table):

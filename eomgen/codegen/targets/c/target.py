@@ -11,6 +11,7 @@ from typing import Any
 
 import jinja2
 
+from eomgen.base.resources import template_folder
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import LARGEST_ANGLE, stack_bytes
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
@@ -26,7 +27,6 @@ from eomgen.codegen.targets.c.tables import curve_tables
 from eomgen.codegen.targets.c.template_bytecode import TemplateBytecode
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.families.register import family_named
-from eomgen.resources import template_folder
 
 #: Distance at which an argument of a curve counts as a break, relative to it, or as an end, relative to the range.
 SNAP = 8.0 * sys.float_info.epsilon

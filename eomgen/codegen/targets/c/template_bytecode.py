@@ -12,7 +12,7 @@ from pathlib import Path
 import jinja2
 from jinja2.bccache import Bucket
 
-from eomgen.version import __version__
+from eomgen.base.version import __version__
 
 _DIGEST = 32
 

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import listed, nearest, shown
 from eomgen.scene.geometry.inertia import Inertia, combined
 from eomgen.scene.geometry.rotations import frame_about, rows, snapped_rotation, unit_axis
 from eomgen.scene.joint_types import JOINTS
@@ -34,7 +35,6 @@ from eomgen.scene.sources.urdf.reading import Joint, LoopJoint, Robot, read_robo
 from eomgen.scene.sources.urdf.transmissions import Transmissions, actuation, read_transmissions
 from eomgen.scene.sources.xml import read_xml
 from eomgen.system.description import BASE, WORLD
-from eomgen.text import listed, nearest, shown
 
 _RESERVED = {BASE: "the frame that carries the tree", WORLD: "what rests while the base moves"}
 _ROOT_JOINT = "root_joint"

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from eomgen.base.text import listed, nearest, shown
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.urdf.reading import Robot
-from eomgen.text import listed, nearest, shown
 
 
 def held_and_following(

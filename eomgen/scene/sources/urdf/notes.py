@@ -7,9 +7,9 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from eomgen.base.text import listed, shown
 from eomgen.scene.geometry.inertia import impossible
 from eomgen.scene.sources.urdf.reading import NEWEST, WITH_QUATERNIONS, Robot
-from eomgen.text import listed, shown
 
 _MEANING = {
     "limit": "limits of position, velocity and effort",

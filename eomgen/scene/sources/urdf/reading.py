@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.base.arrays import Array
+from eomgen.base.text import NAME_LENGTH, is_legal, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.geometry.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.geometry.rotations import SNAP, roll_pitch_yaw, snapped_rotation
 from eomgen.scene.joint_types import JOINTS, TYPES
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.xml import Element
-from eomgen.text import NAME_LENGTH, is_legal, nearest, shown
 
 #: Types of joints by their names in the format.
 JOINT_TYPES = {name: row.name for row in TYPES.values() for name in row.urdf}

@@ -16,11 +16,11 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from eomgen.base.text import listed, shown
 from eomgen.formula.words import RESERVED
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.urdf.reading import NUMBER, Robot, legal_name
 from eomgen.scene.sources.xml import Element
-from eomgen.text import listed, shown
 
 _REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")
 #: Elements for positions or the control software; efforts do not depend on them.

@@ -1,0 +1,341 @@
+"""Error messages for wrong calls from Python: unknown arguments, names and attributes, with the nearest known ones.
+
+Python's own errors (TypeError, KeyError, AttributeError) name the fault and no remedy. The errors raised here
+are ``UsageError``; for names and attributes also the class that Python would raise, which ``hasattr`` and callers may
+rely on.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import FrozenInstanceError
+from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
+
+from eomgen.base.attributes_elsewhere import ATTRIBUTES
+from eomgen.base.text import nearest, shown
+from eomgen.base.verbs import METHODS
+from eomgen.errors import Problem, UsageError
+from eomgen.system.terms import meant_term
+
+P = ParamSpec("P")
+R = TypeVar("R")
+T = TypeVar("T")
+C = TypeVar("C", bound=type)
+
+#: Methods of a compiled model that users look for at scenes, at systems and at the package.
+OF_MODELS = METHODS | frozenset(
+    {
+        "calibrate",
+        "evaluate",
+        "mass",
+        "force",
+        "coupling",
+        "inverse_dynamics",
+        "forward_dynamics",
+        "partials",
+        "energy",
+        "outputs",
+        "pose",
+        "twist",
+        "point",
+        "rhs",
+    }
+)
+#: Names of states in other tools.
+_SYMBOLS: Mapping[str, str] = {
+    **dict.fromkeys(("qd", "qdot", "dq", "q_dot", "qvel"), "v"),
+    **dict.fromkeys(("qpos",), "q"),
+}
+_MEANING = {"q": "positions", "v": "velocities"}
+#: Largest number of arguments by name of which the first one is an example.
+_FEW = 8
+#: Names of first parameters that a caller does not write.
+_OWNERS = ("self", "cls", "model")
+
+
+class UnknownName(UsageError, KeyError):
+    """A name that results do not have."""
+
+    __str__ = Exception.__str__  # a KeyError shows its text in quotes
+
+
+class UnknownAttribute(UsageError, AttributeError):
+    """An attribute that an object does not have."""
+
+
+class NotUnpacked(UsageError, TypeError):
+    """A result that is one object, and no sequence."""
+
+
+class NoAssignment(UsageError, FrozenInstanceError):
+    """An attribute that is read, and not assigned to."""
+
+
+class ByName(dict[str, T]):
+    """Results by name, which answer a name that they do not have with the nearest ones.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of the names: ``output``.
+    values : mapping
+    """
+
+    def __init__(self, kind: str, values: Mapping[str, T]) -> None:
+        super().__init__(values)
+        self.kind = kind
+
+    def __missing__(self, name: object) -> T:
+        hint = nearest(str(name), self) if self else f"a scene or a model that has {self.kind}s"
+        raise UnknownName(Problem("", f"there is no {self.kind} {shown(name)}", hint))
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            if name in self:
+                fault = f"{_several(self.kind)} are by name, and {name} is none of the attributes"
+                raise UnknownAttribute(Problem("", fault, f"[{name!r}] in place of .{name}"))
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
+def _several(kind: str) -> str:
+    return f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s"
+
+
+class ReadOnly(ByName[T]):
+    """Values by name that a caller reads; they are written elsewhere.
+
+    Parameters
+    ----------
+    what_to_try : str
+        How they are changed.
+    """
+
+    #: Why they are not written here.
+    why = "these are read, and not assigned to"
+
+    def __init__(self, kind: str, values: Mapping[str, T], what_to_try: str) -> None:
+        super().__init__(kind, values)
+        self.what_to_try = what_to_try
+
+    def _refused(self, *_: object, **__: object) -> NoReturn:
+        raise UsageError(Problem(f"{self.kind}s", self.why, self.what_to_try))
+
+    __setitem__ = __delitem__ = update = pop = popitem = clear = setdefault = __ior__ = _refused
+
+    def __reduce__(self) -> tuple[type[ReadOnly[T]], tuple[str, dict[str, T], str]]:
+        return type(self), (self.kind, dict(self), self.what_to_try)
+
+
+class Defaults(ReadOnly[T]):
+    """Default values by name."""
+
+    why = "these are the defaults, which do not change"
+
+
+def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return a decorator under which a call that does not fit the function raises UsageError in place of TypeError.
+
+    A call that fits takes no additional time; errors from within the function pass.
+
+    Parameters
+    ----------
+    what_to_try : str
+        Hint for arguments that are missing.
+    meant : str
+        Names of arguments in other tools, and their names here; or a call in place of one, with its brackets.
+    """
+
+    def decorated(function: Callable[P, R]) -> Callable[P, R]:
+        @functools.wraps(function)
+        def called(*args: P.args, **kwargs: P.kwargs) -> R:
+            try:
+                return function(*args, **kwargs)
+            except TypeError:
+                problem = _misfit(function, args, kwargs, what_to_try, meant)
+                if problem is None:
+                    raise
+            raise UsageError(problem)
+
+        return called
+
+    return decorated
+
+
+def with_options_of(source: Callable[..., Any], names: Iterable[str]) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return a decorator under which ``inspect.signature`` shows options in place of ``**options``.
+
+    Parameters
+    ----------
+    source : callable
+        Function that takes the options in the end.
+    names : iterable of str
+        Options that are handed on.
+    """
+    given = inspect.signature(source).parameters
+
+    def decorated(function: Callable[P, R]) -> Callable[P, R]:
+        signature = inspect.signature(function)
+        own = [item for item in signature.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
+        others = [given[name] for name in names if name not in signature.parameters]
+        function.__signature__ = signature.replace(parameters=[*own, *others])  # type: ignore[attr-defined]
+        return function
+
+    return decorated
+
+
+def check_options(
+    where: str, given: Iterable[str], known: Iterable[str], meant: Mapping[str, str], own: Iterable[str] = ()
+) -> None:
+    """Raise UsageError for options that the function to which they would be passed does not have.
+
+    Parameters
+    ----------
+    where : name of the function that a caller has called
+    known, own : options that are handed on, and the function's own arguments
+    meant : as of ``checked_call``; or a remedy in place of an option
+    """
+    named = [*own, *known]
+    unknown = [name for name in given if name not in named]
+    if unknown:
+        hints = [meant.get(name) or nearest(name, named) for name in unknown[:3]]
+        names = ", ".join(shown(name) for name in unknown)
+        raise UsageError(Problem(where, f"there is no argument {names}", " and ".join(dict.fromkeys(hints))))
+
+
+def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
+    """Return a class decorator that puts ``checked_call`` on constructor and public methods, also inherited ones."""
+
+    def decorated(kind: C) -> C:
+        for name in dir(kind):
+            member = inspect.getattr_static(kind, name)
+            if inspect.isfunction(member) and (name == "__init__" or not name.startswith("_")):
+                setattr(kind, name, checked_call(what_to_try if name == "__init__" else "", **meant)(member))
+        return kind
+
+    return decorated
+
+
+def unknown_attribute(owner: object, name: str) -> AttributeError:
+    """Return the error for an attribute that an object of a public class does not have: from its ``__getattr__``.
+
+    Names with an underscore are not for users, and Python's protocols ask for them.
+    """
+    kind = type(owner).__name__
+    if name.startswith("_"):
+        return AttributeError(f"{kind!r} object has no attribute {name!r}")
+    if hasattr(type(owner), name):  # a property failed so, and its own error says more
+        try:
+            object.__getattribute__(owner, name)
+        except AttributeError as error:
+            return error
+    article = "an" if kind[0] in "AEIOU" else "a"
+    return UnknownAttribute(
+        Problem("", f"{article} {kind} has no {shown(name)}", attribute_hint(name, dir(owner), kind))
+    )
+
+
+def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: Iterable[str]) -> UnknownAttribute:
+    """Return the error for setting an attribute that a model does not have; ``arguments`` are the arguments of its
+    runs."""
+    kind = type(owner).__name__
+    hint = attribute_hint(name, dir(owner), kind)
+    if name in arguments:
+        hint = f"simulate({name}=...)"
+    elif name in parameters:
+        hint = f'simulate(parameters={{"{name}": ...}})'
+    return UnknownAttribute(Problem("", f"a {kind} has no {shown(name)} to set", hint))
+
+
+def not_unpacked(owner: object, what_to_try: str) -> NotUnpacked:
+    """Return the error for taking a result apart as a tuple: from its ``__iter__``."""
+    kind = type(owner).__name__
+    article = "an" if kind[0] in "AEIOU" else "a"
+    return NotUnpacked(Problem("", f"{article} {kind} is one object, and not several to be unpacked", what_to_try))
+
+
+def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
+    """Return a decorator of a frozen class, under which an assignment raises an error with the remedy ``what_to_try``.
+
+    In ``what_to_try`` the attribute is ``{0}``.
+    """
+
+    def refused(owner: object, name: str, value: object) -> NoReturn:
+        kind = type(owner).__name__
+        fault = f"a {kind} does not change, so {shown(name)} is not assigned to"
+        raise NoAssignment(Problem("", fault, what_to_try.format(name)))
+
+    def decorated(kind: C) -> C:
+        type.__setattr__(kind, "__setattr__", refused)
+        return kind
+
+    return decorated
+
+
+def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
+    """Return the remedy for an attribute that does not exist; ``kind`` names the class that lacks it."""
+    if other := ATTRIBUTES.get(kind, {}).get(name):
+        return other
+    if name in OF_MODELS and kind != "Model":
+        scene = {"SceneBuilder": "builder.build()"}.get(kind, "scene")
+        return f"eomgen.build({scene}).{name}(...), of the compiled model"
+    if meant := _SYMBOLS.get(name):
+        return f"initial_{meant} or {meant}_names; {_MEANING[meant]} are called {meant}" if kind == "Model" else meant
+    if kind == "Model" and len(name) > 1 and (term := meant_term(name)):
+        return term
+    return nearest(name, (item for item in known if not item.startswith("_")))
+
+
+def _meant(name: str, meant: Mapping[str, str], named: Sequence[str]) -> str:
+    """Return the name here of an argument of another tool, or a call in place of it."""
+    other = meant.get(name, "")
+    return other if other in named or "(" in other else nearest(name, named)
+
+
+def _misfit(
+    function: Callable[..., Any],
+    args: tuple[Any, ...],
+    kwargs: Mapping[str, Any],
+    what_to_try: str,
+    meant: Mapping[str, str],
+) -> Problem | None:
+    """Return the fault in the arguments of a call; None if they fit."""
+    signature = inspect.signature(function)
+    try:
+        signature.bind(*args, **kwargs)
+    except TypeError:
+        pass
+    else:
+        return None
+    where = type(args[0]).__name__ if function.__name__ == "__init__" else function.__name__
+    owned = [name for name in signature.parameters if name in _OWNERS][:1]
+    every = {name: item for name, item in signature.parameters.items() if name not in owned}
+    given = args[len(owned) :]
+    open_kinds = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+    named = [name for name, item in every.items() if item.kind not in open_kinds]
+    unknown = [name for name in kwargs if name not in named]
+    takes_any = any(item.kind is inspect.Parameter.VAR_KEYWORD for item in every.values())
+    if unknown and not takes_any:
+        names = ", ".join(shown(name) for name in unknown)
+        hints = [_meant(name, meant, named) for name in unknown[:3]]
+        hint = " and ".join(dict.fromkeys(filter(None, hints))) or "no arguments"
+        return Problem(where, f"there is no argument {names}", hint)
+    in_order = [name for name in named if every[name].kind is not inspect.Parameter.KEYWORD_ONLY]
+    if len(given) > len(in_order):
+        by_name = [name for name in named if name not in in_order]
+        many = len(by_name) > _FEW or (takes_any and not by_name)
+        fault = f"{len(given)} arguments are given without a name, and {len(in_order) or 'none'} can be"
+        fault += f": {', '.join(in_order)}" if in_order else ""
+        hint = "the others by name" if many else f"{by_name[0]}=..., and likewise for the others" if by_name else ""
+        return Problem(where, fault, hint or "fewer arguments")
+    twice = [name for name in in_order[: len(given)] if name in kwargs]
+    if twice:
+        return Problem(where, f"the argument {twice[0]} is given twice, by its place and by its name", "one of them")
+    specified = {*in_order[: len(given)], *kwargs}
+    missing = [name for name in named if every[name].default is inspect.Parameter.empty and name not in specified]
+    fault = (
+        f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
+    )
+    return Problem(where, fault, what_to_try or ", ".join(f"{name}=..." for name in missing))

@@ -1,0 +1,196 @@
+"""Conversion of quantities to SI, and names of dimensions; the only module that imports pint.
+
+A number stays an exact fraction until the last step, so ``"35 mm"`` is the same double as 0.035.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+import pint
+from pint.util import UnitsContainer
+
+from eomgen.base.text import shown
+from eomgen.formula.units.parser import Factors, Quantity, UnitError, read_unit
+from eomgen.formula.units.table import NAMED, PREFIXES, UNITS, names
+
+Dimension = Mapping[str, int]
+_ANGLE = "[angle]"
+#: Of the travel of a screw.
+_PITCH = {"[length]": 1, _ANGLE: -1}
+
+
+@cache
+def _registry() -> Any:
+    registry: Any = pint.UnitRegistry(None, non_int_type=Fraction)
+    for short, long, factor in PREFIXES:
+        registry.define(f"{long}- = {factor} = {short}-")
+    for unit in UNITS:
+        registry.define(f"{unit.words.split()[0]} = {unit.definition}")
+    return registry
+
+
+@cache
+def measure(factors: Factors) -> tuple[Fraction, Dimension]:
+    """Return a unit's size, the coherent unit of SI being 1, and the exponents of its dimension.
+
+    Angles are a dimension, which radians measure.
+    """
+    powers: dict[str, int] = {}
+    for name, exponent in factors:
+        word = names()[name].pint
+        powers[word] = powers.get(word, 0) + exponent
+    size, base = _registry().get_root_units(UnitsContainer({name: power for name, power in powers.items() if power}))
+    dimension = {name: int(power) for name, power in _registry().get_dimensionality(base).items()}
+    grams = Fraction(1000) ** dimension.get("[mass]", 0)
+    return Fraction(size) / grams, dimension
+
+
+def to_unit(quantity: Quantity, unit: str, *, over_time: bool = False) -> float:
+    """Return the number of a quantity in a unit.
+
+    Parameters
+    ----------
+    unit : str
+        If it is divided by an angle, as a torsional stiffness is, the angle need not be written: N m is taken for N
+        m/rad.
+    over_time : bool
+        Whether a formula of time could stand in its place.
+
+    Raises
+    ------
+    UnitError
+        If the dimension is another one, or the number too large.
+    """
+    size, dimension = measure(quantity.factors)
+    wanted_size, wanted = measure(read_unit(unit))
+    if not _matches(dimension, wanted):
+        fault = f"{shown(quantity.text)} is {_words(quantity.factors)}, {_expected(unit)}"
+        value = _finite(quantity, quantity.number * size)
+        raise UnitError(fault, _hint(quantity, wanted, unit, value, over_time=over_time))
+    return _finite(quantity, quantity.number * size / wanted_size)
+
+
+def unit_fault(text: str, factors: Factors, unit: str) -> tuple[str, str] | None:
+    """Return reason and remedy if a unit cannot be converted to another unit; None if the conversion exists.
+
+    Parameters
+    ----------
+    text, factors : the unit, as it is written and as it is read
+    unit : target of the conversion, coherent in SI
+    """
+    wanted = measure(read_unit(unit))[1]
+    if _matches(measure(factors)[1], wanted):
+        return None
+    hint = f'"{unit}", or another unit of the same kind'
+    if factors == (("g", 1),) and wanted == {"[length]": 1, "[time]": -2}:
+        hint = '"g0", 9.80665 m/s^2: g is the gram'
+    return f"the unit {shown(text)} is {_of_kind(factors)}, {_expected(unit)}", hint
+
+
+def _of_kind(factors: Factors) -> str:
+    words = _words(factors)
+    return words.replace("a ", "of a ", 1) if words.startswith("a ") else words.replace("an ", "of an ", 1)
+
+
+def misplaced(label: str, unit: str) -> str:
+    """Return the kind of a quantity with a unit if one in another unit is expected, in words; empty if it could be
+    that one, angles being no dimension here.
+
+    Parameters
+    ----------
+    label : unit of the quantity
+    unit : that is expected, coherent in SI
+    """
+    factors = read_unit(label)
+    result, wanted = (
+        {name: power for name, power in measure(each)[1].items() if name != _ANGLE}
+        for each in (factors, read_unit(unit))
+    )
+    words = _words(factors)
+    named = words if words.startswith("in ") else f"{words} ({label.strip()})"
+    return "" if result == wanted else f"{named}, {_expected(unit)}"
+
+
+def to_si(quantity: Quantity) -> tuple[float, str]:
+    """Return the number of a quantity in SI, and the unit. Raises UnitError."""
+    size, _ = measure(quantity.factors)
+    return _finite(quantity, quantity.number * size), coherent(quantity.factors)
+
+
+def is_coherent(factors: Factors, quantity: Quantity) -> bool:
+    """Return whether a unit is the SI unit of a quantity."""
+    size, dimension = measure(factors)
+    return size == 1 and dimension == measure(quantity.factors)[1]
+
+
+def coherent(factors: Factors) -> str:
+    """Return the unit of SI of the same kind: m for mm, rad/s for rpm, N/m for kN/m."""
+    powers: dict[str, int] = {}
+    for name, exponent in factors:
+        for part, power in read_unit(names()[name].coherent):
+            powers[part] = powers.get(part, 0) + exponent * power
+    above = _product((name, power) for name, power in powers.items() if power > 0)
+    below = [(name, -power) for name, power in powers.items() if power < 0]
+    if not below:
+        return above
+    divisor = _product(below)
+    return f"{above or '1'}/{f'({divisor})' if len(below) > 1 else divisor}"
+
+
+def _product(powers: Iterable[tuple[str, int]]) -> str:
+    return " ".join(name if power == 1 else f"{name}^{power}" for name, power in powers)
+
+
+def _matches(dimension: Dimension, wanted: Dimension) -> bool:
+    if dimension == wanted:
+        return True
+    if wanted == _PITCH:  # which is told by the turn, or by the radian
+        return False
+    without_angle = {name: power for name, power in wanted.items() if name != _ANGLE}
+    return wanted.get(_ANGLE, 0) < 0 and dimension == without_angle
+
+
+def _expected(unit: str) -> str:
+    return f"{NAMED.get(unit, 'a quantity')} in {unit} is expected"
+
+
+def _words(factors: Factors) -> str:
+    unit = coherent(factors)
+    if unit in NAMED:
+        return NAMED[unit]
+    dimension = measure(factors)[1]
+    if not dimension:
+        return "a plain number"
+    return next((words for known, words in NAMED.items() if measure(read_unit(known))[1] == dimension), f"in {unit}")
+
+
+def _hint(quantity: Quantity, wanted: Dimension, unit: str, value: float, *, over_time: bool) -> str:
+    dimension = measure(quantity.factors)[1]
+    times = tuple((name, abs(power)) for name, power in quantity.factors)
+    if times != quantity.factors and measure(times)[1] == wanted:
+        return f'"{float(quantity.number):.6g} {_product(times)}", a product of units'
+    if wanted == _PITCH and dimension == {"[length]": 1}:
+        return f'"{quantity.text.strip()}/rev", the travel of a turn'
+    if over_time and "[time]" not in wanted and dimension == {**wanted, "[time]": -1}:
+        return f'"{value:.6g} * t" where it changes at that rate'
+    if wanted == {_ANGLE: 1, "[time]": -1} and dimension == {"[time]": -1}:
+        return f'"{60 * value:.6g} rpm" where a cycle is a turn, or "{value:.6g} rad/s"'
+    if wanted == {"[time]": 1} and dimension == {"[time]": -1}:
+        period = f'the period, "{1 / value:.6g} s", or ' if value > 0 else ""
+        return f"a time in s: {period}1 / (2 pi f) where f is the corner frequency of a filter"
+    if wanted == {"[length]": 1, "[time]": -2} and quantity.factors == (("g", 1),):
+        return f'g is the gram: "{float(quantity.number):.6g} g0", g0 being 9.80665 m/s^2'
+    return f'"{value:.6g} {unit}"'
+
+
+def _finite(quantity: Quantity, value: Fraction) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise UnitError(
+            f"{shown(quantity.text)} is beyond what a computer holds in SI", "a number below 1e300"
+        ) from None

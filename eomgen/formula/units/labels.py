@@ -1,0 +1,53 @@
+"""Values with units from Python, such as ``300 mm`` for a parameter, converted to the unit of its label."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from eomgen.base.text import shown
+from eomgen.errors import Problem, UsageError
+from eomgen.formula.units.parser import UnitError, is_quantity, read_quantity, read_unit
+
+
+def in_label(where: str, text: str, label: str) -> float:
+    """Return the number that a text with a unit is in the unit of a label; in SI if there is no label.
+
+    Parameters
+    ----------
+    where : str
+        Argument or option with the text, for messages.
+
+    Raises
+    ------
+    UsageError
+        For a text that is not a number with a unit, or of another dimension than the label, or a label that is no unit.
+    """
+    if not is_quantity(text):
+        raise UsageError(
+            Problem(where, f"{shown(text)} is neither a number nor a number with a unit", '0.25 or "250 mm"')
+        )
+    try:
+        return number_in_label(text, label)[0]
+    except UnitError as error:
+        raise UsageError(Problem(where, error.what, error.hint)) from None
+
+
+def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple[float, str]:
+    """Return the number of a text in the unit of a label, and that unit; in SI if there is no label.
+
+    Raises
+    ------
+    UnitError
+        Also for a label that is no unit: it could mean anything.
+    """
+    from eomgen.formula.units.conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
+
+    quantity = read_quantity(text, known)
+    if not label.strip():
+        return to_si(quantity)
+    try:
+        read_unit(label)
+    except UnitError:
+        fault = f"its label {shown(label)} in the scene is not a unit that numbers could be converted to"
+        raise UnitError(fault, "a plain number") from None
+    return to_unit(quantity, label), label

@@ -1,0 +1,247 @@
+"""Parser of unit strings such as ``250 mm`` or ``2.5 kN/m``, with a strict grammar.
+
+    quantity := number unit                        unit    := ["1/"] product { "/" term }
+    product  := term { ("*" | "." | blank) term }  term    := factor | "(" product ")"
+    factor   := name [("^" | "**") whole number]
+
+pint is not needed here: it gets names from ``unit_table`` and whole exponents later, never the text.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from eomgen.base.text import shown
+from eomgen.errors import DescriptionError, Problem
+from eomgen.formula.units.table import REFUSED, names
+from eomgen.formula.words import RESERVED, WORDS
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+LENGTH = 100
+LARGEST_EXPONENT = 9
+_BEGIN = 200  # characters that decide whether a text is a number with a unit
+_NUMBER = r"[+-]?[ \t]*(?>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"  # 1e3 is never 1 with a unit e3
+_QUANTITY = re.compile(rf"[ \t]*({_NUMBER})[ \t]*((?:1[ \t]*/[ \t]*)?[A-Za-z%\u0080-\U0010ffff].*)", re.DOTALL)
+_DECIMAL_COMMA = re.compile(r"[ \t]*([+-]?[0-9]+),([0-9]+)[ \t]*([A-Za-z]+)")
+_WORD = re.compile(r"[A-Za-z_][A-Za-z_0-9]*")
+_FACTOR = re.compile(r"([A-Za-z_][A-Za-z_0-9]*|%)(?:[ \t]*(?:\^|\*\*)[ \t]*([+-]?[0-9]{1,4}))?")
+_TIMES = re.compile(r"[ \t]*[*.][ \t]*|[ \t]+(?=[A-Za-z_(])")
+_OVER = re.compile(r"[ \t]*/[ \t]*")
+_ADVICE = {
+    "\u00b0": "deg",
+    "\u00b2": "^2",
+    "\u00b3": "^3",
+    "-": "a blank between units",
+    **dict.fromkeys("\u00b5\u03bc", "u for micro"),
+    **dict.fromkeys("\u03a9\u2126", "ohm"),
+    **dict.fromkeys("\u00b7\u22c5\u00d7", "a blank between units"),
+}
+
+#: Signs behind a number that make a formula of it, though not one that can be read.
+_OF_FORMULAS = "\u2212\u2013\u2014\u00f7\u2264\u2265"
+
+Factors = tuple[tuple[str, int], ...]
+
+
+class UnitError(DescriptionError):
+    """A unit string that cannot be read: ``what`` and ``hint`` are its fault and remedy."""
+
+    def __init__(self, fault: str, hint: str = "") -> None:
+        self.what = fault
+        self.hint = hint
+        super().__init__(Problem("unit", fault, hint))
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number with its unit.
+
+    Attributes
+    ----------
+    text : the user's text.
+    number : exactly as written.
+    factors : names of units and their exponents.
+    """
+
+    text: str
+    number: Fraction
+    factors: Factors
+
+
+def is_quantity(text: str) -> bool:
+    """Tell whether a text begins as a number with a unit does, and as no formula can."""
+    begin = text[:_BEGIN]
+    match = _QUANTITY.match(begin)
+    if match is None:
+        return _DECIMAL_COMMA.match(begin) is not None
+    if match[2][0] in _OF_FORMULAS:
+        return False
+    word = _WORD.match(match[2])
+    return word is None or word[0] not in WORDS
+
+
+def read_quantity(text: str, known: Collection[str] = ()) -> Quantity:
+    """Read a number with a unit, without judging its dimension.
+
+    Parameters
+    ----------
+    known : collection of str
+        Names of the scene's parameters and inputs. A unit of such a name could be meant as a factor, so it is refused.
+
+    Raises
+    ------
+    UnitError
+        For a text that is not a number with a unit, or whose unit is not known.
+    """
+    if len(text) > LENGTH:
+        raise UnitError(f"a number with a unit has at most {LENGTH} characters, not {len(text)}", '"250 mm"')
+    comma = _DECIMAL_COMMA.match(text)
+    if comma:
+        raise UnitError(f"{shown(text)} has a comma in its number", f'"{comma[1]}.{comma[2]} {comma[3]}"')
+    match = _QUANTITY.fullmatch(text.rstrip(" \t"))
+    if match is None:
+        raise UnitError(f"{shown(text)} is not a number with a unit", '"250 mm"')
+    from fractions import Fraction  # noqa: PLC0415  # brings decimal arithmetic, which scenes without units do not need
+
+    digits = match[1].replace(" ", "").replace("\t", "")
+    number, value = Fraction(digits), float(digits)
+    if not math.isfinite(value) or (value == 0.0 and number != 0):
+        raise UnitError(
+            f"the number of {shown(text)} is beyond what a computer holds", "a number between 1e-300 and 1e300"
+        )
+    return Quantity(text, number, _Unit(match[2], text, known).read())
+
+
+def read_unit(text: str) -> Factors:
+    """Read a unit alone, such as a label. Raises UnitError."""
+    if not text.strip() or len(text) > LENGTH:
+        raise UnitError(f"{shown(text)} is not a unit", '"mm"')
+    return _Unit(text.strip(" \t"), text, ()).read()
+
+
+class _Unit:
+    """The unit of a text, read from left to right."""
+
+    def __init__(self, unit: str, text: str, known: Collection[str]) -> None:
+        self.unit = unit
+        self.text = text
+        self.known = known
+        self.place = 0
+
+    def read(self) -> Factors:
+        result: list[tuple[str, int]] = []
+        divides = self.unit[0] == "1"
+        if divides:
+            self.place = 1
+            if not self.accept(_OVER):
+                raise self.malformed()
+            result += self.term(-1)
+        else:
+            result += self.product(1)
+        while self.place < len(self.unit):
+            if self.accept(_OVER):
+                result += self.term(-1)
+                divides = True
+            elif divides and self.accept(_TIMES):
+                raise UnitError(
+                    f"{shown(self.text)} can be read in two ways", "brackets, N/(m s), or the divisor last, N s/m"
+                )
+            else:
+                raise self.malformed()
+        return tuple(result)
+
+    def accept(self, pattern: re.Pattern[str]) -> bool:
+        match = pattern.match(self.unit, self.place)
+        if match:
+            self.place = match.end()
+        return match is not None
+
+    def product(self, sign: int) -> list[tuple[str, int]]:
+        result = self.term(sign)
+        while self.accept(_TIMES):
+            result += self.term(sign)
+        return result
+
+    def term(self, sign: int) -> list[tuple[str, int]]:
+        if self.unit.startswith("(", self.place):
+            self.place += 1
+            if self.unit.count("(") > 1:
+                raise UnitError(f"{shown(self.text)} has more brackets than a unit needs", "N/(m s)")
+            result = self.product(sign)
+            if not self.unit.startswith(")", self.place):
+                raise self.malformed()
+            self.place += 1
+            return result
+        match = _FACTOR.match(self.unit, self.place)
+        if match is None:
+            raise self.malformed()
+        self.check(match[1])
+        exponent = int(match[2] or 1)
+        if not 1 <= abs(exponent) <= LARGEST_EXPONENT:
+            fault = f"an exponent in {shown(self.text)} is not a whole number from 1 to {LARGEST_EXPONENT}"
+            raise UnitError(fault, "m^2, or s^-1")
+        self.place = match.end()
+        return [(match[1], sign * exponent)]
+
+    def check(self, name: str) -> None:
+        if name in names():
+            if name in self.known:
+                fault = f"in {shown(self.text)}, {name} can be the unit or the scene's own {name}"
+                raise UnitError(
+                    fault, f"another name for the scene's own, a number in SI, or in a formula a * before {name}"
+                )
+            return
+        if name in REFUSED:
+            fault, _, hint = REFUSED[name].partition("|")
+            raise UnitError(f"{shown(name)} is not accepted as a unit: {fault}", hint)
+        if name in self.known or name in RESERVED:
+            raise UnitError(f"{shown(name)} is not a unit", f"a * before {name}")
+        close = difflib.get_close_matches(name, self.known, n=1, cutoff=0.7)
+        raise UnitError(f"there is no unit {shown(name)}", f"a * before {close[0]}" if close else _nearest(name))
+
+    def malformed(self) -> UnitError:
+        rest = self.unit[self.place :].lstrip(" \t")
+        if rest[:1] in _ADVICE:
+            return UnitError(f"{shown(rest[0])} is not part of a unit", _ADVICE[rest[0]])
+        if rest[:1] in ("+", "*", "<", ">", "["):
+            number = self.text[: len(self.text.rstrip(" \t")) - len(self.unit)].strip()
+            fault = (
+                f"more follows {shown(f'{number} {self.unit[: self.place].strip()}')}, and units are not read within"
+                " formulas"
+            )
+            return UnitError(fault, _parameter(number, self.unit[: self.place].strip()))
+        where = f"at {shown(rest[:20])}" if rest else "at its end"
+        return UnitError(f"{shown(self.text)} is not a number with a unit: it is not well formed {where}", '"2.5 kN/m"')
+
+
+def _nearest(name: str) -> str:
+    """Return the units whose names are closest: with an exponent set apart, in other letters, or of similar
+    spelling."""
+    power = re.fullmatch(r"([A-Za-z_]+)([0-9])", name)
+    if power and power[1] in names():
+        return f"{power[1]}^{power[2]}"
+    folded = [known for known in names() if known.lower() == name.lower()]
+    if folded:
+        return " or ".join(folded[:3])
+    if name.lower() in ("kph", "kmh", "kmph"):
+        return "km/h"
+    close = difflib.get_close_matches(name[:24], names(), n=3, cutoff=0.7)
+    return " or ".join(close) or "one of m, mm, kg, s, rad, deg, N, kN/m, N m, rpm, km/h"
+
+
+def in_formula(number: str, word: str) -> tuple[str, str]:
+    """Return the fault of a number followed by a word within a formula, and a hint."""
+    if word in names():
+        return f"{shown(f'{number} {word}')} is within a formula, where units are not read", _parameter(number, word)
+    return f"the number {shown(number)} runs into a name", f"a * after {number[:20]}"
+
+
+def _parameter(number: str, unit: str) -> str:
+    return f'a parameter, name = "{number[:20]} {unit[:20]}", and its name here'

@@ -1,0 +1,162 @@
+"""Independent modal space control: one feedback law per mode, in closed form.
+
+A mode xi'' + 2 zeta w xi' + w^2 xi = f with f = -g xi - h xi'. Optimal for int xi'^2 + w^2 xi^2 + R f^2 dt are (L.
+Meirovitch and H. Baruh, Control of self-adjoint distributed-parameter systems, Journal of Guidance and Control 5, 1982;
+there without damping)
+
+    g = w sqrt(w^2 + 1/R) - w^2,  h = sqrt(c^2 + 2 g + 1/R) - c,  c = 2 zeta w,
+
+and a frequency w_d with a damping ratio zeta_d are reached by g = w_d^2 - w^2, h = 2 (zeta_d w_d - zeta w).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import eigh
+
+from eomgen.base.arrays import Array
+from eomgen.errors import ModelError, UsageError
+from eomgen.linear.control.plant import Complex, Plant
+
+_ASYMMETRY = 1e-8
+_RANK = 1e-9
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Undamped modes of a plant, slow ones first.
+
+    Attributes
+    ----------
+    frequencies : (n,) w, rad/s.
+    damping : (n,) c = 2 zeta w, 1/s: the diagonal of the modal damping matrix.
+    shapes : (n, n) columns with the unit modal mass.
+    """
+
+    frequencies: Array
+    damping: Array
+    shapes: Array
+
+
+@dataclass(frozen=True)
+class ModalFeedback:
+    """Gains u = -G_p q - G_v v of a feedback in modal space.
+
+    Attributes
+    ----------
+    G_p, G_v : (m, n)
+    modes : of the plant.
+    controlled : numbers of the modes that are fed back, from 0.
+    g, h : modal gains that were asked for, one of each controlled mode.
+    crosstalk : largest modal force that reaches another controlled mode, or is missing in its own, per force that is
+        asked for;
+        0 if there are as many independent actuators as controlled modes.
+    spillover : largest modal force that reaches a mode that is not controlled, per force that is asked for.
+    eigenvalues : (2n,) of the closed loop with all modes, 1/s.
+    """
+
+    G_p: Array
+    G_v: Array
+    modes: Modes
+    controlled: tuple[int, ...]
+    g: Array
+    h: Array
+    crosstalk: float
+    spillover: float
+    eigenvalues: Complex
+
+
+def modes_of(plant: Plant) -> Modes:
+    """Return the undamped modes. Raises ModelError if K is not symmetric, or an equilibrium unstable."""
+    if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=_ASYMMETRY * np.abs(plant.K).max(initial=0.0)):
+        raise ModelError("the stiffness matrix is not symmetric, so there are no modes that keep their shape", "lqr")
+    squares, shapes = eigh((plant.K + plant.K.T) / 2.0, (plant.M + plant.M.T) / 2.0)
+    limit = 1e-10 * plant.scales.rate**2
+    if squares[0] < -limit:
+        mover = plant.names[int(np.argmax(np.abs(shapes[:, 0])))]
+        fault = f"the equilibrium is unstable: the mode of {mover} grows at {(-squares[0]) ** 0.5:.4g} 1/s"
+        raise ModelError(f"{fault}, and modal control is for modes that oscillate", "lqr")
+    damping = np.einsum("ik,ij,jk->k", shapes, plant.C, shapes)
+    return Modes(np.sqrt(np.where(np.abs(squares) < limit, 0.0, squares)), damping, np.asarray(shapes))
+
+
+def optimal_modal_gains(frequency: ArrayLike, damping: ArrayLike, effort: ArrayLike) -> tuple[Array, Array]:
+    """Return g and h that minimise int xi'^2 + w^2 xi^2 + R f^2 dt.
+
+    Parameters
+    ----------
+    frequency : w, rad/s.
+    damping : c = 2 zeta w, 1/s.
+    effort : R, above zero.
+    """
+    w, c, R = (np.asarray(value, dtype=float) for value in (frequency, damping, effort))
+    if not np.all(R > 0.0):
+        raise UsageError(f"the weight of a modal force is {float(np.min(R)):.6g}", "a number above zero")
+    g = w / R / (np.sqrt(w**2 + 1.0 / R) + w)  # the difference of two large numbers, written without it
+    rise = 2.0 * g + 1.0 / R
+    return g, rise / (np.sqrt(c**2 + rise) + c)
+
+
+def placed_modal_gains(
+    frequency: ArrayLike, damping: ArrayLike, wanted: ArrayLike, ratio: ArrayLike
+) -> tuple[Array, Array]:
+    """Return g and h that give modes other frequencies (``wanted``, rad/s) and damping ratios (``ratio``)."""
+    w, c, w_d, zeta_d = (np.asarray(value, dtype=float) for value in (frequency, damping, wanted, ratio))
+    if not np.all(w_d > 0.0):
+        raise UsageError(f"a frequency of {float(np.min(w_d)):.6g} rad/s is asked for", "a number above zero")
+    if not np.all(zeta_d > 0.0):
+        raise UsageError(f"a damping ratio of {float(np.min(zeta_d)):.6g} is asked for", "a number above zero")
+    return w_d**2 - w**2, 2.0 * zeta_d * w_d - c
+
+
+def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: ArrayLike, h: ArrayLike) -> ModalFeedback:
+    """Return gains that give the ``controlled`` modes the modal forces -g xi - h xi', as far as the actuators can.
+
+    With fewer independent actuators than controlled modes the forces follow from the pseudo-inverse, and modes talk to
+    each other (``crosstalk``); on modes that are not controlled they act all the same (``spillover``).
+
+    Raises
+    ------
+    UsageError
+        Modes that there are not, or gains of another number.
+    ModelError
+        Actuators that do not reach the controlled modes, or a closed loop that spillover makes unstable.
+    """
+    chosen = [int(k) for k in controlled]
+    for k in chosen:
+        if not 0 <= k < plant.n:
+            raise UsageError(
+                f"there is no mode {k + 1}: the model has {plant.n}", f"1 to {plant.n}" if plant.n > 1 else "1"
+            )
+    if not chosen or len(set(chosen)) < len(chosen):
+        raise UsageError("the modes to control are none, or one of them is named twice", "[1, 2]")
+    gains = [np.broadcast_to(np.asarray(values, dtype=float), (len(chosen),)) for values in (g, h)]
+    reach = modes.shapes[:, chosen].T @ plant.B
+    sizes = np.linalg.norm(reach, axis=1)
+    largest = float(np.linalg.norm(modes.shapes.T @ plant.B, 2))
+    for column, k in enumerate(chosen):
+        if not sizes[column] > _RANK * largest:
+            frequency = modes.frequencies[k] / (2.0 * np.pi)
+            raise ModelError(
+                f"no actuator reaches mode {k + 1} at {frequency:.4g} Hz", "another place for one, or other modes"
+            )
+    efforts = np.linalg.pinv(reach, rcond=_RANK)
+    of_coordinates = modes.shapes[:, chosen].T @ plant.M
+    G_p, G_v = (efforts @ (values[:, np.newaxis] * of_coordinates) for values in gains)
+    rest = [k for k in range(plant.n) if k not in chosen]
+    crosstalk = float(np.abs(reach @ efforts - np.eye(len(chosen))).max())
+    spillover = float(np.abs(modes.shapes[:, rest].T @ plant.B @ efforts).max(initial=0.0))
+    eigenvalues = plant.eigenvalues(G_p, G_v)
+    worst = eigenvalues[np.argmax(eigenvalues.real)]
+    if worst.real > 1e-9 * plant.scales.rate and worst.real > plant.eigenvalues().real.max():
+        fault = f"modal control with {plant.m} actuators makes a mode at {abs(worst.imag) / (2 * np.pi):.4g} Hz grow"
+        detail = f"(crosstalk {crosstalk:.2g}, spillover {spillover:.2g} of the forces asked for)"
+        raise ModelError(f"{fault} {detail}", "as many actuators as modes, or fewer controlled modes")
+    if crosstalk < 1e-9:
+        crosstalk = 0.0
+    of_modes = np.array(gains)
+    return ModalFeedback(G_p, G_v, modes, tuple(chosen), of_modes[0], of_modes[1], crosstalk, spillover, eigenvalues)

@@ -1,0 +1,90 @@
+"""Stationary covariances under a road with white noise as velocity, by Lyapunov's equation.
+
+An ISO 8608 road of roughness G_d(n0) at the reference wavenumber n0 has, at the speed V, the one-sided spectral density
+of its vertical velocity 4 pi^2 n0^2 G_d(n0) V, at all frequencies the same; half of it is the intensity in Lyapunov's
+equation.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import solve_continuous_lyapunov
+
+from eomgen.base.arrays import Array
+from eomgen.base.road_classes import REFERENCE_FREQUENCY, ROUGHNESS
+from eomgen.errors import ModelError
+from eomgen.linear.control.plant import Plant, real_matrix
+
+
+def road_intensity(road_class: str, speed: float) -> float:
+    """Return the intensity of the vertical velocity of a road of class A to H at a speed (m/s), m^2/s."""
+    roughness: float = ROUGHNESS[road_class]
+    return 2.0 * math.pi**2 * REFERENCE_FREQUENCY**2 * roughness * speed
+
+
+@dataclass(frozen=True)
+class Stationary:
+    """A stationary random motion of x = [q - r w, v], r being the displacement that a constant road w leads to.
+
+    Attributes
+    ----------
+    covariance : (2n, 2n) of x.
+    following : (n, roads) r.
+    A : (2n, 2n), x' = A x - [r; 0] w' + ...
+    """
+
+    covariance: Array
+    following: Array
+    A: Array
+
+    def rms(self, of_state: ArrayLike) -> Array:
+        """Return the root mean square of F x, (rows,), for F (rows, 2n)."""
+        F = np.atleast_2d(np.asarray(of_state, dtype=float))
+        return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", F, self.covariance, F), 0.0)))
+
+    @property
+    def acceleration(self) -> Array:
+        """(n, 2n) matrix F with v' = F x."""
+        return self.A[len(self.A) // 2 :]
+
+
+def stationary(
+    plant: Plant, road: ArrayLike, intensity: ArrayLike, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None
+) -> Stationary:
+    """Return the stationary covariance of M v' + C v + K q = B u + E w with white noise w'.
+
+    Parameters
+    ----------
+    road : (n, roads) E, force per displacement of the road (a tyre's stiffness).
+    intensity : of w', (roads, roads), E[w'(t) w'(s)] = intensity delta(t - s); or one number for roads that are
+        independent.
+    G_p, G_v : (m, n), optional
+        u = -G_p (q - r w) - G_v v: gains on coordinates relative to the road.
+
+    Raises
+    ------
+    ModelError
+        A plant that a constant road does not carry along, or a motion that does not decay.
+    """
+    E = np.asarray(road, dtype=float).reshape(plant.n, -1)
+    roads = E.shape[1]
+    given = np.asarray(intensity, dtype=float)
+    W = real_matrix("the intensity", given if given.ndim else given * np.eye(roads), roads, roads)
+    A, _ = plant.state_space(G_p, G_v)
+    growth = float(np.linalg.eigvals(A).real.max())
+    if growth >= -1e-12 * plant.scales.rate:
+        raise ModelError(
+            f"there is no stationary motion: a mode does not decay ({growth:.4g} 1/s)", "a damper, or other gains"
+        )
+    if np.linalg.matrix_rank(plant.K) < plant.n:
+        raise ModelError(
+            "a constant road does not hold the plant anywhere: its stiffness matrix is singular", "springs that do"
+        )
+    r = np.linalg.solve(plant.K, E)
+    entering = np.vstack([-r, np.zeros_like(r)])
+    covariance = solve_continuous_lyapunov(A, -entering @ W @ entering.T)
+    return Stationary((covariance + covariance.T) / 2.0, r, A)

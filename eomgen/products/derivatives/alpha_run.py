@@ -1,0 +1,118 @@
+"""Runs of generalized-alpha and its kin made linear: matrices of the steps, and the start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.integrators.families.family import LinearStep
+from eomgen.products.derivatives.beginning import Beginning, Directions, on_constraints
+from eomgen.products.derivatives.linear_run import By, LinearPart, LinearRun, Start
+from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
+from eomgen.products.derivatives.motion import Motion, Part
+from eomgen.products.derivatives.step_matrices import step_matrices
+from eomgen.products.derivatives.undefined_derivatives import undefined_derivatives
+from eomgen.simulation.stepping.states import Prescribed
+
+
+@dataclass(frozen=True)
+class AlphaPart(LinearPart):
+    """A part of a run made linear.
+
+    Attributes
+    ----------
+    matrices : of the steps between rows
+    eta : (rows - 1, holonomic), multipliers of velocities in the steps
+    """
+
+    matrices: StepMatrices
+    eta: Array
+
+
+class AlphaRun(LinearRun[AlphaPart]):
+    """A run of generalized-alpha with its linear steps.
+
+    Attributes
+    ----------
+    along : changes of the start along the directions, on the constraints
+    stages : the states with accelerations evaluated at the start, with their changes
+    inverse_inertia : W = 1/M_ii of the start, by which multipliers move positions; empty if there is none
+    """
+
+    def __init__(
+        self,
+        motion: Motion,
+        method: LinearStep,
+        start: Start,
+        by: By,
+        rows: Sequence[int],
+    ) -> None:
+        super().__init__(motion, start, by, rows)
+        model, begun = self.run.model, motion.start
+        self.coefficients = (self.run.grid.step, *method)
+        holonomic = self.equations.holonomic
+        self.linear = LinearSteps(model.functions.sizes, model.factors, self.coefficients, holonomic)
+        self.inverse_inertia = begun.get("inverse_inertia", np.zeros(0)) if holonomic else np.zeros(0)
+        self.along = (
+            on_constraints(self.beginning, self.asked, self.inverse_inertia) if model.multipliers else self.asked
+        )
+        self.stages = self.beginning.stages(self.of_equations(self.along))
+        self.state, self.record = self.beginning.tangents(self.of_equations(self.along), self.stages)
+
+    @cached_property
+    def beginning(self) -> Beginning:
+        """The start of the run."""
+        start, run = self.motion.start, self.run
+        _, alpha_m, alpha_f, *_ = self.coefficients
+        share = alpha_m - alpha_f if np.any(start["a"] != start["vdot"]) else 0.0
+        z = start.get("z", np.zeros(0))
+        state = start["q"], start["v"], z
+        times = run.grid.start, run.grid.step
+        return Beginning(
+            self.equations, *times, *state, self._prescribed_at, self.moved_inputs, share, self.start.asked
+        )
+
+    def of_equations(self, along: Directions) -> Directions:
+        """Return directions without motions of multipliers of velocities, which are not in the equations."""
+        return Directions(along.dq, along.dv, along.dz, along.dp[: self.equations.parameters])
+
+    def of_part(self, part: Part) -> AlphaPart:
+        """Make a part of the run linear."""
+        states, given = self.states(part)
+        blocks = self.blocks(states, given)
+        behind = {name: array if name == "p" else array[1:] for name, array in blocks.items()}
+        partials = self.equations.partials(behind)
+        rows = np.isfinite(partials.Jq).all(axis=(1, 2)) & np.isfinite(partials.Jv).all(axis=(1, 2))
+        if not rows.all():
+            t = float(states.t[1:][int(np.argmin(rows))])
+            raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
+        matrices, eta = step_matrices(
+            self.equations, partials, states, given, part.memory, self.coefficients, self.inverse_inertia
+        )
+        return AlphaPart(part.first, states, blocks, matrices, eta)
+
+    def tangents(self, part: AlphaPart, dp: Array, state: Array) -> Array:
+        return self.linear.tangents(part.matrices, dp, state, part.times)[0]
+
+    def take_back(self, part: AlphaPart, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array]:
+        return self.linear.adjoints(part.matrices, direct, state, gradient, part.times)
+
+    def products(self, matrices: Array, columns: Array) -> Array:
+        return self.linear.products(matrices, columns)
+
+    def _prescribed_at(self, share: float) -> Prescribed:
+        """Return inputs and base at a share of the first step: rows of inputs are linear in between."""
+        run, equations = self.run, self.equations
+        ends = run.grid.start + run.grid.step * np.array([0.0, 1.0])
+        now = np.array([run.grid.start + share * run.grid.step])
+        base = self.base(now)
+        if not run.model.nu:
+            return Prescribed(None, base)
+        if not run.takes_rows:
+            return Prescribed(run.model.input_values(now, parameters=equations.p), base)
+        first, last = run.signals.rows(ends)
+        return Prescribed(((1.0 - share) * first + share * last)[np.newaxis], base)

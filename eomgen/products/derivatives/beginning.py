@@ -1,0 +1,295 @@
+"""The start of a run beside q, v and z, made linear: accelerations, multipliers, rates.
+
+Generalized-alpha starts with a = vdot + (alpha_m - alpha_f) h vddot, and h vddot = -3 f(0) + 4 f(1/2) - f(1), f(s)
+being the accelerations at q o exp(s h (v + s h/2 vdot)), v + s h vdot, t + s h. Internal states
+begin with their rates alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.compiled.constraints import accelerations
+from eomgen.compiled.initial_state import InitialState
+from eomgen.lie import product
+from eomgen.products.derivatives.equations import Equations, Partials
+from eomgen.products.derivatives.following_start import FINITE, moved_positions, moved_velocities
+from eomgen.simulation.stepping.states import Prescribed, States
+
+STAGES, WEIGHTS = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Changes of a state, one column for each direction: dq (nv, n) left-trivialised, dv (nv, n), dz (nz, n), and of
+    parameters, dp (np, n)."""
+
+    dq: Array
+    dv: Array
+    dz: Array
+    dp: Array
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A state whose accelerations the start takes: values of input blocks, partials of e there, vdot, and changes.
+
+    ``theta``: its increment from the start, which changes by ``dtheta``. ``matrix``: of accelerations and multipliers.
+    ``Aq``, ``Av``: partials of the constraints' accelerations.
+    """
+
+    values: dict[str, Array]
+    partials: Partials
+    along: Directions
+    vdot: Array
+    dvdot: Array
+    dlam: Array
+    dzdot: Array
+    theta: Array
+    dtheta: Array
+    matrix: Array
+    Aq: Array
+    Av: Array
+
+    @property
+    def row(self) -> Array:
+        """Changes of q, v, vdot, z, multipliers and parameters, one column for each direction."""
+        along = self.along
+        return np.concatenate([along.dq, along.dv, self.dvdot, along.dz, self.dlam, along.dp])
+
+
+@dataclass
+class StartDerivatives:
+    """Derivatives in parts of the start, as its equations are taken back one by one.
+
+    Attributes
+    ----------
+    q, v, vdot, a, z, zdot, lam : a is the algorithmic acceleration; of zdot and of the rates that steps carry together
+    """
+
+    q: Array
+    v: Array
+    vdot: Array
+    a: Array
+    z: Array
+    zdot: Array
+    lam: Array
+
+    @classmethod
+    def of(cls, state: Array, record: Array, nv: int, nz: int) -> StartDerivatives:
+        """Return the changes of the start of steps, ``state``, and of the row that is recorded."""
+        q, v, vdot, a, z, zdot, r = np.split(state, np.cumsum([nv, nv, nv, nv, nz, nz]))
+        of_q, of_v, of_vdot, of_z, of_lam = np.split(record, np.cumsum([nv, nv, nv, nz]))
+        return cls(q + of_q, v + of_v, vdot + a + of_vdot, a, z + of_z, zdot + r, of_lam)
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """The start of a run, made linear.
+
+    Attributes
+    ----------
+    equations : of the run
+    t, step : s
+    q, v, z : the initial state
+    prescribed_at : inputs and base at a share of the first step
+    moved_inputs : changes of inputs at times along directions of inputs
+    share : alpha_m - alpha_f; 0 if vddot is left out
+    asked : the initial state before it was moved onto the constraints
+    """
+
+    equations: Equations
+    t: float
+    step: float
+    q: Array
+    v: Array
+    z: Array
+    prescribed_at: Callable[[float], Prescribed]
+    moved_inputs: Callable[[Array], Array | None]
+    share: float
+    asked: InitialState
+
+    @property
+    def moved_far(self) -> bool:
+        """Whether the state that was asked for is another than that which steps onto the constraints lead to."""
+        q = product.difference(self.equations.model.factors, self.asked.q, self.q)
+        off = [np.max(np.abs(x), initial=0.0) for x in (q, self.asked.v - self.v, self.q, self.v)]
+        return bool(off[0] > FINITE * (1.0 + off[2]) or off[1] > FINITE * (1.0 + off[3]))
+
+    def tangents(self, along: Directions, stages: Sequence[Stage]) -> tuple[Array, Array]:
+        """Return the state of ``LinearSteps``, and the row that is recorded, along directions."""
+        dvdot, dlam, dzdot = stages[0].dvdot, stages[0].dlam, stages[0].dzdot
+        slope = np.zeros_like(dvdot)
+        for weight, stage in zip(WEIGHTS, stages, strict=False):
+            slope = slope + weight * stage.dvdot
+        da = dvdot + self.share * slope
+        state = np.concatenate([along.dq, along.dv, dvdot, da, along.dz, dzdot, dzdot])
+        return np.ascontiguousarray(state), np.concatenate([along.dq, along.dv, dvdot, along.dz, dlam])
+
+    def taken_back(self, stage: Stage, number: int, back: StartDerivatives) -> tuple[Array, Array, Array]:
+        """Take the accelerations of a stage back to their arguments.
+
+        Returns
+        -------
+        multipliers : (rows,) of e
+        tau : (nl,) of the constraints' accelerations
+        of_q : (nv,) derivatives in q of the stage
+        """
+        equations = self.equations
+        nv, nz, nl, factors = equations.nv, equations.nz, equations.nl, equations.model.factors
+        of_this, of_lam, of_zdot = self.share * WEIGHTS[number] * back.a, np.zeros(nl), np.zeros(nz)
+        if number == 0:
+            of_this, of_lam, of_zdot = of_this + back.vdot, back.lam, back.zdot
+        solved = np.linalg.solve(stage.matrix.T, np.concatenate([of_this, of_lam]))
+        multipliers = np.concatenate([solved[:nv], of_zdot, np.zeros(equations.holonomic + nl)])
+        tau = solved[nv:]
+        of_q = -(multipliers @ stage.partials.Jq[0]) - tau @ stage.Aq
+        of_v = -(multipliers @ stage.partials.Jv[0]) - tau @ stage.Av
+        s, half = STAGES[number] * self.step, 0.5 * STAGES[number] * self.step
+        of_theta = product.tangent(factors, stage.theta).T @ of_q
+        back.q = back.q + product.transport(factors, stage.theta).T @ of_q
+        back.v = back.v + of_v + s * of_theta
+        back.z = back.z - multipliers @ stage.partials.Jz[0]
+        back.vdot = back.vdot + s * of_v + s * half * of_theta
+        return multipliers, tau, of_q
+
+    def of_inputs(self, state: Array, record: Array) -> Array:
+        """Return derivatives in the inputs at the first two rows, (2, nu), of state . the state that steps begin with
+        + record . the row that is recorded: between rows inputs are linear."""
+        equations = self.equations
+        nv, nz = equations.nv, equations.nz
+        none = Directions(*(np.zeros((size, 0)) for size in (nv, nv, nz, equations.parameters)))
+        back = StartDerivatives.of(state, record, nv, nz)
+        stages = self.stages(none)
+        result = np.zeros((2, equations.model.nu))
+        for number in reversed(range(len(stages))):
+            multipliers, _, _ = self.taken_back(stages[number], number, back)
+            by_u = -(multipliers @ equations.input_partials(stages[number].values)[0][0])
+            result += np.outer([1.0 - STAGES[number], STAGES[number]], by_u)
+        return result
+
+    def stages(self, along: Directions) -> list[Stage]:
+        """Return the states whose accelerations the start takes, with their changes."""
+        nothing = np.zeros_like(self.v), np.zeros_like(along.dv)
+        stages = [self._stage(0.0, self.q, self.v, along, *nothing)]
+        vdot, dvdot = stages[0].vdot, stages[0].dvdot
+        for stage in STAGES[1:] if self.share else ():
+            s, half = stage * self.step, 0.5 * stage * self.step
+            factors = self.equations.model.factors
+            theta, dtheta = s * (self.v + half * vdot), s * (along.dv + half * dvdot)
+            dq = product.transport(factors, theta) @ along.dq + product.tangent(factors, theta) @ dtheta
+            moved = Directions(dq, along.dv + s * dvdot, along.dz, along.dp)
+            q, v = product.update(factors, self.q, theta), self.v + s * vdot
+            stages.append(self._stage(stage, q, v, moved, theta, dtheta))
+        return stages
+
+    def _stage(self, share: float, q: Array, v: Array, along: Directions, theta: Array, dtheta: Array) -> Stage:
+        """Return the accelerations at a state some share of the step ahead, with their changes."""
+        equations = self.equations
+        nv, nz, nl = equations.nv, equations.nz, equations.nl
+        zeros = np.zeros((1, nv)), np.zeros((1, nl))
+        times = np.array([self.t + share * self.step])
+        given = self.prescribed_at(share)
+        states = States(times, q[None], v[None], zeros[0], zeros[1], self.z[None])
+        values = equations.values(states, given, self.moved_inputs(times))
+        vdot, lam = self._solved(values)
+        values["a"], values["lam"] = vdot[None], lam[None]
+        partials = equations.partials(values)
+        right = partials.Jq[0] @ along.dq + partials.Jv[0] @ along.dv + partials.Jz[0] @ along.dz
+        right = right + partials.P[0] @ along.dp
+        dzdot = -right[nv : nv + nz]
+        M = partials.Ja[0][:nv]
+        if not nl:
+            dvdot = np.linalg.solve(M, -right[:nv])
+            none = np.zeros((0, right.shape[1]))
+            return Stage(values, partials, along, vdot, dvdot, none, dzdot, theta, dtheta, M, *np.zeros((2, 0, nv)))
+        B = equations.of("constraint_jacobian", values)["B"][0]
+        by_state = equations.of("acceleration_partials", values)
+        below = by_state["Aq"][0] @ along.dq + by_state["Av"][0] @ along.dv
+        below = below + equations.acceleration_parameters(values)[0] @ along.dp
+        matrix = np.block([[M, B.T], [B, np.zeros((nl, nl))]])
+        solution = np.linalg.solve(matrix, -np.concatenate([right[:nv], below]))
+        of_constraints = by_state["Aq"][0], by_state["Av"][0]
+        dvdot, dlam = solution[:nv], solution[nv:]
+        return Stage(values, partials, along, vdot, dvdot, dlam, dzdot, theta, dtheta, matrix, *of_constraints)
+
+    def _solved(self, values: dict[str, Array]) -> tuple[Array, Array]:
+        """Return vdot and the multipliers at one state."""
+        if self.equations.nl:
+            vdot, lam = accelerations(self.equations.model.functions, values)
+            return vdot[0], lam[0]
+        (residual,) = self.equations.of("residual", values).values()
+        (M,) = self.equations.of("mass", values).values()
+        return np.linalg.solve(M[0], -residual[0]), np.zeros(0)
+
+
+def on_constraints(start: Beginning, along: Directions, inverse_inertia: Array) -> Directions:
+    """Return directions whose states stay on the constraints, moved there as runs move their initial states: by the
+    nearest change in the metric of M, and by the steps from the state that was asked for; behind dp the changes of
+    W = 1/M_ii, by which multipliers move positions.
+
+    Parameters
+    ----------
+    inverse_inertia : (nv,) W; empty if there is none
+    """
+    equations = start.equations
+    nv, nz, nh = equations.nv, equations.nz, equations.holonomic
+    states = States(
+        np.array([start.t]),
+        start.q[None],
+        start.v[None],
+        np.zeros((1, nv)),
+        np.zeros((1, equations.nl)),
+        start.z[None],
+    )
+    given = start.prescribed_at(0.0)
+    values = equations.values(states, given)
+    partials = equations.partials(values)
+    M = partials.Ja[0][:nv]
+    by_q, by_v, by_p = partials.Jq[0][nv + nz :], partials.Jv[0][nv + nz :], partials.P[0][nv + nz :]
+    dq, dv, far = along.dq, along.dv, start.moved_far
+    if nh:
+        if far:
+            dq = moved_positions(equations, start.asked, states.t, given, dq, along.dp)
+        dq = dq - _nearest(M, by_q[:nh], by_q[:nh] @ dq + by_p[:nh] @ along.dp)
+    if far:
+        behind = InitialState(start.q, start.asked.v, start.z)
+        dv = moved_velocities(equations, behind, states.t, given, dq, dv, along.dp)
+    rates = by_q[nh:] @ dq + by_v[nh:] @ dv + by_p[nh:] @ along.dp
+    dv = dv - _nearest(M, by_v[nh:], rates)
+    if not inverse_inertia.size:
+        return Directions(dq, dv, along.dz, along.dp)
+    by_q, by_p = inertia_partials(start)
+    diagonal = by_q @ dq + by_p @ along.dp  # change of M_ii
+    dW = -(inverse_inertia**2)[:, np.newaxis] * diagonal
+    return Directions(dq, dv, along.dz, np.concatenate([along.dp, dW]))
+
+
+def inertia_partials(start: Beginning) -> tuple[Array, Array]:
+    """Return the partials of the diagonal of M at the start in q, (nv, nv), and in the parameters, (nv, parameters)."""
+    equations, nv = start.equations, start.equations.nv
+    unit = np.arange(nv)
+    many = States(
+        np.full(nv + 1, start.t),
+        np.repeat(start.q[None], nv + 1, axis=0),
+        np.zeros((nv + 1, nv)),
+        np.concatenate([np.zeros((1, nv)), np.eye(nv)]),
+        np.zeros((nv + 1, equations.nl)),
+        np.repeat(start.z[None], nv + 1, axis=0),
+    )
+    given = start.prescribed_at(0.0)
+    repeated = Prescribed(*(None if array is None else np.repeat(array, nv + 1, axis=0) for array in given))
+    moving = equations.partials(equations.values(many, repeated))
+    by_q, by_p = ((array[1:] - array[:1])[unit, unit] for array in (moving.Jq, moving.P))
+    return by_q, by_p
+
+
+def _nearest(M: Array, B: Array, off: Array) -> Array:
+    """Return the least x in the metric of M with B x = off."""
+    by_row = np.linalg.solve(M, B.T)
+    result: Array = by_row @ np.linalg.solve(B @ by_row, off)
+    return result

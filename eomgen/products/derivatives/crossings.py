@@ -1,0 +1,219 @@
+"""Runs that pass a jump of the forces at a moment of their own: derivatives of steps lack the moment's motion.
+
+A formula may jump where a coordinate passes a value, or with the sign of a velocity. Between two rows on different
+sides of such a branch the place of the jump is found by bisection; if the equations differ just before
+and just behind it, and a direction of derivatives moves the argument there, derivatives of the run lack the part of the
+jump.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.formula.discontinuities import applications
+from eomgen.formula.evaluate import comparisons, symbols
+from eomgen.formula.nodes import Formula
+from eomgen.lie import product
+from eomgen.products.derivatives.linear_run import LinearRun
+
+if TYPE_CHECKING:
+    from eomgen.system.branches import Branches
+
+#: Halvings of a step, and the distance from its middle, relative to the step, of the two compared states: curves take
+#: arguments within rounding of a jump for the jump. A state that rests on a branch is moved by as much.
+_HALVINGS, _ASIDE = 60, 1e-9
+#: Parts of forces, and of the largest one, above which two sides of a branch are not the same.
+_JUMP, _ROUNDING = 1e-6, 1e-12
+#: Jumps that are looked at, the earliest ones.
+_MOST = 64
+#: Increment of differences of arguments, and parts of a step by which a moment has to move to count.
+_APART, _MOVED = 1e-6, 1e-5
+#: Symbols of formulas that do not move with the motion.
+_GIVEN = frozenset({"time", "parameter", "number", "place"})
+
+
+class CrossedJump(UsageError):
+    """The run passes a jump of the forces at a moment that moves."""
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A branch whose sides are taken one after the other.
+
+    Attributes
+    ----------
+    row : of the run, the one before
+    branch : its number
+    before, after : input blocks of both rows, (size,) each
+    change : of the argument between both
+    """
+
+    row: int
+    branch: int
+    before: Mapping[str, Array]
+    after: Mapping[str, Array]
+    change: float
+
+
+def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
+    """Raise CrossedJump if a run passes a jump of the forces at a moment that directions move.
+
+    Parameters
+    ----------
+    names : of the directions
+    """
+    model = run.run.model
+    if model.branches is None or not any(map(_decided_by_motion, model.description.formulas)):
+        return
+    branches = model.branches()
+    if not branches.branches:
+        return
+    jumps = [one for one in _crossings(run, branches) if _jumps(branches, one)]
+    for one, shifts in zip(jumps, _shifts(run, branches, jumps), strict=True):
+        if shifts.max(initial=0.0) > _MOVED:
+            t, moved = float(one.after["t"][0]), names[int(np.argmax(shifts))]
+            by = branches.branches[one.branch].description
+            fault = f"forces jump near t = {t:.6g} s by {by}, at a moment that {moved} moves"
+            if one.change == 0.0:
+                fault = f"the run stays where forces jump by {by}, near t = {t:.6g} s, and {moved} moves it off"
+            fault += ", which is in no derivative of the steps"
+            hint = "a smooth law in its place, tanh(x/0.01) for sign(x), or a run that does not come there"
+            raise CrossedJump(Problem("sensitivities", fault, hint))
+
+
+def _decided_by_motion(formula: Formula) -> bool:
+    """Return whether a formula takes another value at once when a moving argument passes a number."""
+    jumping = [one.argument for one in applications(formula) if any(order <= 0 for _, order in one.curve.kinks())]
+    decided = [*comparisons(formula), *jumping]
+    return any(symbol.kind not in _GIVEN for one in decided for symbol in symbols(one))
+
+
+def _crossings(run: LinearRun[Any], branches: Branches) -> list[Crossing]:
+    """Return the rows at which sides of branches change to the next, or rest on one; the earliest ones."""
+    result: list[Crossing] = []
+    moving = [{one.block for one in branch.symbols} - {"t", "p"} for branch in branches.branches]
+    for part in run.motion.forwards():
+        _, blocks = run.values(part)
+        values = _of_tape(blocks)
+        arguments = branches.arguments(values)
+        sides = branches.sides(arguments)
+        changed = sides[1:] != sides[:-1]
+        changed |= (arguments[1:] == 0.0) & (arguments[:-1] == 0.0)
+        if part.first == 0:
+            changed[0] &= (arguments[0] != 0.0) | (arguments[1] == 0.0)  # a start on a branch, which it leaves
+        for k, branch in np.argwhere(changed).tolist():
+            if moving[branch]:
+                change = float(arguments[k + 1, branch] - arguments[k, branch])
+                result.append(Crossing(part.first + k, branch, _row(values, k), _row(values, k + 1), change))
+        if len(result) > _MOST:
+            break
+    return result[:_MOST]
+
+
+def _jumps(branches: Branches, one: Crossing) -> bool:
+    """Return whether the equations are not the same on both sides of a branch."""
+    if one.change == 0.0:
+        pair = [_aside(one.before, sign) for sign in (-1.0, 1.0)]
+    else:
+        low, high = 0.0, 1.0
+        side = branches.sides(branches.arguments(one.before))[0, one.branch]
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            there = branches.sides(branches.arguments(_between(one, middle)))[0, one.branch]
+            low, high = (middle, high) if there == side else (low, middle)
+        pair = [_between(one, max(low - _ASIDE, 0.0)), _between(one, min(high + _ASIDE, 1.0))]
+    first, last = (branches.equations(values)[0] for values in pair)
+    still = {name: 0.0 * array if name in ("a", "lam") else array for name, array in pair[0].items()}
+    forces = np.abs(branches.equations(still)[0])
+    return bool(np.any(np.abs(last - first) > _JUMP * forces + _ROUNDING * forces.max(initial=0.0)))
+
+
+def _shifts(run: LinearRun[Any], branches: Branches, jumps: Sequence[Crossing]) -> Iterator[Array]:
+    """Yield by how many steps each direction, as large as it is itself, moves the moment of each jump."""
+    if not jumps:
+        return
+    tangents = _tangents_at(run, {row for one in jumps for row in (one.row, one.row + 1)})
+    p, chosen = run.equations.p, list(run.columns["p"])
+    sizes = np.ones(run.size)
+    sizes[: len(chosen)] = np.where(p[chosen] != 0.0, np.abs(p[chosen]), 1.0)
+    for one in jumps:
+        rates = np.zeros(run.size)
+        for row, values in ((one.row, one.before), (one.row + 1, one.after)):
+            for number in range(run.size):
+                step = _APART / max(1.0, float(np.max(np.abs(tangents[row][:, number]), initial=0.0)))
+                pair = [
+                    branches.arguments(_along(run, values, tangents[row][:, number], number, sign * step))
+                    for sign in (-1.0, 1.0)
+                ]
+                rate = abs(float(pair[1][0, one.branch] - pair[0][0, one.branch])) / (2.0 * step)
+                rates[number] = max(rates[number], rate)
+        yield rates * sizes / max(abs(one.change), np.finfo(float).tiny)
+
+
+def _tangents_at(run: LinearRun[Any], rows: set[int]) -> dict[int, Array]:
+    """Return tangents (record, directions) at rows of a run."""
+    state, result = run.state.copy(), {0: run.record}
+    for part in map(run.of_part, run.motion.forwards()):
+        record = run.tangents(part, run.along.dp, state)
+        result |= {row: record[row - part.first - 1] for row in rows if 0 < row - part.first <= len(record)}
+        if all(row in result for row in rows):
+            break
+    return result
+
+
+def _along(
+    run: LinearRun[Any], values: Mapping[str, Array], tangent: Array, direction: int, step: float
+) -> dict[str, Array]:
+    """Return input blocks of a row, moved along a direction."""
+    equations = run.equations
+    model, nv, nz = equations.model, equations.nv, equations.nz
+    dq, dv, da, dz, dlam = np.split(step * tangent, np.cumsum([nv, nv, nv, nz]))
+    moved = {"q": product.update(model.factors, values["q"], dq)}
+    if len(moved["q"]) < len(values["q"]):  # references of angles behind the factors
+        moved["q"] = np.concatenate([moved["q"], values["q"][len(moved["q"]) :]])
+    for name, change in {"v": dv, "a": da, "z": dz, "lam": dlam}.items():
+        moved[name] = values[name] + change
+    dp = step * run.along.dp[: equations.parameters, direction]
+    p, count = equations.p.copy(), len(equations.chosen)
+    p[equations.chosen] += dp[:count]
+    moved["p"] = p
+    if "u" in values:
+        u, followed = values["u"].copy(), model.input_values(float(values["t"][0]), parameters=p)
+        own = [item.name not in run.run.signals.given for item in model.description.inputs]
+        u[own] = np.asarray(followed)[own]
+        if equations.driven:
+            u += values["du"] @ dp[count:]
+        moved["u"] = u
+    return {**values, **moved}
+
+
+def _of_tape(blocks: Mapping[str, Array]) -> dict[str, Array]:
+    """Return input blocks with times as blocks of size 1."""
+    return {name: array[:, np.newaxis] if name == "t" else array for name, array in blocks.items()}
+
+
+def _row(values: Mapping[str, Array], row: int) -> dict[str, Array]:
+    return {name: array if name == "p" else array[row] for name, array in values.items()}
+
+
+def _between(one: Crossing, share: float) -> dict[str, Array]:
+    """Return input blocks on the line between both rows."""
+    ends = ((name, array, one.after[name]) for name, array in one.before.items())
+    return {name: array if name == "p" else array + share * (other - array) for name, array, other in ends}
+
+
+def _aside(values: Mapping[str, Array], sign: float) -> dict[str, Array]:
+    """Return input blocks a little beside a state, one way or the other."""
+    draws = np.random.default_rng(0)
+    moved = {
+        name: array + sign * _ASIDE * (1.0 + np.abs(array)) * draws.standard_normal(array.shape)
+        for name, array in values.items()
+        if name in ("q", "v", "z")
+    }
+    return {**values, **moved}

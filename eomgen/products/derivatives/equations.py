@@ -1,0 +1,385 @@
+"""Equations of a step and outputs with their partials at rows of a run, evaluated in batches by compiled terms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.compiled.functions import Functions
+from eomgen.compiled.model import CompiledModel
+from eomgen.simulation.stepping.states import Prescribed, States
+from eomgen.system.second_blocks import second_blocks
+
+#: Terms of which partials are made, as far as a scene has them.
+_TERMS = (
+    *("mass", "residual", "partials", "internal_rate", "internal_partials", "constraint_jacobian"),
+    *(
+        "constraint",
+        "constraint_velocity",
+        "constraint_bias",
+        "velocity_partials",
+        "acceleration_partials",
+        "outputs",
+        "output_partials",
+    ),
+    *("parameter_partials", "output_parameter_partials"),
+)
+
+#: Terms of steps without constraints in complex numbers.
+_IN_COMPLEX = (
+    *("residual", "partials", "internal_rate", "internal_partials", "output_partials"),
+    *("parameter_partials", "output_parameter_partials", "second_partials"),
+)
+
+
+@dataclass(frozen=True)
+class Partials:
+    """Partials of the equations e at rows, (n, rows, ...): in q (left-trivialised), v, vdot, z, multipliers and
+    parameters."""
+
+    Jq: Array
+    Jv: Array
+    Ja: Array
+    Jz: Array
+    Jlam: Array
+    P: Array
+
+
+class Equations:
+    """The equations of a step.
+
+    Parameters
+    ----------
+    p : (np,) of the run
+    chosen : columns of the parameters that derivatives are taken by
+    outputs : rows of the outputs that derivatives are taken of
+    holonomic : rows of constraints on positions
+    driven : directions of inputs, which are further parameters behind the chosen ones: their change of inputs
+        differs from row to row, the block ``du`` of values, (n, nu, driven)
+    """
+
+    #: Of its partials.
+    dtype: Any = np.float64
+
+    def __init__(
+        self,
+        model: CompiledModel,
+        p: Array,
+        chosen: Sequence[int],
+        outputs: Sequence[int],
+        holonomic: int,
+        driven: int = 0,
+    ) -> None:
+        self.model, self.p = model.having(_TERMS), p
+        self.chosen, self.outputs, self.holonomic = list(chosen), list(outputs), holonomic
+        self.nv, self.nz, self.nl, self.driven = model.nv, model.nz, len(model.multipliers), driven
+        self.parameters = len(self.chosen) + driven
+        places = second_blocks(
+            nv=self.nv,
+            nz=self.nz,
+            nu=model.nu,
+            holonomic=holonomic,
+            rows=self.nl,
+            outputs=sum(int(item["size"]) for item in model.library.layout["outputs"]),
+            parameters=len(model.parameters),
+        )
+        self._weighted, self._along = places.places("weights"), places.places("direction")
+
+    def _functions(self, term: str) -> Functions:
+        """Return the evaluation of a term."""
+        if term == "second_partials":
+            return self._second.functions
+        return (self._by_inputs if term == "linearization" else self.model).functions
+
+    @cached_property
+    def _by_inputs(self) -> CompiledModel:
+        """Partials in inputs, compiled if they are asked for."""
+        return self.model.having(("linearization",))
+
+    @cached_property
+    def _second(self) -> CompiledModel:
+        """Second derivatives, compiled if they are asked for."""
+        return self.model.having(("second_partials",))
+
+    def values(self, states: States, given: Prescribed, du: Array | None = None) -> dict[str, Array]:
+        """Return input blocks at rows; ``du``: changes of inputs along directions, None: none."""
+        values = {"p": self.p, "t": states.t, "q": states.q, "v": states.v, "a": states.a, "z": states.z}
+        values["lam"] = states.multipliers
+        if given.u is not None:
+            values["u"] = given.u
+        if given.base is not None:
+            values["base"] = given.base
+        if self.driven:
+            none = np.zeros((len(states.t), self.model.nu, self.driven))
+            values["du"] = none if du is None else du
+        return values
+
+    def of(self, term: str, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the blocks of a term by name, (n, ...) each; none if the scene has no such term."""
+        functions = self._functions(term)
+        if term not in functions:
+            return {}
+        found = functions(term, values)
+        count = len(values["t"])
+        by_name = dict(zip(functions.output_names(term), found, strict=True))
+        if all(len(array) == count for array in found) and set(functions.inputs(term)) - {"p"}:
+            return by_name
+        dimensions = zip(by_name.items(), _dimensions(functions, term), strict=True)
+        return {
+            name: np.broadcast_to(array, (count, *array.shape[array.ndim - n :])) for (name, array), n in dimensions
+        }
+
+    @property
+    def driven_by(self) -> set[str]:
+        """Arguments of e besides the state and parameters: some of ``t``, ``u`` and ``base``."""
+        functions = self.model.functions
+        terms = [name for name in ("residual", "internal_rate") if name in functions]
+        return {"t", "u", "base"} & {block for name in terms for block in functions.inputs(name)}
+
+    @property
+    def outputs_accelerate(self) -> bool:
+        """Whether outputs depend on accelerations."""
+        return "a" in self.model.functions.inputs("outputs")
+
+    def residuals(self, values: Mapping[str, Array]) -> Array:
+        """Return e, (n, rows), of scenes without constraints."""
+        (r,) = self.of("residual", values).values()
+        return np.concatenate([r, -self.of("internal_rate", values)["zdot"]], axis=1) if self.nz else r
+
+    def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> Partials:
+        """Return the partials of e; partials in the parameters are 0 if they are not asked for."""
+        nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
+        of_residual = self.of("partials", values)
+        by_parameters = self.of("parameter_partials", values) if self.chosen and parameters else {}
+        P = self._parameters(by_parameters, "Rp", nv, count)
+        if not nz and not nl:
+            K, C, M = (of_residual[name] for name in "KCM")
+            none = np.zeros((count, nv, 0))
+            return Partials(K, C, M, none, none, self._with_inputs(P, values) if parameters else P)
+        rows = nv + nz + nh + nl
+        Jq, Jv, Ja = (np.zeros((count, rows, nv), self.dtype) for _ in range(3))
+        Jz, Jlam, Jp = (np.zeros((count, rows, size), self.dtype) for size in (nz, nl, len(self.chosen)))
+        Jq[:, :nv], Jv[:, :nv], Ja[:, :nv], Jp[:, :nv] = *(of_residual[name] for name in "KCM"), P
+        if nz:
+            of_rates, place = self.of("internal_partials", values), slice(nv, nv + nz)
+            Jz[:, :nv] = of_rates.get("Rz", 0.0)
+            Jq[:, place], Jv[:, place] = -of_rates.get("Fq", 0.0), -of_rates.get("Fv", 0.0)
+            Jz[:, place] = -of_rates.get("Fz", 0.0)
+            Jp[:, place] = -self._parameters(by_parameters, "Fp", nz, count)
+        if nl:
+            B = self.of("constraint_jacobian", values)["B"]
+            place, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, rows)
+            Jlam[:, :nv] = np.swapaxes(B, 1, 2)
+            Jq[:, place], Jp[:, place] = B[:, :nh], self._parameters(by_parameters, "Phip", nh, count)
+            Jq[:, rates], Jv[:, rates] = self.of("velocity_partials", values)["Z"], B
+            Jp[:, rates] = self._parameters(by_parameters, "Zp", nl, count)
+        return Partials(Jq, Jv, Ja, Jz, Jlam, self._with_inputs(Jp, values) if parameters else Jp)
+
+    def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Return partials of the outputs, (n, outputs, 3 nv + nz + nl) in q, v, vdot, z, multipliers, and (n, outputs,
+        parameters)."""
+        count, rows = len(values["t"]), len(self.outputs)
+        found = self.of("output_partials", values)
+        sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
+        Y = np.zeros((count, rows, sum(sizes.values())), self.dtype)
+        first = 0
+        for name, size in sizes.items():
+            if name in found:
+                Y[:, :, first : first + size] = self._rows(found[name])
+            first += size
+        by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
+        Yp = self._parameters({name: self._rows(array) for name, array in by_parameters.items()}, "Yp", rows, count)
+        return Y, self._with_inputs(Yp, values, of_outputs=True)
+
+    def input_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Return partials of e in the inputs, (n, rows, nu), and of the outputs, (n, outputs, nu)."""
+        inputs, count = self.model.description.inputs, len(values["t"])
+        driven = [number for number, item in enumerate(inputs) if not item.given]
+        given = [number for number, item in enumerate(inputs) if item.given]
+        of_e = np.zeros((count, self.nv + self.nz + self.holonomic + self.nl, len(inputs)), self.dtype)
+        of_outputs = np.zeros((count, len(self.outputs), len(inputs)), self.dtype)
+        linear, outputs = self.of("linearization", values), self.of("output_partials", values)
+        for columns, names in ((driven, ("B0", "Fu", "Yu")), (given, ("E0", "Fw", "Yw"))):
+            rows = (of_e[:, : self.nv], of_e[:, self.nv : self.nv + self.nz], of_outputs)
+            for target, name in zip(rows, names, strict=True):
+                found = (linear | outputs).get(name)
+                if found is not None:
+                    picked = found[:, self.outputs] if target is of_outputs else -found
+                    target[:, :, columns] = picked[:, :, : len(columns)]
+        return of_e, of_outputs
+
+    def second_partials(
+        self,
+        values: Mapping[str, Array],
+        multipliers: Array,
+        along: Array,
+        weights: Array | None = None,
+        of_accelerations: Array | None = None,
+    ) -> Array:
+        """Return changes of the gradient of weights . outputs - multipliers . e along directions.
+
+        Parameters
+        ----------
+        multipliers : (n, rows) of e
+        along : (n, 3 nv + nz + nl + parameters, directions) changes of q, v, vdot, z, multipliers and parameters
+        weights : (n, outputs)
+        of_accelerations : (n, nl), multipliers of the constraints' accelerations
+
+        Returns
+        -------
+        (n, 3 nv + nz + nl + parameters, directions)
+        """
+        functions, place = self._functions("second_partials"), self._weighted
+        count, _, directions = along.shape
+        weighted = np.zeros((count, 1, functions.sizes["weights"]), self.dtype)
+        weighted[:, 0, : place["w"].stop] = -multipliers
+        weighted[:, 0, place["zdot"]] *= -1.0  # e has minus the rates
+        if of_accelerations is not None:
+            weighted[:, 0, place["wdot"]] = -of_accelerations
+        if weights is not None:
+            weighted[:, 0, place["y"].start + np.array(self.outputs, dtype=int)] = weights
+        state, of_inputs = self._along["p"].start, self._along["u"]
+        chosen = state + np.array(self.chosen, dtype=int)
+        of_state, of_parameters, driven = np.split(along, [state, state + len(chosen)], axis=1)
+        changes = np.zeros((count, directions, functions.sizes["direction"]), self.dtype)
+        changes[:, :, :state] = np.swapaxes(of_state, 1, 2)
+        changes[:, :, chosen] = np.swapaxes(of_parameters, 1, 2)
+        if self.driven:
+            changes[:, :, of_inputs] = np.swapaxes(values["du"] @ driven, 1, 2)
+        at_rows = {name: array if name == "p" else array[:, np.newaxis] for name, array in values.items()}
+        (result,) = functions("second_partials", {**at_rows, "weights": weighted, "direction": changes})
+        result = np.swapaxes(np.broadcast_to(result, changes.shape), 1, 2)
+        kept = np.ascontiguousarray(result[:, [*range(state), *chosen]])
+        if not self.driven:
+            return kept
+        return np.concatenate([kept, np.swapaxes(values["du"], 1, 2) @ result[:, of_inputs]], axis=1)
+
+    @property
+    def second_functions(self) -> Functions:
+        """Evaluates ``second_partials``."""
+        return self._functions("second_partials")
+
+    def along_directions(self, dp: Array, values: Mapping[str, Array]) -> Array:
+        """Return changes after z along directions (parameters, n), as ``second_partials`` takes them, (1, size, n),
+        or (rows, size, n) if inputs move."""
+        first = self._along["lam"].start
+        result = np.zeros((len(values["t"]) if self.driven else 1, self._along["u"].stop - first, dp.shape[1]))
+        of_parameters, driven = np.split(dp, [len(self.chosen)])
+        result[:, self._along["p"].start - first + np.array(self.chosen, dtype=int)] = of_parameters
+        if self.driven:
+            self.of_inputs(result)[:] = values["du"] @ driven
+        return result
+
+    def of_directions(self, rest: Array, values: Mapping[str, Array]) -> Array:
+        """Return derivatives in the parameters from the part of ``second_partials`` after z, (n, size, ...)."""
+        first = self._along["lam"].start
+        chosen = self._along["p"].start - first + np.array(self.chosen, dtype=int)
+        if not self.driven:
+            return rest[:, chosen]
+        driven = np.swapaxes(values["du"], 1, 2) @ self.of_inputs(rest)
+        return np.concatenate([rest[:, chosen], driven], axis=1)
+
+    def of_inputs(self, rest: Array) -> Array:
+        """Return derivatives in the inputs from the part of ``second_partials`` after z, (n, size, ...)."""
+        first, of_inputs = self._along["lam"].start, self._along["u"]
+        return rest[:, of_inputs.start - first : of_inputs.stop - first]
+
+    def second_reactions(
+        self, values: Mapping[str, Array], eta: Array, weights: Array, along: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return changes of the gradient of weights . B^T eta, holonomic rows alone, in q, eta and the parameters.
+
+        Parameters
+        ----------
+        eta : (n, holonomic)
+        weights : (n, nv)
+        along : (n, nv + holonomic + parameters, directions), of q, eta and parameters
+
+        Returns
+        -------
+        (n, nv, directions), (n, holonomic, directions), (n, parameters, directions)
+        """
+        nv, nh, first = self.nv, self.holonomic, 3 * self.nv + self.nz
+        still = {**values, "v": np.zeros_like(values["v"]), "a": np.zeros_like(values["a"])}
+        lam = np.zeros_like(values["lam"])
+        multipliers = np.zeros((len(eta), nv + self.nz + nh + self.nl))
+        multipliers[:, :nv] = -weights
+        d = np.zeros((len(eta), first + self.nl + self.parameters, along.shape[2]))
+        d[:, :nv], d[:, first + self.nl :] = along[:, :nv], along[:, nv + nh :]
+        without = self.second_partials({**still, "lam": lam.copy()}, multipliers, d)
+        lam[:, :nh], d[:, first : first + nh] = eta, along[:, nv : nv + nh]
+        whole = self.second_partials({**still, "lam": lam}, multipliers, d)
+        change = whole - without
+        return change[:, :nv], whole[:, first : first + nh], change[:, first + self.nl :]
+
+    def acceleration_parameters(self, values: Mapping[str, Array]) -> Array:
+        """Return the partials of the constraints' accelerations in the parameters, (n, rows, parameters)."""
+        count = len(values["t"])
+        result = self._parameters(self.of("parameter_partials", values), "Ap", self.nl, count)
+        return np.concatenate([result, np.zeros((count, self.nl, self.driven))], axis=2)
+
+    def reaction_partials(self, values: Mapping[str, Array], eta: Array) -> tuple[Array, Array]:
+        """Return partials of B^T eta, holonomic rows alone, in q, (n, nv, nv), and in the parameters, (n, nv,
+        parameters)."""
+        still = {**values, "v": np.zeros_like(values["v"]), "a": np.zeros_like(values["a"])}
+        lam = np.zeros_like(values["lam"])
+        without = {**still, "lam": lam.copy()}
+        lam[:, : self.holonomic] = eta
+        pair = [self.partials({**blocks}) for blocks in ({**still, "lam": lam}, without)]
+        return pair[0].Jq[:, : self.nv] - pair[1].Jq[:, : self.nv], pair[0].P[:, : self.nv] - pair[1].P[:, : self.nv]
+
+    def output_values(self, values: Mapping[str, Array]) -> Array:
+        """Return the outputs, (n, outputs)."""
+        return self.of("outputs", values)["y"][:, self.outputs]
+
+    def _with_inputs(self, by_parameters: Array, values: Mapping[str, Array], *, of_outputs: bool = False) -> Array:
+        """Return partials with those along the directions of inputs behind them."""
+        if not self.driven:
+            return by_parameters
+        return np.concatenate([by_parameters, self.input_partials(values)[int(of_outputs)] @ values["du"]], axis=2)
+
+    def _rows(self, of_outputs: Array) -> Array:
+        """Return the rows of the chosen outputs, (n, outputs, ...)."""
+        return of_outputs if self.outputs == list(range(of_outputs.shape[1])) else of_outputs[:, self.outputs]
+
+    def _parameters(self, found: Mapping[str, Array], name: str, rows: int, count: int) -> Array:
+        if name not in found:
+            return np.zeros((count, rows, len(self.chosen)))
+        whole = self.chosen == list(range(found[name].shape[2]))
+        return found[name] if whole else found[name][:, :, self.chosen]
+
+
+class MovedEquations(Equations):
+    """Equations in complex numbers, whose parameters are moved by an imaginary increment.
+
+    Parameters
+    ----------
+    equations : in real numbers
+    p : (np,) complex
+    """
+
+    dtype = np.complex128
+
+    def __init__(self, equations: Equations, p: Array) -> None:
+        vars(self).update(vars(equations))
+        self.p = p
+
+    @property
+    def functions(self) -> Functions:
+        """The functions in complex numbers."""
+        return self.model.in_complex((*_IN_COMPLEX, *(("linearization",) if self.driven else ())))
+
+    def _functions(self, term: str) -> Functions:
+        return self.functions
+
+
+def _dimensions(functions: Functions, term: str) -> list[int]:
+    """Return the number of axes of each output of a term."""
+    layouts = functions.library.layout["functions"]
+    outputs = next(item["outputs"] for item in layouts if item["name"] == term)
+    return [len(item["shape"]) for item in outputs]

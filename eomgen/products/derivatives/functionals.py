@@ -1,0 +1,108 @@
+"""Functionals of a run: sums over its rows to one number, linear in the outputs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.compiled.arguments import check_name, numbers
+from eomgen.errors import Problem, UsageError
+
+#: A text like ``final(tip)``, or weights of each row by output.
+Functional = str | Mapping[str, ArrayLike]
+KINDS = ("final", "integral", "mean", "sum")
+_CALL = re.compile(r"\s*(\w+)\s*\(\s*(.+?)\s*\)\s*")
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the rows of a run.
+
+    Attributes
+    ----------
+    outputs : weights of the chosen outputs' components, (outputs,)
+    kind : of ``KINDS``; ``given``: ``table`` (rows, outputs) says all
+    """
+
+    outputs: Array
+    kind: str
+    table: Array | None = None
+
+    def of_rows(self, first: int, count: int, steps: int, step: float) -> Array:
+        """Return the weights of rows, (count, outputs), of a run of so many steps of a size, s."""
+        if self.table is not None:
+            return self.table[first : first + count]
+        number = np.arange(first, first + count)
+        last, ends = number == steps, (number == 0) | (number == steps)
+        trapezoid = np.where(ends, 0.5, 1.0)
+        of_row = {
+            "final": np.where(last, 1.0, 0.0),
+            "integral": step * trapezoid,
+            "mean": trapezoid / steps,
+            "sum": np.ones(count),
+        }[self.kind]
+        return of_row[:, np.newaxis] * self.outputs
+
+
+def read_functional(given: object, components: Mapping[str, Sequence[int]], size: int, rows: int) -> Weights:
+    """Return the weights of a functional.
+
+    Parameters
+    ----------
+    components : places of each output's components among the chosen ones
+    size : number of these
+    rows : of the run
+
+    Raises
+    ------
+    UsageError
+    """
+    if isinstance(given, str):
+        return _from_text(given, components, size)
+    if not isinstance(given, Mapping) or not given:
+        fault = f"a functional is a text or weights by output, not {type(given).__name__}"
+        raise UsageError(Problem("of", fault, f'"final({next(iter(components), "output")})"'))
+    table = np.zeros((rows, size))
+    for name, weights in given.items():
+        places = _places(str(name), components)
+        array = numbers(f"weights of {name}", weights)
+        shape = (rows,) if len(places) == 1 else (rows, len(places))
+        if array.shape != shape or not np.all(np.isfinite(array)):
+            fault = f"weights of {name} have the shape {array.shape}" if array.shape != shape else f"{name} has nan"
+            raise UsageError(Problem("of", fault, f"finite numbers, {shape}: one for each row of the run"))
+        table[:, places] += array.reshape(rows, len(places))
+    return Weights(np.ones(size), "given", table)
+
+
+def _from_text(text: str, components: Mapping[str, Sequence[int]], size: int) -> Weights:
+    match = _CALL.fullmatch(text)
+    hint = f'"final({next(iter(components), "output")})"; or integral, mean, sum; or weights {{output: array}}'
+    if match is None or match[1] not in KINDS:
+        raise UsageError(Problem("of", f"the functional {text!r} is none of a run", hint))
+    places = _places(match[2], components)
+    if len(places) > 1:
+        fault = f"the output {match[2]} has {len(places)} components, and a functional is one number"
+        raise UsageError(Problem("of", fault, f'"{match[1]}({match[2]}[0])"'))
+    weights = np.zeros(size)
+    weights[places] = 1.0
+    return Weights(weights, match[1])
+
+
+def _places(name: str, components: Mapping[str, Sequence[int]]) -> list[int]:
+    """Return the places of an output, or of one of its components, ``tip[1]``."""
+    match = re.fullmatch(r"(.+)\[(\d+)\]", name)
+    if match is not None and match[1] in components and int(match[2]) < len(components[match[1]]):
+        return [components[match[1]][int(match[2])]]
+    check_name("output", name, list(components))
+    return list(components[name])
+
+
+def component(tables: Mapping[str, Array], label: str) -> Array:
+    """Return the table of an output, or of one of its components, ``tip[0]``: (rows, ...) of (rows, size, ...)."""
+    name, bracket, rest = label.partition("[")
+    return tables[name][:, int(rest.rstrip("]"))] if bracket else tables[name]

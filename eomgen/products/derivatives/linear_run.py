@@ -1,0 +1,223 @@
+"""A run made linear part by part: states and inputs at its rows, and derivatives of functionals by rows.
+
+The linear form of a step belongs to its method: ``alpha_run``, ``galerkin_run``.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.compiled.initial_state import InitialState
+from eomgen.products.derivatives.beginning import Directions
+from eomgen.products.derivatives.equations import Equations
+from eomgen.products.derivatives.following_start import Rest, at_rest
+from eomgen.products.derivatives.functionals import Weights
+from eomgen.products.derivatives.motion import Motion, Part
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.states import Prescribed, States, states_of
+
+
+@dataclass(frozen=True)
+class LinearPart:
+    """A part of a run made linear.
+
+    Attributes
+    ----------
+    first : number of its first row in the run
+    states : (rows, ...) each
+    blocks : input blocks at all rows
+    """
+
+    first: int
+    states: States
+    blocks: dict[str, Array]
+
+    @property
+    def times(self) -> Array:
+        """Times of the ends of the steps, (rows - 1,), s."""
+        return self.states.t[1:]
+
+
+@dataclass(frozen=True)
+class Start:
+    """Dependences of the initial state of a run.
+
+    Attributes
+    ----------
+    asked : the state before it was moved onto the constraints
+    at_rest : whether it is static equilibrium
+    slopes : changes of q (left-trivialised) and v by the parameters, (nv, parameters) each, of the requested state; at
+        rest of v alone; None if parameters do not move it
+    """
+
+    asked: InitialState
+    at_rest: bool = False
+    slopes: tuple[Array, Array] | None = None
+
+
+@dataclass(frozen=True)
+class By:
+    """Variables of derivatives: columns of p, q, v and z, and samples of inputs, (column, row) each; row -1: the
+    values at all rows together."""
+
+    columns: Mapping[str, Sequence[int]]
+    samples: Sequence[tuple[int, int]] = ()
+
+
+#: Part of a step by which a time may miss a row.
+_ROUNDED = 1e-6
+Made = TypeVar("Made", bound=LinearPart)
+
+
+class LinearRun(ABC, Generic[Made]):
+    """A run with its linear steps.
+
+    Attributes
+    ----------
+    columns : variables among p, q, v and z, in this order
+    samples : variables behind these: inputs (column, row), row -1: their values at all rows together
+    asked : the directions, with the change of the requested state by parameters
+    follows : whether there is such a change
+    rest : static equilibrium, if directions move it
+    along : their change of the start
+    state, record : changes of the start of steps along them, and of the first row: dq, dv, dvdot, dz, dlam
+    """
+
+    along: Directions
+    state: Array
+    record: Array
+    follows: bool
+
+    def __init__(self, motion: Motion, start: Start, by: By, rows: Sequence[int]) -> None:
+        self.motion, self.columns, self.samples, self.start = motion, by.columns, by.samples, start
+        self.run: Run = motion.run
+        model = self.run.model
+        holonomic = int(model.library.layout["sizes"]["holonomic"])
+        self.equations = Equations(model, self.run.parameters, by.columns["p"], rows, holonomic, len(by.samples))
+        self.rest: Rest | None = None
+        self.asked = self._directions()
+
+    @property
+    def size(self) -> int:
+        """Number of directions."""
+        return sum(map(len, self.columns.values())) + len(self.samples)
+
+    @abstractmethod
+    def of_part(self, part: Part) -> Made:
+        """Make a part of the run linear."""
+
+    @abstractmethod
+    def tangents(self, part: Made, dp: Array, state: Array) -> Array:
+        """Take tangents through the steps of a part: ``state`` (size, directions) becomes the tangent of their end.
+
+        Parameters
+        ----------
+        dp : (parameters, directions)
+
+        Returns
+        -------
+        (steps, record, directions) : rows at the ends of the steps
+        """
+
+    @abstractmethod
+    def take_back(self, part: Made, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array] | None:
+        """Take adjoints back through the steps of a part: ``state`` becomes the adjoint of their start, ``gradient``
+        (parameters, functionals) is added to.
+
+        Parameters
+        ----------
+        direct : (steps, record, functionals), derivatives of functionals by the ends of the steps
+
+        Returns
+        -------
+        multipliers and ends of the steps, of methods with second derivatives
+        """
+
+    def products(self, matrices: Array, columns: Array) -> Array:
+        """Return products of (n, rows, size) and (n, size, directions)."""
+        result: Array = matrices @ columns
+        return result
+
+    def values(self, part: Part) -> tuple[Array, dict[str, Array]]:
+        """Return times and input blocks of the rows of a part."""
+        states, given = self.states(part)
+        return states.t, self.blocks(states, given)
+
+    def blocks(self, states: States, given: Prescribed) -> dict[str, Array]:
+        """Return input blocks at states, with the changes there along directions of inputs."""
+        return self.equations.values(states, given, self.moved_inputs(states.t))
+
+    def moved_inputs(self, times: Array) -> Array | None:
+        """Return the changes of inputs along directions at times (n,), (n, nu, samples), linear between rows; None
+        if there are none."""
+        if not self.samples:
+            return None
+        position = (times - self.run.grid.start) / self.run.grid.step
+        near = np.rint(position)
+        position = np.where(np.abs(position - near) < _ROUNDED, near, position)
+        result = np.zeros((len(times), self.run.model.nu, len(self.samples)))
+        for number, (column, row) in enumerate(self.samples):
+            result[:, column, number] = 1.0 if row < 0 else np.maximum(0.0, 1.0 - np.abs(position - row))
+        return result
+
+    def row_weights(self, part: LinearPart, weights: Sequence[Weights]) -> Array:
+        """Return the weights of outputs at the rows of a part, (rows, outputs, functionals)."""
+        count, steps, step = len(part.states.t), self.motion.steps, self.run.grid.step
+        return np.stack([one.of_rows(part.first, count, steps, step) for one in weights], axis=2)
+
+    def of_rows(self, part: LinearPart, of_outputs: Array, by: Array) -> Array:
+        """Return the derivatives of functionals by each row, (rows, record, functionals), and add to the derivatives in
+        parameters; rows that parts share count in the first part alone."""
+        Y, Yp = self.equations.output_partials(part.blocks)
+        own = of_outputs[0 if part.first == 0 else 1 :]
+        by[: Yp.shape[2]] += np.einsum("nop,nof->pf", Yp[-len(own) :], own)
+        result: Array = np.swapaxes(Y, 1, 2) @ of_outputs
+        return result
+
+    def _directions(self) -> Directions:
+        """Return the directions at the start."""
+        equations, columns, run, start = self.equations, self.columns, self.run, self.start
+        sizes = {"q": equations.nv, "v": equations.nv, "z": equations.nz}
+        count, driven = len(columns["p"]), self.size - len(self.samples)
+        offsets = np.cumsum([0, *(len(columns[name]) for name in "pqvz")])
+        changes = {}
+        for offset, name in zip(offsets[1:], sizes, strict=False):
+            changes[name] = np.zeros((sizes[name], self.size))
+            changes[name][list(columns[name]), offset + np.arange(len(columns[name]))] = 1.0
+        if count and start.slopes is not None:
+            changes["q"][:, :count], changes["v"][:, :count] = start.slopes
+        followed = [*range(count), *range(driven, self.size)]
+        if followed and start.at_rest:
+            t = np.array([run.grid.start])
+            self.rest = at_rest(equations, start.asked, t, self.prescribed(t), self.moved_inputs(t))
+            dq, dz, _ = np.split(self.rest.slopes, np.cumsum([equations.nv, equations.nz]))
+            changes["q"][:, followed], changes["z"][:, followed] = dq, dz
+        self.follows = any(np.any(change[:, followed]) for change in changes.values())
+        dp = np.zeros((equations.parameters, self.size))
+        dp[np.arange(equations.parameters), followed] = 1.0
+        return Directions(changes["q"], changes["v"], changes["z"], dp)
+
+    def prescribed(self, times: Array) -> Prescribed:
+        """Return inputs and base at times (n,)."""
+        model, u = self.run.model, None
+        if model.nu and self.run.takes_rows:
+            u = self.run.signals.rows(times)
+        elif model.nu:
+            u = model.input_values(times, parameters=self.equations.p)
+        return Prescribed(u, self.base(times))
+
+    def states(self, part: Part) -> tuple[States, Prescribed]:
+        """Return the states at the rows of a part, and the prescribed values there."""
+        states = states_of(part.rows, self.run.model)
+        return states, self.prescribed(states.t)
+
+    def base(self, t: Array) -> Array | None:
+        """Return the state of the base at times (n,); None if it stands still."""
+        model = self.run.model
+        return model.base(t, parameters=self.equations.p) if model.evaluator.moving_base else None

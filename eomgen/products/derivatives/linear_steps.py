@@ -1,0 +1,188 @@
+"""Linearised steps of generalized-alpha in C: tangents and adjoints through a part of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.errors import NumericalError, Problem
+from eomgen.lie.product import Factor
+from eomgen.products.derivatives.routines import routine
+
+_CDEF = """\
+typedef struct eg_steps {
+    long nv, nz, nl, nh;
+    long np;
+    long steps, directions;
+    long turns;
+    const long *turn;
+    const double *coefficients;
+    const double *Jq, *Jv, *Ja;
+    const double *Jz;
+    const double *Jlam;
+    const double *P;
+    const double *A, *T;
+    const double *G;
+    const double *N;
+    const double *Np;
+} eg_steps;
+void eomgen_step_products(long steps, long rows, long columns, long directions, const double *X, const double *D,
+    double *Y);
+long eomgen_step_room(long nv, long nz, long nl, long nh, long directions);
+long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *eta,
+    double *room, long *pivot);
+long eomgen_step_adjoints(const eg_steps *given, const double *direct, const double *sources, double *state,
+    double *gradient, double *multipliers, double *ends, double *room, long *pivot);
+"""
+
+
+@dataclass(frozen=True)
+class StepMatrices:
+    """Matrices of linearised steps, (steps, ...) each, as ``templates/c/sensitivities/generalized_alpha.c`` says.
+
+    ``rows`` of Jq to P: residual, minus rates of internal states, holonomic constraints, rates of all constraints.
+    A and T have the rotating factors' blocks one behind the other.
+    """
+
+    Jq: Array
+    Jv: Array
+    Ja: Array
+    Jz: Array
+    Jlam: Array
+    P: Array
+    A: Array
+    T: Array
+    G: Array
+    N: Array
+    Np: Array
+
+
+class LinearSteps:
+    """The compiled linearised steps of a run.
+
+    Parameters
+    ----------
+    coefficients : h, alpha_m, alpha_f, beta, gamma, and alpha_m and gamma of equations of first order
+    eta : rows of constraints with multipliers of their velocities
+    """
+
+    def __init__(
+        self,
+        sizes: Mapping[str, int],
+        factors: Sequence[Factor],
+        coefficients: Sequence[float],
+        eta: int,
+    ) -> None:
+        self._ffi, self._lib = routine(("generalized_alpha.c",), _CDEF)
+        self._nv, self._nz, self._nl, self._nh = sizes["v"], sizes["z"], sizes["lam"], eta
+        turning = [factor for factor in factors if factor.group != "R"]
+        self._turn = np.array([[factor.v_start, factor.v_size] for factor in turning], dtype=np.dtype("l")).reshape(
+            -1, 2
+        )
+        self._coefficients = np.array(coefficients, dtype=float)
+
+    @property
+    def rows(self) -> int:
+        """Equations of a step."""
+        return self._nv + self._nz + self._nh + self._nl
+
+    @property
+    def state_size(self) -> int:
+        """Rows of a state: dq, dv, dvdot, da, dz, dzdot, dr."""
+        return 4 * self._nv + 3 * self._nz
+
+    @property
+    def record_size(self) -> int:
+        """Rows of the record of a step: dq, dv, dvdot, dz, dlam."""
+        return 3 * self._nv + self._nz + self._nl
+
+    def tangents(self, matrices: StepMatrices, dp: Array, state: Array, times: Array) -> tuple[Array, Array]:
+        """Take tangents through steps: ``state`` (state_size, directions) becomes the tangent of their end.
+
+        Parameters
+        ----------
+        dp : (parameters, directions)
+        times : (steps,) of their ends, for messages
+
+        Returns
+        -------
+        record : (steps, record_size, directions)
+        eta : (steps, holonomic rows, directions)
+        """
+        steps, directions = len(matrices.Jq), state.shape[1]
+        record, eta = (np.empty((steps, size, directions)) for size in (self.record_size, self._nh))
+        given = self._given(matrices, dp.shape[0], steps, directions)
+        room, pivot = self._room(directions)
+        arrays = map(self._doubles, (np.ascontiguousarray(dp), state, record, eta))
+        self._check(self._lib.eomgen_step_tangents(given[0], *arrays, room, pivot), steps, times)
+        return record, eta
+
+    def adjoints(
+        self,
+        matrices: StepMatrices,
+        direct: Array,
+        state: Array,
+        gradient: Array,
+        times: Array,
+        sources: Array | None = None,
+    ) -> tuple[Array, Array]:
+        """Take adjoints back through steps: ``state`` becomes the adjoint of their start, and ``gradient`` (parameters,
+        directions) is added to.
+
+        Parameters
+        ----------
+        direct : (steps, record_size, directions), derivatives of functionals by each row
+        sources : (steps, 2 nv + holonomic rows, directions), added to the derivatives in q at the start of each step,
+            in its increment h D and in eta
+
+        Returns
+        -------
+        multipliers : (steps, rows, directions)
+            Of the equations of each step.
+        ends : (steps, 2 nv, directions)
+            Derivatives in q at the end of each step, and in D.
+        """
+        steps, directions = len(matrices.Jq), state.shape[1]
+        multipliers, ends = (np.empty((steps, size, directions)) for size in (self.rows, 2 * self._nv))
+        given = self._given(matrices, gradient.shape[0], steps, directions)
+        room, pivot = self._room(directions)
+        added = self._ffi.NULL if sources is None else self._doubles(np.ascontiguousarray(sources))
+        of_rows, *arrays = map(self._doubles, (np.ascontiguousarray(direct), state, gradient, multipliers, ends))
+        done = self._lib.eomgen_step_adjoints(given[0], of_rows, added, *arrays, room, pivot)
+        self._check(done, steps, times)
+        return multipliers, ends
+
+    def products(self, matrices: Array, columns: Array) -> Array:
+        """Return products of (n, rows, size) and (n, size, directions)."""
+        count, rows, size = matrices.shape
+        result = np.empty((count, rows, columns.shape[2]))
+        kept = np.ascontiguousarray(matrices), np.ascontiguousarray(columns), result
+        self._lib.eomgen_step_products(count, rows, size, columns.shape[2], *map(self._doubles, kept))
+        return result
+
+    def _given(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
+        """Return the structure of C, and the arrays it points to."""
+        kept = {name: np.ascontiguousarray(array) for name, array in vars(matrices).items()}
+        pointers = {name: self._doubles(array) for name, array in kept.items()}
+        turn = self._ffi.from_buffer("long[]", self._turn)
+        sizes = {"nv": self._nv, "nz": self._nz, "nl": self._nl, "nh": self._nh, "np": parameters}
+        numbers = {"steps": steps, "directions": directions, "turns": len(self._turn), "turn": turn}
+        coefficients = self._doubles(self._coefficients)
+        given = self._ffi.new("eg_steps *", {**sizes, **numbers, "coefficients": coefficients, **pointers})
+        return given, kept, pointers, turn, coefficients
+
+    def _room(self, directions: int) -> tuple[Any, Any]:
+        size = self._lib.eomgen_step_room(self._nv, self._nz, self._nl, self._nh, directions)
+        return self._ffi.new("double[]", size), self._ffi.new("long[]", self.rows)
+
+    def _doubles(self, array: Array) -> Any:
+        return self._ffi.from_buffer("double[]", array)
+
+    def _check(self, done: int, steps: int, times: Array) -> None:
+        if done != steps:
+            fault = f"the equations of the step to t = {times[done]:.9g} s, made linear, have no solution"
+            raise NumericalError(Problem("sensitivities", fault, "a smaller step, or constraints that do not repeat"))

@@ -1,0 +1,365 @@
+"""sensitivities: a run and its derivatives, with the options of ``simulate``."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_call
+from eomgen.base.text import shown
+from eomgen.compiled.arguments import check_name, count_of, number_of
+from eomgen.compiled.initial_state import InitialState, check_initial, initial_state
+from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.terms import Parameters
+from eomgen.errors import Problem, UsageError
+from eomgen.formula.evaluate import comparisons, symbols
+from eomgen.integrators.families.family import LinearPasses, LinearStep
+from eomgen.integrators.methods import METHOD_NAMES, Method, method_named
+from eomgen.products.derivatives.alpha_run import AlphaRun
+from eomgen.products.derivatives.crossings import check_crossings
+from eomgen.products.derivatives.galerkin_run import GalerkinMotion, GalerkinRun
+from eomgen.products.derivatives.linear_run import By, LinearRun, Start
+from eomgen.products.derivatives.motion import Motion
+from eomgen.products.derivatives.run_sensitivities import Sensitivities
+from eomgen.simulation.motions import refuse_as_inputs
+from eomgen.simulation.option_types import KNOWN_ELSEWHERE
+from eomgen.simulation.stepping.inputs import InputSignals, Signal, read_signals
+from eomgen.simulation.stepping.run import Run, scene_inputs
+from eomgen.simulation.stepping.settings import ChosenStepper, chosen_stepper, positive
+from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
+from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
+
+#: Names of samples of inputs: the values of an input at all rows together, one of them, or each of them.
+_INPUTS, _SAMPLE = "inputs.", re.compile(r"inputs\.(?P<name>[^\[]+)(?:\[(?P<row>\d+|:)\])?")
+#: What Newton's iteration leaves of steps is divided by these, where derivatives are to be better than runs.
+_TIGHT = {"rtol": 1e-13, "atol": 1e-15}
+
+
+def newton_settings(model: CompiledModel, method: str | None) -> dict[str, float]:
+    """Return settings by which Newton's iteration leaves nothing of a method's steps that counts in derivatives; none
+    for methods without it. Raises UsageError for a method that there is not."""
+    name = _named(model.library.layout["built_method"] if method is None else method)
+    return dict(_TIGHT) if isinstance(method_named(name).linear_step, LinearStep) else {}
+
+
+@checked_call(**KNOWN_ELSEWHERE, wrt="by", outputs="of")
+def sensitivities(
+    model: CompiledModel,
+    t_end: float | None = None,
+    step: float | None = None,
+    *,
+    by: Sequence[str] | None = None,
+    of: Sequence[str] | None = None,
+    method: str | None = None,
+    rho_inf: float | None = None,
+    alpha: float | None = None,
+    beta: float | None = None,
+    gamma: float | None = None,
+    initial: Mapping[str, Any] | None = None,
+    parameters: Parameters = None,
+    inputs: Mapping[str, Signal] | None = None,
+    record_every: int | None = None,
+    t_start: float = 0.0,
+    settings: Mapping[str, float] | None = None,
+) -> Sensitivities:
+    """Return derivatives of a run's outputs in parameters and the initial state, exact for its discrete steps.
+
+    The run is the one of ``simulate`` with the same options. Residuals of Newton's iteration are in the derivatives,
+    too: ``settings={"rtol": 1e-16, "atol": 1e-18}`` for derivatives to rounding.
+
+    Parameters
+    ----------
+    t_end, step : as of ``simulate``; whole steps
+    by : sequence of str
+        Tunable parameters, all of them by default; ``q.hinge``, ``v.hinge`` and internal states, ``z.filtered``,
+        of the initial state. ``q.ball[0]`` of a rotating joint turns it about its own axis x, rad. The way
+        to the initial state is in the derivatives: static equilibrium of the scene's start, steps onto constraints.
+    of : sequence of str
+        Outputs; all by default.
+    method : str
+        ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``; ``tdg1``, ``tdg1_star``, ``tdg2``,
+        ``tdg2s`` or ``tdg3``.
+    rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of ``simulate``
+
+    Returns
+    -------
+    Sensitivities
+        ``derivatives`` of outputs over time, by tangents; ``gradient`` of a number of the whole run, by adjoints,
+        and its ``hessian``.
+
+    Raises
+    ------
+    UsageError
+        Names that are none, a parameter that is fixed, a method without derivatives, a scene with events, sampled
+        states or jumps of forces within the run.
+    NumericalError
+        The run fails, or its linear equations have no solution.
+    """
+    defaults = model.library.layout["defaults"]
+    size = positive("step", defaults["step"] if step is None else step)
+    end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)
+    every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
+    p = model.evaluator.one_set(parameters, "one run for each")
+    given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": None, "tolerance": None}
+    chosen = chosen_stepper(model, None if method is None else _named(method), given, None)
+    linear_step = _linear_step(chosen.name, chosen.method, bool(model.nz))
+    if settings is not None:  # which a method without derivatives need not know
+        chosen = chosen_stepper(model, method, given, settings)
+    outputs = _outputs(model, of)
+    grid = time_grid(number_of("t_start", t_start), end, size, chosen.library.real)
+    _check(model, chosen, grid, initial)
+    if grid.whole % every:
+        divides = max(part for part in range(1, every + 1) if grid.whole % part == 0)
+        fault = f"{grid.whole} steps are no rows of {every} steps each, and the end of the run would be none of them"
+        raise UsageError(Problem("record_every", fault, f"record_every = {divides}"))
+    refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
+    from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
+    names, directions = _directions(model, by, from_caller, grid.whole)
+    parameter_names = [list(model.parameters)[column] for column in directions.columns["p"]]
+    _check_formulas(model, from_caller, parameter_names)
+    _check_switches(model, from_caller, parameter_names)
+    chosen.check_span(model, None if parameters is None else p, from_caller, grid)
+    signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, grid.start, chosen.left_to_stepper)
+    run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, every)
+    changed = bool(initial) or parameters is not None
+    at_rest = starts_at_equilibrium(None, initial is not None, str(defaults["start"]))
+    state, _, _ = start_of(run, initial, equilibrium_start=at_rest, changed=changed)
+    start = _start(model, initial, p, state, parameter_names, at_rest=at_rest)
+    rows = [place for places in outputs.values() for place in places]
+    stepper = Stepper(chosen.library, run.settings, p)
+    linear = _linear_run(run, stepper, state, linear_step, start, directions, rows)
+    check_crossings(linear, names)
+    return Sensitivities(linear, names, outputs)
+
+
+def _start(
+    model: CompiledModel,
+    initial: Mapping[str, Any] | None,
+    p: Array,
+    state: InitialState,
+    by: Sequence[str],
+    *,
+    at_rest: bool,
+) -> Start:
+    """Return what the state that a run starts from follows from; ``by``: parameters. Raises UsageError."""
+    asked = initial_state(model, initial, p, asked=not at_rest)
+    if at_rest:
+        asked = InitialState(state.q, asked.v, state.z)
+    if model.initial_at is None or not by or {"q", "v"} <= set(initial or {}) or (at_rest and not np.any(asked.v)):
+        return Start(asked, at_rest)
+    parameters = dict(zip(model.parameters, p.tolist(), strict=True))
+    slopes = getattr(model.initial_at, "slopes", lambda *_: None)(parameters, by)
+    if slopes is None:
+        fault = "the scene's initial state follows from parameters, and that is not in the derivatives"
+        raise UsageError(Problem("initial", fault, 'initial={"q": ..., "v": ...}, for a start that is held'))
+    if at_rest:
+        return Start(asked, at_rest, slopes)
+    for name, value in (initial or {}).items():
+        factor = next((factor for factor in model.factors if factor.name == name), None)
+        parts = set(value) if isinstance(value, Mapping) else {"position"}
+        for block, part, slope in (("q", "position", slopes[0]), ("v", "velocity", slopes[1])):
+            if name == block:
+                slope[:] = 0.0
+            elif factor is not None and part in parts:
+                slope[factor.v] = 0.0
+    return Start(asked, slopes=slopes)
+
+
+def _linear_run(
+    run: Run,
+    stepper: Stepper,
+    state: InitialState,
+    step: LinearStep | LinearPasses,
+    start: Start,
+    by: By,
+    rows: Sequence[int],
+) -> LinearRun[Any]:
+    """Return the run with its linear steps, which are those of the method."""
+    model = run.model
+    if isinstance(step, LinearStep):
+        of_step = 32 * (model.nv + model.nz + 2 * len(model.multipliers)) ** 2
+        return AlphaRun(Motion(run, stepper, state, of_step), step, start, by, rows)
+    points = len(step.nodes) * (1 + (step.passes - 1) * (2 if step.refined else 1))
+    width = 3 * model.nv + model.nz + len(by.columns["p"]) + len(by.samples)
+    of_step = 8 * points * (model.nv + model.nz) * width
+    return GalerkinRun(GalerkinMotion(run, stepper, state, of_step), step, start, by, rows)
+
+
+def _directions(
+    model: CompiledModel, by: Sequence[str] | None, given: Collection[str], steps: int
+) -> tuple[tuple[str, ...], By]:
+    """Return names of directions, and what they are: parameters come first, then the state, then samples of inputs;
+    ``given``: inputs that the caller gives."""
+    parameters, states = list(model.parameters), list(model.z_names)
+    rates = list(model.v_names)
+    places = [f"q{name[1:]}" for name in rates]
+    if isinstance(by, str):
+        raise UsageError(Problem("by", f"directions are a list of names, not the text {by!r}", f'by=["{by}"]'))
+    if not (by is None or isinstance(by, Iterable)):
+        fault = f"directions are a list of names, not {shown(by)}"
+        raise UsageError(Problem("by", fault, f'by=["{(parameters or places)[0]}"]'))
+    every = parameters if by is None else list(by)
+    samples = _samples(model, [name for name in every if str(name).startswith(_INPUTS)], given, steps)
+    chosen = [name for name in every if not str(name).startswith(_INPUTS)]
+    known = {"p": parameters, "q": places, "v": rates, "z": states}
+    if not every:
+        fault = "there is nothing to take derivatives by" if by is not None else "the scene has no tunable parameters"
+        hint = f'by=["{places[0]}", "{rates[0]}"], of the initial state' if by is None else 'by=["mass"]'
+        raise UsageError(Problem("by", fault, hint))
+    for name in chosen:
+        if not any(name in names for names in known.values()):
+            of_state = str(name).startswith(("q.", "v.", "z."))
+            fault = "component of the initial state" if of_state else "parameter"
+            check_name(fault, name, [*places, *rates, *states] if of_state else parameters, _fixed(model))
+    columns = {block: [names.index(name) for name in chosen if name in names] for block, names in known.items()}
+    ordered = [known[block][column] for block in "pqvz" for column in columns[block]]
+    if len(set(ordered)) < len(chosen) or len(set(samples)) < len(samples):
+        raise UsageError(Problem("by", "a name is given twice", "each of them once"))
+    return (*ordered, *(name for name, _ in samples)), By(columns, [place for _, place in samples])
+
+
+def _samples(
+    model: CompiledModel, names: Sequence[str], given: Collection[str], steps: int
+) -> list[tuple[str, tuple[int, int]]]:
+    """Return names of samples of inputs with their columns and rows. Raises UsageError."""
+    known = [item.name for item in model.description.inputs]
+    result = []
+    for name in names:
+        match = _SAMPLE.fullmatch(name)
+        if match is None or not known:
+            fault = f"{name!r} is no sample of an input" if known else "the scene has no inputs"
+            hint = ", ".join(f"inputs.{known[0]}{part}" for part in ("", "[3]", "[:]")) if known else "parameters"
+            raise UsageError(Problem("by", fault, hint))
+        check_name("input", match["name"], known)
+        column, row = known.index(match["name"]), match["row"]
+        if model.description.inputs[column].given and match["name"] not in given:
+            fault = f"the input {match['name']} follows a formula of the scene"
+            raise UsageError(Problem("by", fault, f'inputs={{"{match["name"]}": ...}}, to give values'))
+        if row is not None and row != ":" and int(row) > steps:
+            fault = f"the run has rows 0 to {steps}, and {name} is none of them"
+            raise UsageError(Problem("by", fault, f"inputs.{match['name']}[{steps}]"))
+        rows = [-1] if row is None else range(steps + 1) if row == ":" else [int(row)]
+        result += [(name if one < 0 else f"inputs.{match['name']}[{one}]", (column, one)) for one in rows]
+    return result
+
+
+def _fixed(model: CompiledModel) -> Sequence[str]:
+    return list(model.evaluator.fixed_parameters)
+
+
+def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[int]]:
+    """Return the components of the outputs that are chosen, by name, among all outputs."""
+    places: dict[str, list[int]] = {}
+    count = 0
+    for item in model.library.layout["outputs"]:
+        places[str(item["name"])] = list(range(count, count + int(item["size"])))
+        count += int(item["size"])
+    if isinstance(of, str):
+        raise UsageError(Problem("of", f"outputs are a list of names, not the text {of!r}", f'of=["{of}"]'))
+    if not (of is None or isinstance(of, Iterable)):
+        raise UsageError(Problem("of", f"outputs are a list of names, not {shown(of)}", 'of=["angle"]'))
+    for name in of or ():
+        check_name("output", name, list(places))
+    if not places:
+        fault = "the scene has no outputs, and derivatives are of outputs"
+        raise UsageError(Problem("of", fault, '[outputs.angle] formula = "q.hinge" in the scene'))
+    return places if of is None else {name: places[name] for name in of}
+
+
+def _check(
+    model: CompiledModel,
+    chosen: ChosenStepper,
+    grid: TimeGrid,
+    initial: Mapping[str, Any] | None,
+) -> None:
+    """Raise UsageError for runs without derivatives here, and say why."""
+    layout = chosen.library.layout
+    if "events" in layout["method"]:
+        fault = "the scene has events, and across them derivatives are not defined here: their times move, too"
+        raise UsageError(Problem("sensitivities", fault, "a scene without events"))
+    if layout["sampled"]:
+        fault = "the scene has sampled states, and derivatives are those of steps that end on none of their samples"
+        raise UsageError(Problem("sensitivities", fault, "a continuous controller: internal states"))
+    if layout["method"].get("jumps") and len(model.discontinuity_times(grid.start, grid.reached)):
+        first = float(model.discontinuity_times(grid.start, grid.reached)[0])
+        fault = f"forces jump at t = {first:.6g} s, where steps are cut in two; these have no derivatives here"
+        raise UsageError(Problem("sensitivities", fault, "a smooth law in its place"))
+    if not grid.whole:
+        fault = f"the run from {grid.start:.6g} s to {grid.end:.6g} s has no whole step of {grid.step:.6g} s"
+        swapped = grid.start < grid.step and grid.end > grid.start
+        hint = f"t_end = {grid.step:.6g}, step = {grid.end:.6g}: the end comes first" if swapped else "a later t_end"
+        raise UsageError(Problem("t_end", fault, hint))
+    if grid.rest:
+        fault = f"the last step is shorter than {grid.step:.6g} s, and has no derivatives here"
+        raise UsageError(Problem("t_end", fault, f"t_end = {grid.start + grid.whole * grid.step:.9g}"))
+    if chosen.library.real != "double":
+        fault = f"the model computes with {chosen.library.real}, whose rounding derivatives would be lost in"
+        raise UsageError(Problem("sensitivities", fault, 'real = "double"'))
+    check_initial(initial)
+
+
+def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:
+    """Raise UsageError for an input of the caller whose formula in the scene knows a parameter of ``by``: partials
+    would be those of the formula."""
+    for item in model.description.inputs:
+        if item.name not in given or item.formula is None:
+            continue
+        inside = [symbol.name for symbol in symbols(item.formula) if symbol.kind == "parameter" and symbol.name in by]
+        if inside:
+            fault = f"the input {item.name} is given, but derivatives by {inside[0]} are those of its formula"
+            raise UsageError(Problem("inputs", fault, f"by=... without {inside[0]}, or {item.name} by its formula"))
+
+
+def _check_switches(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:
+    """Raise UsageError for a comparison of time with a parameter of ``by``: the instant at which a formula takes
+    another branch moves with it, which no partial derivative shows."""
+    own = [item for item in model.description.inputs if item.name not in given]
+    of_inputs = [item.formula for item in own if item.formula is not None]
+    for formula in (*model.description.formulas, *of_inputs):
+        for condition in comparisons(formula):
+            inside = symbols(condition)
+            name = next((one.name for one in inside if one.kind == "parameter" and one.name in by), "")
+            if name and any(one.kind == "time" for one in inside):
+                fault = (
+                    f"{name} moves the instant at which a formula takes another branch, and that is not in derivatives"
+                )
+                raise UsageError(Problem("by", fault, "a smooth law in its place, max(t - start, 0) for a ramp"))
+
+
+def _named(method: str) -> str:
+    """Return the name of a method. Raises UsageError for the choice of one."""
+    if method == "auto":
+        fault = "auto chooses a method for each run, and not all of them have derivatives"
+        raise UsageError(Problem("method", fault, _with_derivatives()))
+    return method
+
+
+def _linear_step(name: str, method: Method, internal: bool) -> LinearStep | LinearPasses:
+    """Return the coefficients of a method's steps made linear. Raises UsageError where it has none."""
+    if method.chooses_steps:
+        fault = f"{name} chooses its steps, and where they end moves with what derivatives are taken by"
+        raise UsageError(Problem("method", fault, _with_derivatives()))
+    step = method.linear_step
+    if step is None:
+        raise UsageError(Problem("method", f"{name} has no derivatives of runs here", _with_derivatives()))
+    if internal and isinstance(step, LinearStep) and (step.alpha_m, step.rate_alpha_m) != (step.alpha_f, step.alpha_f):
+        fault = f"{name} starts internal states with rates of their rates, which have no derivatives here"
+        raise UsageError(Problem("method", fault, "trapezoidal, newmark or tdg2"))
+    return step
+
+
+def _with_derivatives() -> str:
+    """Return the methods whose runs have derivatives, as advice; those that need parameters have none."""
+    named = []
+    for name in dict.fromkeys(METHOD_NAMES.values()):
+        with contextlib.suppress(UsageError):
+            made = method_named(name)
+            if made.linear_step is not None and not made.chooses_steps:
+                named.append(name)
+    return f"one of {', '.join(named)}"

@@ -1,0 +1,140 @@
+"""Trajectory storage for adjoint runs: full history for short runs, else checkpoints with recomputation.
+
+Checkpoints are as many as each part has steps, so memory grows with the square root of the number of steps. Steps
+taken again have the same bits, since a checkpoint is the stepper's whole memory.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.compiled.initial_state import InitialState
+from eomgen.errors import NumericalError, Problem
+from eomgen.simulation.stepping.chunks import rows_from
+from eomgen.simulation.stepping.inputs import HeldRows
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.stepper import Stepper
+
+#: Bytes of rows that are kept; bytes of the matrices of a part, and its steps, that it may have in any case.
+KEPT_BYTES, PART_BYTES, SHORTEST, LONGEST = 2**25, 2**23, 32, 1024
+
+
+@dataclass(frozen=True)
+class Part:
+    """Rows (steps + 1, width) of a part of a run, the one before its first step included.
+
+    Attributes
+    ----------
+    first : number of its first row in the run
+    memory : the stepper's memory beside rows: the algorithmic acceleration at the first row, (nv,); of methods in
+        passes the accelerations that each step begins with, (steps, nv)
+    """
+
+    first: int
+    rows: Array
+    memory: Array
+
+
+class Motion:
+    """A run that is stepped once forwards, and then again in parts from its end.
+
+    Parameters
+    ----------
+    of_step : bytes of the matrices of a step
+    kept : bytes of rows that are kept
+    """
+
+    def __init__(self, run: Run, stepper: Stepper, state: InitialState, of_step: int, kept: int = KEPT_BYTES) -> None:
+        self.run, self.stepper = run, stepper
+        self.steps = run.grid.whole
+        self.length = max(min(PART_BYTES // of_step, LONGEST), SHORTEST, math.isqrt(self.steps))
+        self._kept = kept >= 8 * (self.steps + 1) * stepper.sizes["row"]
+        self._parts: list[Part] = []
+        self._checkpoints: list[tuple[int, Any]] = []
+        driven, table = run.driven, None
+        if isinstance(driven, HeldRows):
+            table = driven.over(len(stepper.input_times))
+        elif driven is not None:
+            table = driven(run.grid.start + run.grid.step * stepper.input_times)
+        self.check(stepper.initialize(run.grid.start, state.q, state.v, table, state.z))
+        self.start = {name: stepper.state[place].copy() for name, place in stepper.places.items()}
+        if "history" in self.start and self.start["history"][0] < 0:
+            fault = (
+                "the start excites motions that are too fast for the step, and the first step, which damps them, has"
+            )
+            hint = f"a step of {0.1 * run.grid.step:.3g} s, or an initial state nearer to balance"
+            raise NumericalError(Problem("sensitivities", f"{fault} no derivatives", hint))
+        self._first = stepper.memory
+        self._row = stepper.row if table is None else stepper.row_with(np.ascontiguousarray(table))
+
+    @property
+    def first_row(self) -> Array:
+        """The row at the start, (width,)."""
+        return self._row
+
+    @property
+    def kept(self) -> bool:
+        """Whether rows are kept, and not stepped again."""
+        return self._kept
+
+    @property
+    def parts(self) -> int:
+        """Number of parts."""
+        return -(-self.steps // self.length)
+
+    def forwards(self) -> Iterator[Part]:
+        """Yield the parts in their order; data for going backwards are kept."""
+        self.stepper.restore(*self._first)
+        self._parts, self._checkpoints = [], []
+        row = self._row
+        while (done := self.stepper.count) < self.steps:
+            if not self._kept:
+                self._checkpoints.append((done, (row, *self.stepper.memory)))
+            part = self._stepped(row)
+            if self._kept:
+                self._parts.append(part)
+            row = part.rows[-1]
+            yield part
+
+    def backwards(self) -> Iterator[Part]:
+        """Yield the parts from the last to the first."""
+        if not self._parts and not self._checkpoints:
+            for _ in self.forwards():
+                pass
+        if self._kept:
+            yield from reversed(self._parts)
+            return
+        for _, (row, *memory) in reversed(self._checkpoints):
+            self.stepper.restore(*memory)
+            yield self._stepped(row)
+
+    def _stepped(self, row: Array) -> Part:
+        stepper, run = self.stepper, self.run
+        done = stepper.count
+        size = min(self.length, self.steps - done)
+        table = None if run.driven is None else rows_from(stepper, run.driven, done, size, run.grid.start)
+        record = np.empty((size, stepper.sizes["row"]))
+        memory = self._taken(size, table, record)
+        if stepper.statistics.get("halvings"):
+            fault = f"a step near t = {stepper.t:.6g} s converged in halves only, and these have no derivatives"
+            raise NumericalError(Problem("sensitivities", fault, f"a step of {0.5 * run.grid.step:.3g} s"))
+        return Part(done, np.concatenate([row[np.newaxis], record]), memory)
+
+    def _taken(self, size: int, table: Array | None, record: Array) -> Array:
+        """Take steps, fill their rows, and return the stepper's memory beside rows."""
+        a = self.stepper.state[self.stepper.places["a"]].copy()
+        status, _ = self.stepper.run(size, 1, table, record)
+        self.check(status)
+        return a
+
+    def check(self, status: int) -> None:
+        """Raise NumericalError if a call of the stepper failed."""
+        if status:
+            fault = f"the run fails at t = {self.stepper.t:.9g} s: {self.stepper.status_text(status)}"
+            raise NumericalError(Problem("sensitivities", fault, "a smaller step; simulate says more of it"))

@@ -1,0 +1,297 @@
+"""Derivatives of a run in parameters and the initial state, exact for its discrete steps: tangents and adjoints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_calls
+from eomgen.compiled.arguments import numbers
+from eomgen.errors import Problem, UsageError
+from eomgen.products.derivatives import galerkin_second_order, second_order
+from eomgen.products.derivatives.alpha_run import AlphaRun
+from eomgen.products.derivatives.functionals import Functional, Weights, read_functional
+from eomgen.products.derivatives.galerkin_run import GalerkinRun
+from eomgen.products.derivatives.input_derivatives import input_derivatives
+from eomgen.products.derivatives.linear_run import LinearRun
+from eomgen.products.derivatives.stationary_run import StationaryRun
+from eomgen.products.derivatives.undefined_derivatives import undefined_derivatives
+
+
+@checked_calls("model.sensitivities(...), which makes one", wrt="by")
+class Sensitivities:
+    """Derivatives of a run's outputs, and of functionals of it.
+
+    Attributes
+    ----------
+    by : variables of derivatives, in the order of their last axis
+    """
+
+    def __init__(self, run: LinearRun[Any], by: Sequence[str], outputs: Mapping[str, Sequence[int]]) -> None:
+        """Begin; ``outputs``: places of the components of each among the outputs with derivatives."""
+        self.by = tuple(by)
+        self._components = _counted(outputs)
+        self._run = run
+        self._known: tuple[tuple[Functional, ...], second_order.Gradients] | None = None
+
+    def __repr__(self) -> str:
+        return f"<Sensitivities of {self._run.run.model.name} by {', '.join(self.by)}: {self._run.motion.steps} steps>"
+
+    # -- tangents ------------------------------------------------------------------------------------------------------
+
+    @property
+    def t(self) -> Array:
+        """Times of the rows, (n,), s."""
+        return self._rows[0]
+
+    @property
+    def outputs(self) -> dict[str, Array]:
+        """Outputs at the rows, (n,), or (n, size) for several components."""
+        return self._by_output(self._rows[1])
+
+    @property
+    def derivatives(self) -> dict[str, Array]:
+        """Their derivatives, (n, directions), or (n, size, directions), in the order of ``by``."""
+        return self._by_output(self._tables)
+
+    @cached_property
+    def _rows(self) -> tuple[Array, Array]:
+        """Times and outputs (n, outputs), which need no tangents."""
+        run, times, values = self._run, [], []
+        for part in run.motion.forwards():
+            t, blocks = run.values(part)
+            chosen = self._chosen(part.first, len(t))
+            times.append(t[chosen])
+            at_rows = {name: array if name == "p" else array[chosen] for name, array in blocks.items()}
+            values.append(run.equations.output_values(at_rows))
+        return np.concatenate(times), np.concatenate(values)
+
+    def _chosen(self, first: int, count: int) -> NDArray[np.intp]:
+        """Return the recorded rows of a part; the first one is the last of the part before."""
+        chosen = np.flatnonzero((first + np.arange(count)) % self._run.run.every == 0)
+        return chosen[chosen > 0] if first else chosen
+
+    @cached_property
+    def _tables(self) -> Array:
+        """Derivatives (n, outputs, directions), by tangents."""
+        run = self._run
+        equations = run.equations
+        state, record = run.state.copy(), run.record[np.newaxis]
+        derivatives = []
+        for part in map(run.of_part, run.motion.forwards()):
+            found = run.tangents(part, run.along.dp, state)
+            record = np.concatenate([record, found])
+            chosen = self._chosen(part.first, len(part.states.t))
+            whole = len(chosen) == len(part.states.t)
+            at_rows = {name: array if whole or name == "p" else array[chosen] for name, array in part.blocks.items()}
+            Y, Yp = equations.output_partials(at_rows)
+            by_state = run.products(Y, record if whole else record[chosen])
+            derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: equations.parameters], 1))
+            record = found[-1:]
+        return self._finite(np.concatenate(derivatives))
+
+    def _by_output(self, table: Array) -> dict[str, Array]:
+        return {
+            name: table[:, places[0]] if len(places) == 1 else table[:, places]
+            for name, places in self._components.items()
+        }
+
+    # -- adjoints ------------------------------------------------------------------------------------------------------
+
+    def gradient(self, of: Functional) -> dict[str, float]:
+        """Return the derivatives of a functional, by name of ``by``, by one adjoint run.
+
+        Parameters
+        ----------
+        of : str or mapping
+            ``final(output)``, ``integral(output)`` over time by the trapezoidal rule on the rows, ``mean(output)``
+            over time, ``sum(output)`` over the rows of all steps, of an output or one of its components,
+            ``tip[1]``; or weights of each row by output, {name: (steps + 1,) or (steps + 1, size)}.
+
+        Raises
+        ------
+        UsageError
+            Unknown outputs, weights of another shape.
+        """
+        return dict(zip(self.by, self.gradients([of])[0].tolist(), strict=True))
+
+    def gradients(self, of: Sequence[Functional]) -> Array:
+        """Return the derivatives of several functionals, (functionals, directions), by one adjoint run of all."""
+        run, weights = self._run, self._weights(of)
+        if isinstance(run, AlphaRun):
+            known = second_order.gradients(run, weights)
+            self._known = (tuple(of), known) if all(isinstance(one, str) for one in of) else None
+            return self._finite(known.values)
+        state = np.zeros((len(run.state), len(weights)))
+        of_parameters = np.zeros((len(run.along.dp), len(weights)))
+        direct = np.zeros((1, len(run.record), len(weights)))
+        for part in map(run.of_part, run.motion.backwards()):
+            direct = run.of_rows(part, run.row_weights(part, weights), of_parameters)
+            run.take_back(part, direct[1:], state, of_parameters)
+        return self._finite(state.T @ run.state + direct[0].T @ run.record + of_parameters.T @ run.along.dp)
+
+    # -- second derivatives --------------------------------------------------------------------------------------------
+
+    def hessian(self, of: Functional) -> Array:
+        """Return the second derivatives of a functional, (directions, directions), in the order of ``by``.
+
+        Parameters
+        ----------
+        of : as of ``gradient``
+
+        Raises
+        ------
+        UsageError
+            As of ``gradient``; scenes whose runs have no second derivatives here.
+        """
+        result: Array = self.hessians([of])[0]
+        return result
+
+    def hessians(self, of: Sequence[Functional]) -> Array:
+        """Return the second derivatives of several functionals, (functionals, directions, directions), by tangents
+        along all directions and one adjoint of each functional."""
+        return self.expansions(of)[1]
+
+    def expansions(self, of: Sequence[Functional]) -> tuple[Array, Array]:
+        """Return the gradients and the second derivatives of several functionals, (functionals, directions) and
+        (functionals, directions, directions).
+
+        Both come from the same adjoints: of ``gradients`` of the same texts just before, if the run keeps its
+        rows (``keeps_adjoints``), else one of each functional.
+        """
+        run = self._twice("hessian")
+        if isinstance(run, GalerkinRun):
+            slopes, bends = galerkin_second_order.hessians(run, self._weights(of))
+        else:
+            known = self._known[1] if self._known is not None and self._known[0] == tuple(of) else None
+            slopes, bends = second_order.hessians(run, self._weights(of), known)
+        return self._finite(slopes), self._finite(bends)
+
+    @property
+    def keeps_adjoints(self) -> bool:
+        """Whether the run is short enough to keep its rows, and so the adjoints of its functionals."""
+        return self._run.motion.kept
+
+    def stationary(self, of: Sequence[str]) -> StationaryRun | None:
+        """Return derivatives of outputs, or of components of them, at all rows by one adjoint of each.
+
+        None if the state does not stay as it is at the start, or that is differentiated by or follows parameters.
+
+        Raises
+        ------
+        UsageError
+            Unknown outputs, outputs of several components.
+        """
+        if isinstance(of, str):
+            raise UsageError(Problem("of", f"a list of outputs is needed, not the text {of!r}", f'["{of}"]'))
+        weights = self._weights([f"final({one})" for one in of])
+        if not isinstance(self._run, AlphaRun) or self._run.follows or self._run.samples:
+            return None
+        return StationaryRun.of(self._run, weights)
+
+    def hessian_products(self, of: Functional, directions: ArrayLike) -> Array:
+        """Return the Hessian of a functional times vectors, by tangents along them and adjoints of second order: as
+        many as there are vectors, however many directions derivatives are taken by.
+
+        Parameters
+        ----------
+        of : as of ``gradient``
+        directions : (len(by),) or (len(by), vectors)
+
+        Raises
+        ------
+        UsageError
+            As of ``hessian``; vectors of another length.
+        """
+        (weights,) = self._weights([of])
+        vectors = numbers("directions", directions)
+        if vectors.ndim not in (1, 2) or len(vectors) != len(self.by) or not np.all(np.isfinite(vectors)):
+            fits = vectors.ndim in (1, 2) and len(vectors) == len(self.by)
+            fault = "vectors have nan" if fits else f"vectors have the shape {vectors.shape}"
+            raise UsageError(Problem("directions", fault, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
+        columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
+        run = self._twice("hessian_products")
+        if isinstance(run, GalerkinRun):
+            result = galerkin_second_order.hessian_products(run, [weights], columns)[1][0]
+        else:
+            result = second_order.hessian_products(run, weights, columns)
+        return self._finite(result.reshape(vectors.shape))
+
+    # -- inputs -------------------------------------------------------------------------------------------------------
+
+    def input_gradient(self, of: Functional) -> dict[str, Array]:
+        """Return the derivatives of a functional in the value of each input at each row, (steps + 1,), by one adjoint.
+
+        Inputs are given by the caller, have no formula, or are random processes; between rows they are linear, which
+        the start sees, and the nodes of methods in passes. The derivative in a number that is given at all times is
+        their sum.
+
+        Parameters
+        ----------
+        of : as of ``gradient``
+
+        Raises
+        ------
+        UsageError
+            As of ``gradient``; scenes whose inputs all follow formulas, or have none.
+        """
+        run, (weights,) = self._run, self._weights([of])
+        inputs = run.run.model.description.inputs
+        columns = {
+            item.name: number
+            for number, item in enumerate(inputs)
+            if not item.given or item.random is not None or item.name in run.run.signals.given
+        }
+        if not columns:
+            fault = "the scene has no inputs" if not inputs else "all inputs follow formulas of the scene"
+            hint = 'inputs={"command": ...}' if not inputs else f'inputs={{"{inputs[0].name}": ...}}, to give values'
+            raise UsageError(Problem("input_gradient", fault, hint))
+        assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
+        table = self._finite(input_derivatives(run, weights))
+        return {name: table[:, column] for name, column in columns.items()}
+
+    def _twice(self, wanted: str) -> AlphaRun | GalerkinRun:
+        """Return the run if it has second derivatives. Raises UsageError."""
+        run = self._run
+        assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
+        if run.follows and run.start.slopes is not None:
+            fault = (
+                "the state that the run starts from follows from parameters, and its second derivatives are not known"
+            )
+            raise UsageError(Problem(wanted, fault, 'initial={"q": ..., "v": ...}, for a start that is held'))
+        moved = isinstance(run, AlphaRun) and (np.any(run.along.dq) or np.any(run.along.dv))
+        if isinstance(run, AlphaRun) and run.equations.nl and moved and run.beginning.moved_far:
+            fault = "the initial state is moved onto the constraints, and second derivatives of how are not known"
+            raise UsageError(
+                Problem(wanted, fault, 'state = model.consistent(q, v), and initial={"q": state.q, "v": state.v}')
+            )
+        return run
+
+    def _finite(self, found: Array) -> Array:
+        """Return derivatives as they are. Raises NumericalError if they are no numbers."""
+        if not np.isfinite(found).all():
+            raise undefined_derivatives(self._run.run.model, "somewhere in the run")
+        return found
+
+    def _weights(self, of: Sequence[Functional]) -> list[Weights]:
+        if isinstance(of, str):
+            raise UsageError(Problem("of", f"a list is needed, not the text {of!r}", f'["{of}"]'))
+        if not of:
+            raise UsageError(Problem("of", "there is nothing to take derivatives of", '["final(angle)"]'))
+        size, rows = sum(map(len, self._components.values())), self._run.motion.steps + 1
+        return [read_functional(one, self._components, size, rows) for one in of]
+
+
+def _counted(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:
+    """Return the places of outputs' components among the chosen ones."""
+    result: dict[str, list[int]] = {}
+    count = 0
+    for name, places in outputs.items():
+        result[name] = list(range(count, count + len(places)))
+        count += len(places)
+    return result

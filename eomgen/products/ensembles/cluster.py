@@ -1,0 +1,326 @@
+"""Ensembles on a Dask cluster: parts as tasks, as long as measurement says, gathered in the order of the samples.
+
+The caller draws the values of all samples and reduces their results, block by block as without a cluster, so that
+statistics do not depend on the worker of a part, nor on its number of samples.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import time
+import uuid
+import warnings
+from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.files import write_bytes
+from eomgen.base.threads import thread_count
+from eomgen.base.version import __version__
+from eomgen.errors import FileError, Problem, UsageError
+from eomgen.products.ensembles.parts import Part, Refusal, Shipment
+from eomgen.products.ensembles.samples import EXTREMES, Block, Samples
+
+#: Name of a cluster of this machine's own processes.
+LOCAL = "dask"
+#: Seconds that a part should take: the cost of losing a worker.
+_PART = 2.0
+#: Samples of the first parts, before any time is known; larger parts are multiples of it, so that lanes are full.
+_FIRST = 16
+#: Parts for each thread of the cluster that are sent before the first of them is reduced.
+_AHEAD = 3
+#: Bytes of the results of a part, and of all parts ahead, at most.
+_LARGEST, _ALL_AHEAD = 2**25, 2**30
+#: Times that a part is tried again after an unexpected error of its worker, and seconds that a scheduler has to
+#: answer.
+_RETRIES, _PATIENCE = 3, 15.0
+#: Seconds between two questions to the scheduler how many threads there are.
+_SELDOM = 2.0
+#: Dask's own settings return free memory to the system at once, and with it half of the time of samples.
+#: The allocator reads its own at the start of a process: the ``env`` of ``LocalCluster`` comes too late.
+_SPAWNED_WITH = "distributed.nanny.pre-spawn-environ"
+_ALLOCATION = {"MALLOC_TRIM_THRESHOLD_": 2**27, "MALLOC_MMAP_THRESHOLD_": 2**25, "MALLOC_ARENA_MAX": 1}
+#: Workers sample their own stacks every hundredth of a second by default, without use here.
+_QUIET = {"distributed.worker.profile.enabled": False}
+_INSTALL = "pip install 'eomgen[dask]'"
+
+
+@dataclass
+class Machines:
+    """A cluster that runs samples.
+
+    Attributes
+    ----------
+    name : for messages
+    notes : further notes on the runs, when they have ended
+    how : the ways in which samples were run, of ``Samples``
+    """
+
+    client: Any
+    name: str
+    notes: tuple[str, ...] = ()
+    how: set[str] = field(default_factory=set)
+
+    def blocks(self, work: Samples, first: int, total: int, block: int) -> Generator[Block]:
+        """Give the blocks of samples from the first one on, in their order.
+
+        Raises
+        ------
+        EomgenError
+            A worker cannot run samples, or is lost over and over; the scheduler is lost.
+        """
+        yield from _whole(_Run(self, work, total).parts(first), first, total, block)
+
+
+@contextmanager
+def connected(cluster: object, workers: int | None) -> Iterator[Machines]:
+    """Connect to a cluster: ``dask`` for processes of this machine, the address or the file of a scheduler, a client,
+    or a cluster that a client can be had of.
+
+    Raises
+    ------
+    UsageError
+        Dask is not installed, this is no cluster, or workers have another version of eomgen.
+    FileError
+        No scheduler answers.
+    """
+    try:
+        distributed = importlib.import_module("distributed")
+    except ImportError:
+        fault = "an ensemble is run on a cluster by the package distributed of Dask, which is not installed"
+        raise UsageError(Problem("cluster", fault, _INSTALL)) from None
+    if workers is not None and cluster != LOCAL:
+        fault = "a cluster that is given has its own workers"
+        raise UsageError(Problem("workers", fault, f"without it, or the cluster {LOCAL!r} of so many processes"))
+    with ExitStack() as stack:
+        client, name = _client(distributed, cluster, workers, stack)
+        _check_versions(client, name)
+        yield Machines(client, name)
+
+
+def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitStack) -> tuple[Any, str]:
+    """Return a client, closed with the stack if it was made here, and the name of its cluster."""
+    if isinstance(cluster, distributed.Client):
+        if cluster.asynchronous:
+            fault = "the client is asynchronous, and this call waits"
+            raise UsageError(Problem("cluster", fault, "Client(address), without asynchronous=True"))
+        return cluster, _named(cluster)
+    options: dict[str, Any] = {"timeout": _PATIENCE, "set_as_default": False}
+    if cluster == LOCAL:
+        count = thread_count() if workers is None else workers
+        made = _started(lambda: processes(count))
+        stack.enter_context(made)
+        return stack.enter_context(distributed.Client(made, **options)), f"of {count} processes"
+    if hasattr(cluster, "scheduler_address"):
+        client = stack.enter_context(distributed.Client(cluster, **options))
+        return client, _named(client)
+    if not isinstance(cluster, str | os.PathLike) or not str(cluster):
+        hint = f"{LOCAL!r}, 'tcp://host:8786', the path of a scheduler file, a Client or a cluster of Dask"
+        raise UsageError(Problem("cluster", f"{cluster!r} is no cluster", hint))
+    text = os.fspath(cluster)
+    if "://" in text:
+        return stack.enter_context(_reached(text, lambda: distributed.Client(text, **options))), text
+    if not Path(text).is_file():
+        fault = f"there is no scheduler file {text}"
+        hint = f"{LOCAL}, an address such as tcp://host:8786, or the file of dask scheduler --scheduler-file"
+        raise FileError(Problem("cluster", fault, hint))
+    return stack.enter_context(_reached(text, lambda: distributed.Client(scheduler_file=text, **options))), text
+
+
+def processes(count: int) -> Any:
+    """Return a cluster of so many processes of this machine, each with one thread. Needs ``distributed``."""
+    distributed, settings = importlib.import_module("distributed"), importlib.import_module("dask").config
+    standard: dict[str, Any] = settings.get(_SPAWNED_WITH, {})
+    for name, number in _ALLOCATION.items():
+        by_dask = str(standard.get(name, ""))
+        if (
+            os.environ.get(name, by_dask) == by_dask
+        ):  # clusters leave theirs in this process, which goes before settings
+            os.environ[name] = str(number)
+    with settings.set({_SPAWNED_WITH: {**standard, **_ALLOCATION}, **_QUIET}):
+        return distributed.LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            silence_logs=50,
+            dashboard_address=None,
+            scheduler_kwargs={"dashboard": False},
+        )
+
+
+def _named(client: Any) -> str:
+    return str(client.scheduler.address if client.scheduler is not None else client)
+
+
+def _started(start: Callable[[], Any]) -> Any:
+    """Return a cluster of processes of this machine. Raises UsageError if they do not start."""
+    try:
+        return start()
+    except (RuntimeError, OSError) as error:
+        fault = f"its processes did not start: {_first_line(error)}"
+        hint = 'if __name__ == "__main__": around what a script does, since each process imports the script'
+        raise UsageError(Problem(f"cluster {LOCAL}", fault, hint)) from None
+
+
+def _reached(name: str, connect: Callable[[], Any]) -> Any:
+    """Return a client. Raises FileError if no scheduler answers."""
+    try:
+        return connect()
+    except (OSError, ValueError, KeyError, TimeoutError) as error:
+        fault = f"no scheduler answers: {_first_line(error)}"
+        hint = "the address that dask scheduler prints, and a network that lets it through"
+        raise FileError(Problem(f"cluster {name}", fault, hint)) from None
+
+
+def _first_line(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}".splitlines()[0].rstrip(".: ")
+
+
+def _check_versions(client: Any, name: str) -> None:
+    """Raise UsageError if a worker has another eomgen, or none."""
+
+    def version_there() -> str:  # sent as it stands, since it is a local function: a worker may have no such module
+        module = "eomgen.base.version"
+        try:
+            return str(importlib.import_module(module).__version__)
+        except ImportError:
+            return ""
+
+    for address, version in sorted(client.run(version_there).items()):
+        if version != __version__:
+            fault = f"its eomgen is {version}" if version else "it has no eomgen"
+            hint = f"pip install eomgen=={__version__} where it runs"
+            raise UsageError(
+                Problem(f"cluster {name}, worker {address}", f"{fault}, and here it is {__version__}", hint)
+            )
+
+
+class _Run:
+    """The parts of one ensemble on a cluster."""
+
+    def __init__(self, machines: Machines, work: Samples, total: int) -> None:
+        self._machines, self._client, self._work, self._total = machines, machines.client, work, total
+        self._shipment = Shipment.of(f"eomgen-{uuid.uuid4().hex}", work)
+        self._per_sample = 0.0
+        self._bytes = 8 * len(work.columns) * (len(work.thinned) + len(EXTREMES))
+        self._threads, self._asked, self._lonely = 0, 0.0, False
+        self._codes: set[str] = {work.model.library.digest}
+
+    def parts(self, first: int) -> Iterator[Block]:
+        """Give parts in their order; afterwards the cluster is rid of them after any end."""
+        distributed = importlib.import_module("distributed")
+        from eomgen.products.ensembles.worker import Delivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
+
+        name = self._shipment.ensemble
+        pending: dict[Any, tuple[int, int]] = {}
+        finished = distributed.as_completed(loop=self._client.loop, with_results=True, raise_errors=False)
+        done: dict[int, Part] = {}
+        sent, wanted = first, first  # the first samples that were not sent, and that were not given
+        try:
+            self._client.register_plugin(Delivery(self._shipment), name=name)
+            while wanted < self._total:
+                while sent < self._total and len(pending) + len(done) < _AHEAD * max(self._count(), 1):
+                    count = self._size(self._total - sent)
+                    values = np.ascontiguousarray(self._work.design.values(sent, count))
+                    future = self._client.submit(
+                        run_part, name, sent, values, key=f"{name}-{sent}", pure=False, retries=_RETRIES
+                    )
+                    pending[future] = (sent, count)
+                    finished.add(future)
+                    sent += count
+                future, result = next(finished)
+                begin, count = pending.pop(future)
+                done[begin] = self._taken(begin, count, future.status, result)
+                future.release()
+                while (part := done.pop(wanted, None)) is not None:
+                    for number, data in part.solutions.items():
+                        write_bytes(self._work.file(number), data)
+                    wanted += len(part.block.values)
+                    yield part.block
+        finally:
+            with suppress(Exception):  # the cluster may be gone
+                self._client.cancel(list(pending), force=True)
+                self._client.unregister_worker_plugin(name)
+            self._machines.notes = self._notes()
+
+    def _count(self) -> int:
+        """Return the number of threads of the cluster, which may grow and shrink."""
+        if (now := time.monotonic()) - self._asked > _SELDOM or not self._threads:
+            self._threads, self._asked = sum(self._client.nthreads().values()), now
+            if not self._threads and not self._lonely:
+                self._lonely = True
+                what = f"cluster {self._machines.name} has no workers: the samples wait for the first one"
+                warnings.warn(what, RuntimeWarning, stacklevel=2)
+        return self._threads
+
+    def _size(self, left: int) -> int:
+        """Return the number of samples of the next part, of the remaining ones."""
+        threads = max(self._threads, 1)
+        wanted = _FIRST if not self._per_sample else int(_PART / self._per_sample)
+        bytes_each = min(_LARGEST, _ALL_AHEAD // (_AHEAD * threads))
+        wanted = min(wanted, -(-left // (2 * threads)), bytes_each // self._bytes)
+        return max(1, wanted - wanted % _FIRST if wanted > _FIRST else wanted)
+
+    def _taken(self, begin: int, count: int, status: str, result: Any) -> Part:
+        """Return the result of a part. Raises EomgenError if there is none."""
+        where = f"cluster {self._machines.name}"
+        if isinstance(result, Refusal):
+            raise result.kind([replace(item, where=f"{where}: {item.where}".rstrip(": ")) for item in result.problems])
+        if isinstance(result, Part):
+            each = result.seconds / count
+            self._per_sample = each if not self._per_sample else 0.7 * self._per_sample + 0.3 * each
+            self._codes.add(result.code)
+            self._machines.how.add(result.how)
+            return result
+        samples = f"samples {begin} to {begin + count - 1}" if count > 1 else f"sample {begin}"
+        error = result[1] if isinstance(result, tuple) else result
+        kind = type(error).__name__
+        if kind == "KilledWorker":
+            fault = f"workers died over and over while they ran {samples}"
+            hint = "more memory for each worker; what is done is kept, for resume"
+        elif status == "error" and kind == "ModuleNotFoundError":
+            fault, hint = f"a worker has not what the ensemble needs: {error}", "the same packages on all machines"
+        elif status == "error":
+            fault, hint = f"{samples} cannot be run: {_first_line(error)}", "the logs of its workers"
+        else:
+            fault, hint = "the scheduler, or the connection to it, is lost", "resume, when there is one again"
+        raise FileError(Problem(where, fault, hint))
+
+    def _notes(self) -> tuple[str, ...]:
+        if len(self._codes) == 1:
+            return ()
+        what = f"the model was compiled to {len(self._codes)} different codes, here and on the workers: the last digits"
+        return (f"{what} may depend on which of them ran a sample, but with the profile reproducible",)
+
+
+def _whole(parts: Iterator[Block], first: int, total: int, block: int) -> Iterator[Block]:
+    """Give consecutive parts cut into blocks."""
+    waiting: list[Block] = []
+    for part in parts:
+        waiting.append(part)
+        have = sum(len(item.values) for item in waiting)
+        while have and have >= (size := min(block, total - first)):
+            whole = _joined(waiting)
+            yield _cut(whole, 0, size)
+            waiting = [_cut(whole, size, have)] if have > size else []
+            first, have = first + size, have - size
+
+
+def _joined(parts: list[Block]) -> Block:
+    if len(parts) == 1:
+        return parts[0]
+    values, rows, extremes = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "rows", "extremes")
+    )
+    return Block(parts[0].first, values, rows, extremes, tuple(one for part in parts for one in part.failed))
+
+
+def _cut(whole: Block, begin: int, end: int) -> Block:
+    first, last = whole.first + begin, whole.first + end
+    failed = tuple(one for one in whole.failed if first <= one.number < last)
+    return Block(first, whole.values[begin:end], whole.rows[begin:end], whole.extremes[begin:end], failed)

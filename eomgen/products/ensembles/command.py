@@ -1,0 +1,191 @@
+"""``eomgen ensemble``: many runs of a scene with variations, reduced as they finish."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.base.files import read_cells
+from eomgen.base.progress import terminal_bar
+from eomgen.base.text import counted, shown
+from eomgen.cli import INTERRUPTED
+from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
+from eomgen.cli.printing import building, print_json, say
+from eomgen.cli.running import read_scene
+from eomgen.cli.tables import print_table
+from eomgen.errors import FileError, NumericalError, Problem, UsageError
+from eomgen.formula.units.parser import is_quantity
+
+if TYPE_CHECKING:
+    from eomgen.products.ensembles import Ensemble
+
+#: Failed samples that are named.
+_NAMED = 3
+
+_option = arguments_of("eomgen.products.ensembles:simulate_many")
+
+
+@click.command()
+@scene_options
+@folder_option
+@click.option(
+    "--vary",
+    multiple=True,
+    metavar="NAME=DISTRIBUTION",
+    help="mass=normal(1, 0.1), q.hinge=uniform(-5 deg, 5 deg), damper=linspace(0, 4, 9); may be repeated.",
+)
+@click.option("--table", default=None, metavar="FILE", help="CSV of the values of all samples, in place of --vary.")
+@_option("--samples", type=int, metavar="N")
+@_option("--design", metavar="NAME")
+@_option("--seed", type=int, metavar="N")
+@_option("--output", "columns", multiple=True, metavar="NAME")
+@_option("--points", type=int, metavar="N")
+@click.option("--keep", multiple=True, type=int, metavar="N", help="Write this sample's solution; may be repeated.")
+@_option("--keep-as", metavar="KIND")
+@click.option(
+    "--workers",
+    type=int,
+    default=None,
+    metavar="N",
+    help="Threads, or processes of --on dask; one for each processor by default.",
+)
+@click.option(
+    "--on",
+    "cluster",
+    default=None,
+    metavar="CLUSTER",
+    help="dask: processes of this machine; the address of a scheduler, tcp://host:8786, or its file.",
+)
+@_option("--resume", is_flag=True)
+@click.option("--plots/--no-plots", default=True, show_default=True, help="Draw fan charts, results and rankings.")
+@run_options
+@json_option
+@debug_option
+def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) -> int:
+    """Run many samples of a SCENE: statistics over time, extremes of each sample, and their sensitivities.
+
+    Writes statistics.csv, samples.csv, failed.csv if samples failed, summary.json and plots. Ctrl-C keeps finished
+    samples, for --resume.
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+
+    words = ("samples", "design", "seed", "points", "keep", "keep_as", "workers", "cluster", "resume")
+    own = {name: options.pop(name) for name in words}
+    columns, vary = options.pop("columns"), _varied(options.pop("vary"))
+    file = options.pop("table")
+    table = None if file is None else _read_samples(Path(file))
+    if not vary and table is None:
+        fault, hint = "nothing varies: all samples would be the same", "--vary 'mass=normal(1, 0.1)', or --table FILE"
+        raise UsageError(Problem("--vary", fault, hint))
+    described = read_scene(scene, options)
+    profile = options.pop("profile")
+    with building(described.name):
+        model = pipeline.built_for_run(described, options["method"], options.get("start"), profile)
+    with terminal_bar(described.name) as progress:
+        result = model.simulate_many(
+            vary=vary or None, table=table, columns=columns or None, folder=folder, progress=progress, **own, **options
+        )
+    files = result.save(folder)
+    if plots:
+        files += result.plot(folder)
+    if as_json:
+        print_json(result.to_dict() | {"files": [file.name for file in files], "folder": str(Path(folder))})
+    else:
+        _print(result)
+    for one in result.failed[:_NAMED]:
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in one.values.items())
+        say(f"sample {one.number} failed ({values}): {one.reason}")
+    if len(result.failed) > _NAMED:
+        say(f"{counted(len(result.failed) - _NAMED, 'more failed sample')}, in failed.csv")
+    say(f"{result.message}\nwritten to {Path(folder)}: {', '.join(file.name for file in files)}")
+    if not result.reduction.has_quantiles:
+        say("without medians and quantiles, which need pip install 'eomgen[ensembles]'")
+    if plots and result.varied and not any(file.name == "sensitivity.png" for file in files):
+        say(_why_unranked(result))
+    if result.interrupted:
+        return INTERRUPTED
+    return NumericalError.exit_code if len(result.failed) == result.done else 0
+
+
+def _why_unranked(found: Ensemble) -> str:
+    """Return the reason why no ranking of the variations is drawn."""
+    try:
+        found.sensitivity(f"{found.columns[0]}.max")
+    except UsageError as error:
+        return f"without sensitivity.png: {error.problems[0].what}; it takes {error.problems[0].hint}"
+    return "without sensitivity.png: no result is drawn"
+
+
+def _varied(texts: tuple[str, ...]) -> dict[str, str]:
+    """Return distributions by name. Raises UsageError."""
+    result: dict[str, str] = {}
+    for text in texts:
+        name, equals, how = (part.strip() for part in text.partition("="))
+        if not (name and equals and how):
+            fault = "a name and a distribution are needed"
+            raise UsageError(Problem(f"--vary {text}", fault, "--vary 'mass=normal(1, 0.1)'"))
+        if name in result:
+            raise UsageError(Problem(f"--vary {text}", f"{name} varies twice", "one distribution for each name"))
+        result[name] = how
+    return result
+
+
+def _read_samples(path: Path) -> dict[str, list[float | str]]:
+    """Return the columns of a CSV table with a row of names; words with units as they are. Raises FileError."""
+    names, rows = read_cells(path)
+    values = [
+        [_cell(f"{where}, column {name}", word) for name, word in zip(names, cells, strict=True)]
+        for where, cells in rows
+    ]
+    return {name: [row[k] for row in values] for k, name in enumerate(names)}
+
+
+def _cell(where: str, word: str) -> float | str:
+    """Return a number, or a number with a unit as it is. Raises FileError."""
+    try:
+        return float(word)
+    except ValueError:
+        if is_quantity(word):
+            return word
+        fault = f"{shown(word)} is not a number" if word else "a cell is empty"
+        raise FileError(Problem(where, fault, "numbers in the scene's units, or with units: 250 mm")) from None
+
+
+#: Designs whose samples are not drawn, or not one by one.
+_NOT_INDEPENDENT = ("grid", "table", "saltelli")
+
+
+def _print(found: Ensemble) -> None:
+    good = found.done - len(found.failed)
+    if not good:
+        return
+    rows: list[tuple[str, ...]] = []
+    quantiles, random = found.reduction.has_quantiles, found.design not in _NOT_INDEPENDENT
+    for column in found.columns:
+        low, high = found.envelope(column)
+        deviation = found.deviation(column)[-1]
+        of_column = [deviation, low[-1]]
+        if quantiles:
+            of_column += found.quantile(column, (0.05, 0.5, 0.95))[:, -1].tolist()
+        unit = found.units.get(column, "")
+        error = found.error.columns.get(column, math.nan)
+        told = "-" if math.isnan(error) else f"{error:.2g}"
+        mean = f"{found.mean(column)[-1]:.5g}", f"{deviation / math.sqrt(good):.2g}" if random else "-"
+        rows.append((column, unit if unit != "1" else "", *mean, *(f"{x:.5g}" for x in (*of_column, high[-1])), told))
+    title = f"{found.scene}: {counted(good, 'sample')}, {found.design}, at t = {found.t[-1]:.9g} s"
+    middle = ("5 %", "median", "95 %") if quantiles else ()
+    header = (
+        "column",
+        "unit",
+        "mean",
+        "error of\nmean",
+        "deviation",
+        "smallest",
+        *middle,
+        "largest",
+        "error of\nsteps",
+    )
+    print_table(title, header, rows, numeric=tuple(range(2, len(header))))

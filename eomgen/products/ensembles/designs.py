@@ -1,0 +1,173 @@
+"""Designs: points of the unit cube by the number of a sample, each of which can be made without those before it.
+
+Sample k of a study is the same on any machine, by any method and in any order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.products.ensembles.distributions import Distribution
+
+#: From the first sample and a number of samples to their points, (n, d), within (0, 1).
+Points = Callable[[int, int], Array]
+_SMALLEST = 2.0**-54
+
+
+@dataclass(frozen=True)
+class Design:
+    """Points of all samples.
+
+    Attributes
+    ----------
+    name : of ``DESIGNS``, or ``grid`` or ``table``
+    samples : how many there are
+    values : from the first sample and a number of samples to the varied quantities, (n, d)
+    """
+
+    name: str
+    samples: int
+    values: Callable[[int, int], Array]
+
+
+def _monte_carlo(samples: int, dimensions: int, seed: int) -> Points:
+    blocks = -(-dimensions // 4)  # a block of Philox is four numbers, and each sample begins with a new one
+
+    def points(first: int, count: int) -> Array:
+        generator = np.random.Philox(seed).advance(first * blocks)
+        return np.random.Generator(generator).random((count, 4 * blocks))[:, :dimensions]
+
+    return points
+
+
+def _latin_hypercube(samples: int, dimensions: int, seed: int) -> Points:
+    from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second, and random numbers need none of it
+
+    every = qmc.LatinHypercube(dimensions, seed=np.random.default_rng(seed)).random(samples)
+    return lambda first, count: every[first : first + count]
+
+
+def _sobol(samples: int, dimensions: int, seed: int) -> Points:
+    return lambda first, count: _sobol_points(dimensions, seed, first, count)
+
+
+def _sobol_points(dimensions: int, seed: int, first: int, count: int) -> Array:
+    from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second, and random numbers need none of it
+
+    engine = qmc.Sobol(dimensions, seed=np.random.default_rng(seed))
+    if first:
+        return np.asarray(engine.fast_forward(first).random(count))
+    # the first point alone: SciPy warns of blocks of other sizes than powers of two, which these are part of
+    return np.concatenate([engine.random(1), engine.random(count - 1)]) if count > 1 else engine.random(count)
+
+
+def _halton(samples: int, dimensions: int, seed: int) -> Points:
+    from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second, and random numbers need none of it
+
+    def points(first: int, count: int) -> Array:
+        engine = qmc.Halton(dimensions, seed=np.random.default_rng(seed))
+        if first:
+            engine.fast_forward(first)
+        return np.asarray(engine.random(count))
+
+    return points
+
+
+def _saltelli(samples: int, dimensions: int, seed: int) -> Points:
+    """Points A, B, and A with one column after the other of B: Saltelli, Comput. Phys. Commun. 145 (2002) 280."""
+
+    def points(first: int, count: int) -> Array:
+        numbers = np.arange(first, first + count)
+        part, row = numbers // samples, numbers % samples
+        begin = int(row.min()) if part[0] == part[-1] else 0
+        end = int(row.max()) + 1 if part[0] == part[-1] else samples
+        both = _sobol_points(2 * dimensions, seed, begin, end - begin)[row - begin]
+        result = np.where((part == 1)[:, np.newaxis], both[:, dimensions:], both[:, :dimensions])
+        mixed = np.flatnonzero(part > 1)
+        result[mixed, part[mixed] - 2] = both[mixed, dimensions + part[mixed] - 2]
+        return np.asarray(result)
+
+    return points
+
+
+#: Designs by name, from a number of samples, of dimensions and a seed. ``latin_hypercube`` of more samples is another
+#: one; of all others the first samples stay the same.
+DESIGNS: dict[str, Callable[[int, int, int], Points]] = {
+    "monte_carlo": _monte_carlo,
+    "latin_hypercube": _latin_hypercube,
+    "sobol": _sobol,
+    "halton": _halton,
+    "saltelli": _saltelli,
+}
+#: Designs that follow from the varied quantities.
+OTHER_DESIGNS = ("grid",)
+_MOST_DIMENSIONS = {"sobol": 21201, "saltelli": 21201 // 2}
+#: Numbers of a Latin hypercube at most: all of them are made at once.
+_MOST_AT_ONCE = 100_000_000
+#: Designs with samples that are balanced if their number is a power of two.
+_BALANCED = ("sobol", "saltelli")
+
+
+def random_design(name: str, distributions: Sequence[Distribution], samples: int, seed: int) -> Design:
+    """Return a design of points that distributions carry to values.
+
+    Raises
+    ------
+    UsageError
+        For more dimensions than a design has, and more samples than a Latin hypercube holds.
+    """
+    dimensions = len(distributions)
+    if dimensions > (most := _MOST_DIMENSIONS.get(name, dimensions)):
+        raise UsageError(Problem("design", f"{name} has {most} dimensions at most, not {dimensions}", "monte_carlo"))
+    if name == "latin_hypercube" and samples * dimensions > _MOST_AT_ONCE:
+        fault = f"{name} makes all of its {samples * dimensions} numbers at once, {_MOST_AT_ONCE} at most"
+        raise UsageError(Problem("samples", fault, "fewer of them, or sobol"))
+    points = DESIGNS[name](samples, dimensions, seed)
+
+    def values(first: int, count: int) -> Array:
+        inside = np.clip(points(first, count), _SMALLEST, 1.0 - 2.0**-53)
+        columns = [item.quantiles(inside[:, k]) for k, item in enumerate(distributions)]
+        return np.stack(columns, axis=-1) if columns else np.zeros((count, 0))
+
+    return Design(name, samples * (dimensions + 2) if name == "saltelli" else samples, values)
+
+
+def unbalanced(name: str, samples: int) -> str:
+    """Return a note on a number of samples that a design is not made for; empty if there is none."""
+    if name not in _BALANCED or samples & (samples - 1) == 0:
+        return ""
+    return f"{name} is balanced for a power of two: {1 << (samples.bit_length() - 1)} or {1 << samples.bit_length()}"
+
+
+def grid_design(names: Sequence[str], distributions: Sequence[Distribution]) -> Design:
+    """Return all combinations of the levels of lists; the last one varies fastest.
+
+    Raises
+    ------
+    UsageError
+        For a distribution that has no levels.
+    """
+    for name, item in zip(names, distributions, strict=True):
+        if not item.levels:
+            fault = f"a grid goes through lists of values, and {item.text} is none"
+            raise UsageError(Problem(f"vary {name}", fault, "linspace(low, high, count), or values(1, 2, 4)"))
+    sizes = [len(item.levels) for item in distributions]
+
+    def values(first: int, count: int) -> Array:
+        places = np.unravel_index(np.arange(first, first + count), sizes)
+        return np.stack(
+            [np.array(item.levels)[place] for item, place in zip(distributions, places, strict=True)], axis=-1
+        )
+
+    return Design("grid", math.prod(sizes), values)
+
+
+def table_design(rows: Array) -> Design:
+    """Return the design whose samples are the rows of a table, (n, d)."""
+    return Design("table", len(rows), lambda first, count: rows[first : first + count])

@@ -1,0 +1,148 @@
+"""The folder of an ensemble: its samples block by block, and what they have been reduced to, from which it goes on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.files import make_folder, read_arrays, write_arrays, write_text
+from eomgen.base.text import finite
+from eomgen.errors import FileError, Problem
+from eomgen.products.ensembles.reductions import Reduction
+from eomgen.products.ensembles.samples import Block, Failed
+
+_DESCRIBED, _REDUCED, _BLOCKS = "ensemble.json", "reduced.npz", "samples"
+_KIND = "part of an ensemble"
+
+
+class Journal:
+    """Blocks that are done, in a folder or, without one, in memory.
+
+    Parameters
+    ----------
+    described : what the samples depend on; those of another description are not gone on with
+    resume : whether to go on with what the folder holds
+
+    Raises
+    ------
+    FileError
+        The folder holds an ensemble, and this is not to go on with it, or is another one.
+    """
+
+    def __init__(self, folder: Path | None, described: Mapping[str, Any], *, resume: bool) -> None:
+        self._folder = folder
+        self._kept: list[Block] = []
+        self.done = 0
+        self.reduction: Reduction | None = None
+        self.failed: list[Failed] = []
+        self.notes: list[str] = []
+        if folder is None:
+            return
+        make_folder(folder)
+        make_folder(folder / _BLOCKS)
+        path, text = folder / _DESCRIBED, json.dumps(finite(described), indent=2, sort_keys=True) + "\n"
+        if path.exists():
+            if not resume:
+                fault = f"holds an ensemble, {_DESCRIBED}"
+                raise FileError(Problem(str(folder), fault, "--resume, which goes on with it, or another folder"))
+            self._check(path, text)
+            self._read(folder)
+        else:
+            write_text(path, text)
+
+    def _check(self, path: Path, text: str) -> None:
+        try:
+            before = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            fault = f"cannot be read: {error}"
+            raise FileError(Problem(str(path), fault, "another folder")) from None
+        now = json.loads(text)
+        if before != now:
+            differ = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+            differ = [name for name in differ if name != "block"] or differ  # its size follows from the others
+            fault = f"holds an ensemble with other {', '.join(differ)}"
+            raise FileError(Problem(str(path.parent), fault, "the same options again, or another folder"))
+
+    def _read(self, folder: Path) -> None:
+        path = folder / _REDUCED
+        if not path.exists():
+            return
+        try:
+            arrays, data = read_arrays(path, _KIND, "another folder")
+        except FileError:  # as by a full disk
+            self.notes.append(f"{_REDUCED} was cut short or damaged: all samples are run again")
+            return
+        self.reduction, self.done = Reduction.of_arrays(arrays), int(data["done"])
+        self.failed = [Failed(item["number"], item["reason"], item["values"]) for item in data["failed"]]
+
+    def keep(self, block: Block) -> None:
+        """Keep a block, the next one: its values, its extremes and its failures."""
+        if self._folder is None:
+            self._kept.append(
+                replace(block, rows=block.rows[:0].copy())
+            )  # which are reduced, and would grow with the samples
+        else:
+            self._write_part(block)
+        self.failed += block.failed
+        self.done = block.first + len(block.values)
+
+    def broken(self, block: int) -> list[tuple[int, int]]:
+        """Return the first number and the count of samples of each part that is missing, cut short or damaged."""
+        if self._folder is None:
+            return []
+        counts = [(first, min(block, self.done - first)) for first in range(0, self.done, block)]
+        return [(first, count) for first, count in counts if not self._is_whole(first, count)]
+
+    def _is_whole(self, first: int, count: int) -> bool:
+        """Tell whether the part of some samples can be read; this compares its checksums."""
+        try:
+            arrays, data = read_arrays(self._path(first), _KIND, "another folder")
+            return data["first"] == first and len(arrays["values"]) == len(arrays["extremes"]) == count
+        except (FileError, KeyError):
+            return False
+
+    def replace(self, block: Block) -> None:
+        """Write a part again whose samples are reduced already."""
+        last = block.first + len(block.values) - 1
+        self._write_part(block)
+        self.notes.append(
+            f"samples {block.first} to {last} were run again: their part of the folder was cut short or damaged"
+        )
+
+    def _path(self, first: int) -> Path:
+        return (self._folder or Path()) / _BLOCKS / f"{first:09d}.npz"
+
+    def _write_part(self, block: Block) -> None:
+        write_arrays(
+            self._path(block.first), {"values": block.values, "extremes": block.extremes}, {"first": block.first}
+        )
+
+    def write(self, reduction: Reduction) -> None:
+        """Write what all blocks that were kept come to."""
+        if self._folder is None:
+            return
+        failed = [{"number": one.number, "reason": one.reason, "values": dict(one.values)} for one in self.failed]
+        write_arrays(self._folder / _REDUCED, reduction.arrays(), {"done": self.done, "failed": finite(failed)})
+
+    def samples(self, done: int, varied: int, columns: int) -> tuple[Array, Array]:
+        """Return values (done, varied) and extremes (done, columns, 3) of all samples; files are read as they come."""
+        values, extremes = np.empty((done, varied)), np.empty((done, columns, 3))
+        for first, own_values, own_extremes in self._blocks():
+            if first < done:
+                part = slice(first, first + len(own_values))
+                values[part], extremes[part] = own_values, own_extremes
+        return values, extremes
+
+    def _blocks(self) -> Iterator[tuple[int, Array, Array]]:
+        if self._folder is None:
+            yield from ((block.first, block.values, block.extremes) for block in self._kept)
+            return
+        for path in sorted((self._folder / _BLOCKS).glob("*.npz")):
+            arrays, data = read_arrays(path, _KIND, "another folder")
+            yield int(data["first"]), arrays["values"], arrays["extremes"]

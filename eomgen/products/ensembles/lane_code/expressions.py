@@ -1,0 +1,567 @@
+"""Expressions of a stepper, for lanes: values, and places that are written to."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pycparser import c_ast
+
+from eomgen.products.ensembles.lane_code.regions import Region, Variable
+from eomgen.products.ensembles.lane_code.source import Routine, Source, in_lanes, no_lanes, type_of, written
+from eomgen.products.ensembles.lane_code.types import (
+    Array,
+    Constant,
+    Pointer,
+    Real,
+    Structure,
+    Truths,
+    Type,
+    Void,
+    Whole,
+    Wholes,
+    element,
+    leaf,
+    spelled,
+)
+
+#: Functions of the language for numbers of lanes.
+_OF_A_NUMBER = {"fabs": "EG_ABS", "floor": "eg_floor"}
+_COMPARISONS = {"<", ">", "<=", ">=", "==", "!="}
+
+
+@dataclass(frozen=True)
+class Value:
+    """The C text of an expression, and its type."""
+
+    text: str
+    type: Type
+    null: bool = False
+
+    def as_pointer(self) -> Value:
+        """Return an array as the address of its first element."""
+        return Value(self.text, Pointer(element(self.type)))
+
+    @property
+    def decided(self) -> bool | None:
+        """The value of a condition, if it is known beforehand."""
+        return self.text == "1" if isinstance(self.type, Whole) and self.text in {"0", "1"} else None
+
+
+@dataclass(frozen=True)
+class Place:
+    """A target of assignments: its text, its type, the region of its variable (None: memory of the caller), and the
+    text of its places if each lane has one of its own."""
+
+    text: str
+    type: Type
+    region: Region | None
+    lanes: str = ""
+
+
+class Expressions(ABC):
+    """Expressions of one function; ``RoutineText`` knows the meaning of names and the active lanes."""
+
+    def __init__(self, source: Source, routine: Routine, outputs: Mapping[str, list[int]]) -> None:
+        self.source, self.routine, self.outputs = source, routine, outputs
+        self.called: list[str] = []
+        self.functions: set[str] = set()
+        self.foreign: set[str] = set()
+        #: Counters that go up once the statement is done.
+        self.behind: list[Any] = []
+        self._numbers = 0
+        #: Pointers that the function compares with NULL, and whether the operand at hand is evaluated for lanes that do
+        #: not ask for it, too.
+        self._may_be_null = _compared_with_null(routine.node.body)
+        self._unasked = False
+
+    #: Position of the statement.
+    region: Region
+
+    @abstractmethod
+    def find(self, name: str) -> Variable | None:
+        """Return the local variable or argument of a name, None if there is none."""
+
+    @abstractmethod
+    def mask(self) -> str:
+        """Return the text of the lanes that are here."""
+
+    def fresh(self, stem: str) -> str:
+        """Return a name that no other variable has."""
+        self._numbers += 1
+        return f"{stem}_{self._numbers}"
+
+    def vary(self, name: str) -> None:
+        """Note that each lane has a whole number of its own; the function is then translated anew."""
+        self.routine.varying.add(name)
+
+    # -- conversions -------------------------------------------------------------------------------------------------
+
+    def to(self, value: Value, kind: Type, node: Any) -> str:
+        """Return the text of a value as another type."""
+        match kind, value.type:
+            case (Real(), Real()) | (Wholes(), Wholes()) | (Constant(), Constant()) | (Whole(), Whole()):
+                return value.text
+            case Structure(), Structure():
+                return value.text
+            case Real(), Constant() | Whole():
+                return f"EG_WIDE((double)({value.text}))"
+            case Real(), Wholes():
+                return f"eg_real_of({value.text})"
+            case Real(), Truths():
+                return f"eg_real_of({value.text} & 1)"
+            case Wholes(), Whole():
+                return f"EG_WHOLES({value.text})"
+            case Wholes(), Truths():
+                return f"({value.text} & 1)"
+            case Constant(), Whole():
+                return f"(double)({value.text})"
+            case Pointer(), Pointer() | Whole():
+                return value.text
+        raise no_lanes(f"{value.type} as {kind} in {value.text}", node)
+
+    def truths(self, value: Value) -> str:
+        """Return in which lanes a value is not zero."""
+        match value.type:
+            case Truths():
+                return value.text
+            case Wholes():
+                return f"({value.text} != 0)"
+            case Real():
+                return f"(eg_wholes)({value.text} != EG_WIDE(0.0))"
+            case _:
+                return f"EG_WHOLES(({value.text}) ? -1 : 0)"
+
+    def _common(self, one: Value, other: Value, node: Any) -> tuple[str, str, Type]:
+        """Return two values as the type that holds both."""
+        kinds = (one.type, other.type)
+        if any(isinstance(kind, Real) for kind in kinds):
+            kind: Type = Real()
+        elif any(isinstance(kind, Constant) for kind in kinds):
+            kind = Constant()
+            if any(isinstance(each, Wholes | Truths) for each in kinds):
+                kind = Real()
+        elif any(isinstance(each, Wholes | Truths) for each in kinds):
+            kind = Wholes()
+        elif all(isinstance(each, Whole) for each in kinds):
+            kind = Whole()
+        else:
+            kind = one.type if isinstance(one.type, Structure | Pointer) else other.type
+        return self.to(one, kind, node), self.to(other, kind, node), kind
+
+    # -- values --------------------------------------------------------------------------------------------------------
+
+    def value(self, node: Any) -> Value:
+        """Return an expression."""
+        match node:
+            case c_ast.Constant():
+                return Value(node.value, Whole() if node.type in {"int", "long int", "long"} else Constant())
+            case c_ast.ID():
+                return self._named(node)
+            case c_ast.ArrayRef() | c_ast.StructRef():
+                place = self.place(node)
+                if place.lanes:
+                    kind = "real" if isinstance(place.type, Real) else "wholes"
+                    return Value(f"eg_gather_{kind}({self.mask()}, {place.text}, {place.lanes})", place.type)
+                if self._unasked and isinstance(node, c_ast.ArrayRef) and isinstance(node.name, c_ast.ID):
+                    name = node.name.name
+                    if name in self._may_be_null and isinstance(place.type, Real):
+                        return Value(f"({name} != NULL ? {place.text} : EG_WIDE(0.0))", place.type)
+                return Value(place.text, place.type)
+            case c_ast.UnaryOp():
+                return self._unary(node)
+            case c_ast.BinaryOp():
+                return self._binary(node)
+            case c_ast.TernaryOp():
+                return self._choice(node)
+            case c_ast.Cast():
+                return self._cast(node)
+            case c_ast.FuncCall():
+                return self.call(node)
+        raise no_lanes(f"an expression {type(node).__name__}", node)
+
+    def _named(self, node: Any) -> Value:
+        name = node.name
+        variable = self.find(name)
+        if variable is not None:
+            return Value(name, variable.type, variable.null)
+        if name in self.source.tables:
+            return Value(name, self.source.tables[name])
+        if name in self.source.enumerators:
+            return Value(name, Whole())
+        if name in {"HUGE_VAL", "NAN", "INFINITY"}:
+            return Value(name, Constant())
+        if name == "NULL":
+            return Value("NULL", Pointer(Void()), null=True)
+        raise no_lanes(f"the name {name}", node)
+
+    def _unary(self, node: Any) -> Value:
+        if node.op == "sizeof":
+            if isinstance(node.expr, c_ast.Typename):
+                return Value(f"sizeof({spelled(in_lanes(type_of(node.expr.type, self.source)))})", Whole())
+            return Value(f"sizeof({self.place(node.expr).text})", Whole())
+        if node.op == "*":
+            place = self.place(node)
+            return Value(place.text, place.type)
+        if node.op == "&":
+            place = self.place(node.expr)
+            if isinstance(place.type, Whole) and isinstance(node.expr, c_ast.ID):
+                self.vary(node.expr.name)
+                return Value(f"&{place.text}", Pointer(Wholes()))
+            return Value(f"&{place.text}", Pointer(place.type))
+        if node.op in {"p++", "p--"}:
+            self.behind.append(node)
+            return self.value(node.expr)
+        value = self.value(node.expr)
+        if node.op == "!":
+            if isinstance(value.type, Truths):
+                return Value(f"(~{value.text})", Truths())
+            if isinstance(value.type, Wholes | Real):
+                return Value(f"(~{self.truths(value)})", Truths())
+            return Value(f"!({value.text})", Whole())
+        if node.op in "+-~":
+            if isinstance(value.type, Truths):
+                value = Value(self.to(value, Wholes(), node), Wholes())
+            return Value(f"({node.op}{value.text})", value.type)
+        raise no_lanes(f"the operator {node.op} within an expression", node)
+
+    def _binary(self, node: Any) -> Value:
+        if node.op in {"&&", "||"}:
+            return self._logical(node)
+        one, other = self.value(node.left), self.value(node.right)
+        for value, counted in ((one, other), (other, one)):
+            if isinstance(value.type, Pointer | Array) and node.op in "+-" and isinstance(counted.type, Whole | Wholes):
+                if isinstance(counted.type, Wholes):
+                    raise no_lanes(f"an address of its own in each lane: {written(node)}", node)
+                first = f"{value.text} {node.op} ({counted.text})" if value is one else f"{counted.text} + {value.text}"
+                return Value(f"({first})", Pointer(element(value.type)))
+        if isinstance(one.type, Pointer) or isinstance(other.type, Pointer):
+            if one.null and other.null:
+                return Value("1" if node.op == "==" else "0", Whole())
+            return Value(f"({one.text} {node.op} {other.text})", Whole())
+        left, right, kind = self._common(one, other, node)
+        if node.op in _COMPARISONS:
+            text = f"({left} {node.op} {right})"
+            if isinstance(kind, Real):
+                return Value(f"((eg_wholes){text})", Truths())
+            return Value(text, Truths() if isinstance(kind, Wholes) else Whole())
+        if node.op in {"/", "%"} and isinstance(kind, Wholes):
+            return Value(f"eg_{'quotient' if node.op == '/' else 'remainder'}({self.mask()}, {left}, {right})", kind)
+        return Value(f"({left} {node.op} {right})", kind)
+
+    def _logical(self, node: Any) -> Value:
+        one = self.value(node.left)
+        joint = node.op == "&&"
+        if one.decided is not None:
+            return self.value(node.right) if one.decided is joint else one
+        if not _has_calls(node.left) and not _has_calls(node.right):
+            other = self.value(node.right)
+            if other.decided is not None:
+                return one if other.decided is joint else other
+        if isinstance(one.type, Whole | Constant | Pointer):
+            other = self.value(node.right)
+            if isinstance(other.type, Whole | Constant | Pointer):
+                return Value(f"({one.text} {node.op} {other.text})", Whole())
+            constant = "EG_WHOLES(0)" if joint else "EG_WHOLES(-1)"
+            right = self.truths(other)
+            return Value(f"({one.text} ? {right if joint else constant} : {constant if joint else right})", Truths())
+        left = self.truths(one)
+        if not _has_calls(node.right):
+            other = self._for_all(node.right)
+            return Value(f"({left} {'&' if joint else '|'} {self.truths(other)})", Truths())
+        first, here = self.fresh("first"), self.fresh("m")
+        outer = self.region
+        self.region = Region(here, outer)
+        right = self.truths(self.value(node.right))
+        self.region = outer
+        asked = f"{outer.mask} & {first}" if joint else f"{outer.mask} & ~{first}"
+        result = f"{first} & {right}" if joint else f"{first} | {right}"
+        begin = f"const eg_wholes {first} = {left}; eg_wholes {here} = {asked};"
+        return Value(f"({{ {begin} eg_any({here}) ? {result} : {first}; }})", Truths())
+
+    def _for_all(self, node: Any) -> Value:
+        """Return an operand that is evaluated in all lanes, also if its condition does not hold."""
+        before, self._unasked = self._unasked, True
+        value = self.value(node)
+        self._unasked = before
+        return value
+
+    def _choice(self, node: Any) -> Value:
+        condition = self.value(node.cond)
+        if condition.decided is not None:
+            return self.value(node.iftrue if condition.decided else node.iffalse)
+        if isinstance(condition.type, Whole | Constant | Pointer):
+            one, other, kind = self._common(self._argument(node.iftrue), self._argument(node.iffalse), node)
+            return Value(f"({condition.text} ? {one} : {other})", kind)
+        holds = self.fresh("holds")
+        prelude = f"const eg_wholes {holds} = {self.truths(condition)}; "
+        outer = self.region
+        values = []
+        for branch, mask in ((node.iftrue, holds), (node.iffalse, f"~{holds}")):
+            if _has_calls(branch):
+                here = self.fresh("m")
+                prelude += f"eg_wholes {here} = {outer.mask} & {mask}; "
+                self.region = Region(here, outer)
+                values.append(self.value(branch))
+                self.region = outer
+            else:
+                values.append(self._for_all(branch))
+        if any(isinstance(value.type, Pointer | Array | Structure) for value in values):
+            raise no_lanes(f"an address of its own in each lane: {written(node)}", node)
+        one, other, kind = self._common(values[0], values[1], node)
+        if isinstance(kind, Whole):
+            kind = Wholes()
+            one, other = (self.to(value, kind, node) for value in values)
+        if isinstance(kind, Constant):
+            kind = Real()
+            one, other = (self.to(value, kind, node) for value in values)
+        pick = "eg_pick" if isinstance(kind, Real) else "eg_pick_wholes"
+        return Value(f"({{ {prelude}{pick}({holds}, {one}, {other}); }})", kind)
+
+    def _cast(self, node: Any) -> Value:
+        kind = type_of(node.to_type.type, self.source)
+        value = self.value(node.expr)
+        match kind, value.type:
+            case Real(), _:
+                return Value(self.to(value, kind, node), Real())
+            case Whole(), Whole() | Wholes():
+                return value
+            case Whole(), Truths():
+                return Value(self.to(value, Wholes(), node), Wholes())
+            case Whole(), Real():
+                return Value(f"eg_wholes_of({value.text})", Wholes())
+            case Whole(), Constant():
+                return Value(f"(long)({value.text})", Whole())
+        raise no_lanes(f"the cast {written(node)}", node)
+
+    # -- places --------------------------------------------------------------------------------------------------------
+
+    def place(self, node: Any) -> Place:
+        """Return the object named by an expression."""
+        match node:
+            case c_ast.ID():
+                variable = self.find(node.name)
+                if variable is None:
+                    value = self._named(node)
+                    return Place(value.text, value.type, None)
+                return Place(node.name, variable.type, variable.region)
+            case c_ast.UnaryOp() if node.op == "*":
+                value = self.value(node.expr)
+                return Place(f"(*{value.text})", element(value.type), None)
+            case c_ast.StructRef():
+                return self._member(node)
+            case c_ast.ArrayRef():
+                return self._element(node)
+        value = self.value(node)
+        return Place(value.text, value.type, None)
+
+    def _member(self, node: Any) -> Place:
+        if node.type == "->":
+            value = self.value(node.name)
+            kind, region, text = element(value.type), None, f"{value.text}->{node.field.name}"
+        else:
+            place = self.place(node.name)
+            kind, region, text = place.type, place.region, f"{place.text}.{node.field.name}"
+            if place.lanes and isinstance(kind, Structure):
+                member = self.source.structures[kind.name][node.field.name]
+                return Place(text if isinstance(member, Array) else f"&{text}", member, None, place.lanes)
+        if not isinstance(kind, Structure):
+            raise no_lanes(f"a member of {kind}", node)
+        return Place(text, self.source.structures[kind.name][node.field.name], region)
+
+    def _element(self, node: Any) -> Place:
+        if isinstance(node.name, c_ast.UnaryOp | c_ast.BinaryOp):
+            value = self.value(node.name)
+            place = Place(value.text, value.type, None)
+        else:
+            place = self.place(node.name)
+        region = place.region if isinstance(place.type, Array) else None
+        index = self.value(node.subscript)
+        kind = element(place.type)
+        if place.lanes and isinstance(index.type, Whole) and isinstance(kind, Real | Wholes):
+            return Place(f"{place.text} + {index.text}", kind, None, place.lanes)
+        if isinstance(index.type, Whole) and not place.lanes:
+            return Place(f"{place.text}[{index.text}]", kind, region)
+        if place.lanes or not isinstance(kind, Real | Wholes | Constant | Whole | Structure):
+            raise no_lanes(f"an element of its own in each lane: {written(node)}", node)
+        lanes = self.to(index, Wholes(), node)
+        if isinstance(kind, Structure):  # its members lie as many vectors apart as it has
+            apart = f"(int64_t)(sizeof({spelled(kind)}) / sizeof(eg_wide))"
+            return Place(f"{place.text}[0]", kind, None, f"({lanes} * {apart})")
+        if isinstance(kind, Constant | Whole):
+            looked = "table" if isinstance(kind, Constant) else "counts"
+            text = f"eg_look_up_{looked}({self.mask()}, {place.text}, {lanes})"
+            return Place(text, Real() if isinstance(kind, Constant) else Wholes(), None)
+        return Place(place.text, kind, region, lanes)
+
+    # -- calls -------------------------------------------------------------------------------------------------------
+
+    def call(self, node: Any) -> Value:
+        """Return the call of a function."""
+        name = node.name.name if isinstance(node.name, c_ast.ID) else ""
+        given = list(node.args.exprs) if node.args else []
+        if name == "K":
+            value = self.value(given[0])
+            return value if isinstance(value.type, Real) else Value(f"EG_WIDE((double)({value.text}))", Real())
+        if name in {"memcpy", "memset", "memmove", "memcmp"}:
+            return self._memory(name, given, node)
+        if name == "offsetof":
+            return Value(written(node), Whole())
+        if name.startswith("EG_") or name in _OF_A_NUMBER:
+            return self._arithmetic(_OF_A_NUMBER.get(name, name), given, node)
+        if name in self.source.routines:
+            return self._routine(name, given, node)
+        if name in self.outputs:
+            return self._function(name, given, node)
+        if name in self.source.foreign:
+            return self._foreign(name, given, node)
+        raise no_lanes(f"a call of {written(node.name)}", node)
+
+    def _foreign(self, name: str, given: list[Any], node: Any) -> Value:
+        """Return the call of a function that knows of one trajectory, with sizes behind its arrays."""
+        texts = []
+        for item, kind in zip(given, self.source.foreign[name], strict=True):
+            value = self.value(item)
+            if isinstance(kind, Real):
+                texts.append(self.to(value, kind, node))
+            elif isinstance(value.type, Array) and isinstance(value.type.of, Real):
+                texts.append(f"{value.text}, {value.type.size}")
+            else:
+                raise no_lanes(f"an array of unknown size: {written(item)}", node)
+        self.foreign.add(name)
+        return Value(f"eg_each_{name}({', '.join([self.mask(), *texts])})", Wholes())
+
+    def _arithmetic(self, name: str, given: list[Any], node: Any) -> Value:
+        texts, made, behind = [], [], []
+        for item in given:
+            value = self.value(item)
+            if isinstance(value.type, Pointer):
+                place = self.place(item.expr) if isinstance(item, c_ast.UnaryOp) else None
+                if place is not None and place.region is self.region:
+                    texts.append(value.text)
+                    continue
+                there = self.fresh("there")  # memory in which other lanes have numbers of their own
+                made.append(f"real {there};")
+                behind.append(f"*({value.text}) = eg_pick({self.mask()}, {there}, *({value.text}));")
+                texts.append(f"&{there}")
+            else:
+                texts.append(self.to(value, Real(), node))
+        called = f"{name}({', '.join(texts)})"
+        if not made:
+            return Value(called, Real())
+        return Value(f"({{ {' '.join(made)} {called}; {' '.join(behind)} }})", Void())
+
+    def _memory(self, name: str, given: list[Any], node: Any) -> Value:
+        target = self.value(given[0])
+        size = self.value(given[2]).text
+        if name == "memset":
+            return Value(f"eg_clear({self.mask()}, {target.text}, {size})", Void())
+        if isinstance(given[1], c_ast.TernaryOp):
+            condition = self.value(given[1].cond)
+            if not isinstance(condition.type, Whole | Constant | Pointer):
+                holds, one, other = self.truths(condition), self.value(given[1].iftrue), self.value(given[1].iffalse)
+                parts = [
+                    f"eg_merge({self.mask()} & {mask}, {target.text}, {origin.text}, {size})"
+                    for mask, origin in ((holds, one), (f"~{holds}", other))
+                ]
+                return Value(", ".join(parts), Void())
+        origin = self.value(given[1])
+        if name == "memcmp":
+            return Value(f"eg_differs({target.text}, {origin.text}, {size})", Wholes())
+        return Value(f"eg_merge({self.mask()}, {target.text}, {origin.text}, {size})", Void())
+
+    def _function(self, name: str, given: list[Any], node: Any) -> Value:
+        self.functions.add(name)
+        texts = [
+            self.to(self._argument(item), kind, node)
+            for item, kind in zip(given, self.source.functions[name], strict=True)
+        ]
+        return Value(f"eg_masked_{name}({', '.join([self.mask(), *texts])})", Void())
+
+    def _argument(self, node: Any) -> Value:
+        value = self.value(node)
+        return value.as_pointer() if isinstance(value.type, Array) else value
+
+    def _routine(self, name: str, given: list[Any], node: Any) -> Value:
+        routine = self.source.routines[name]
+        if name not in self.called:
+            self.called.append(name)
+        texts = []
+        for item, (parameter, kind) in zip(given, routine.parameters, strict=True):
+            value = self._argument(item)
+            if isinstance(kind, Whole):
+                if not isinstance(value.type, Whole):
+                    routine.varying.add(parameter)
+                wanted: Type = Wholes() if parameter in routine.varying else Whole()
+                texts.append(value.text if isinstance(wanted, Whole) else self.to(value, wanted, node))
+                continue
+            if isinstance(kind, Pointer) and isinstance(leaf(kind), Whole | Real) and isinstance(value.type, Pointer):
+                self._learn(routine, parameter, value.type.to, item)
+            if isinstance(kind, Pointer) and not value.null:
+                routine.given.add(parameter)
+            texts.append(self.to(value, kind, node) if not isinstance(kind, Pointer) else value.text)
+        null = isinstance(routine.result, Pointer) and not routine.gives
+        return Value(f"{name}({', '.join([self.mask(), *texts])})", in_lanes(routine.result), null)
+
+    def _learn(self, routine: Routine, parameter: str, kind: Type, node: Any) -> None:
+        known = routine.elements.get(parameter)
+        if isinstance(kind, Void) or known == kind:
+            return
+        while isinstance(node, c_ast.ArrayRef):  # a row of a table
+            node = node.name
+        if known is not None and isinstance(leaf(known), Real) and isinstance(node, c_ast.ID):
+            self.routine.widened.add(node.name)  # a table that others fill with numbers of each lane
+            return
+        if known is not None and not isinstance(leaf(known), Constant):
+            raise no_lanes(f"{parameter} of {routine.name} both the same for all lanes and not", node)
+        routine.elements[parameter] = kind
+
+    def listed(self, node: Any, kind: Type) -> str:
+        """Return the values that a variable begins with."""
+        members: list[Type]
+        if isinstance(kind, Structure):
+            members = list(self.source.structures[kind.name].values())
+        else:
+            members = [element(kind)] * len(node.exprs)
+        texts = [
+            self.listed(item, member) if isinstance(item, c_ast.InitList) else self.to(self.value(item), member, node)
+            for item, member in zip(node.exprs, members, strict=False)
+        ]
+        return "{ " + ", ".join(texts) + " }"
+
+
+def _compared_with_null(node: Any) -> frozenset[str]:
+    """Return the names that a function compares with NULL."""
+
+    class Comparisons(c_ast.NodeVisitor):  # type: ignore[misc]
+        def __init__(self) -> None:
+            self.found: set[str] = set()
+
+        def visit_BinaryOp(self, operation: Any) -> None:
+            names = [side.name for side in (operation.left, operation.right) if isinstance(side, c_ast.ID)]
+            if "NULL" in names:
+                self.found |= {*names} - {"NULL"}
+            self.generic_visit(operation)
+
+    comparisons = Comparisons()
+    comparisons.visit(node)
+    return frozenset(comparisons.found)
+
+
+def _has_calls(node: Any) -> bool:
+    """Return whether an expression calls anything but functions of a number."""
+
+    class Calls(c_ast.NodeVisitor):  # type: ignore[misc]
+        found = False
+
+        def visit_FuncCall(self, call: Any) -> None:
+            name = call.name.name if isinstance(call.name, c_ast.ID) else ""
+            if name != "K" and not name.startswith("EG_") and name not in _OF_A_NUMBER:
+                self.found = True
+            self.generic_visit(call)
+
+    calls = Calls()
+    calls.visit(node)
+    return calls.found

@@ -1,0 +1,488 @@
+"""One function of a stepper, for lanes: its blocks under their masks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pycparser import c_ast
+
+from eomgen.products.ensembles.lane_code.expressions import Expressions, Place, Value
+from eomgen.products.ensembles.lane_code.regions import Loop, Region, Variable
+from eomgen.products.ensembles.lane_code.source import (
+    Routine,
+    Source,
+    declared,
+    in_lanes,
+    no_lanes,
+    shared,
+    table_text,
+    type_of,
+    written,
+)
+from eomgen.products.ensembles.lane_code.types import (
+    Array,
+    Constant,
+    Pointer,
+    Real,
+    Structure,
+    Type,
+    Void,
+    Whole,
+    Wholes,
+    leaf,
+    spelled,
+)
+
+
+class RoutineText(Expressions):
+    """The text of one function for lanes.
+
+    Attributes
+    ----------
+    signature, text : its declaration and its definition
+    called : functions of the stepper that it calls
+    functions : functions of the model that it calls under a mask
+    """
+
+    def __init__(
+        self, source: Source, routine: Routine, outputs: Mapping[str, list[int]], *, whole: bool = False
+    ) -> None:
+        super().__init__(source, routine, outputs)
+        self._whole, self.stores, self.parts = whole, 0, False
+        self.top = Region("live")
+        self.region = self.top
+        self.loops: list[Loop] = []
+        self.lines: list[str] = []
+        self.depth = 1
+        self.variables: list[dict[str, Variable]] = [{}]
+        for name, kind in routine.parameters:
+            null = isinstance(kind, Pointer) and name not in routine.given
+            self.variables[0][name] = Variable(self._parameter(name, kind), self.top, null)
+        arguments = [declared(name, item.type) for name, item in self.variables[0].items()]
+        result = in_lanes(routine.result)
+        self.returns = result
+        self.signature = f"static {spelled(result)} {routine.name}({', '.join(['eg_wholes live', *arguments])})"
+        self._block(routine.node.body)
+        head = [] if isinstance(result, Void) else [f"    {spelled(result)} result = {{0}};"]
+        tail = [] if isinstance(result, Void) or self._ended else ["    return result;"]
+        self.text = "\n".join([self.signature, "{", *head, *self.lines, *tail, "}"])
+
+    _ended = False
+
+    def _parameter(self, name: str, kind: Type) -> Type:
+        match kind:
+            case Whole():
+                return Wholes() if name in self.routine.varying else kind
+            case Pointer(to) if isinstance(leaf(to), Whole | Real):
+                return Pointer(self.routine.elements.get(name, in_lanes(to)))
+            case Pointer(to):
+                return Pointer(in_lanes(to))
+        return kind
+
+    # -- writing ---------------------------------------------------------------------------------------------------
+
+    def _line(self, text: str) -> None:
+        self.lines.append("    " * self.depth + text)
+
+    # -- names -----------------------------------------------------------------------------------------------------
+
+    def find(self, name: str) -> Variable | None:
+        """Return a variable by its name."""
+        for scope in reversed(self.variables):
+            if name in scope:
+                return scope[name]
+        return None
+
+    def mask(self) -> str:
+        """Return the variable that says which lanes are here."""
+        return self.region.mask
+
+    # -- statements ------------------------------------------------------------------------------------------------
+
+    def _block(self, node: Any) -> bool:
+        """Write the statements of a block; False if control never leaves it at its end."""
+        self.variables.append({})
+        going = True
+        for item in node.block_items or [] if isinstance(node, c_ast.Compound) else [node]:
+            if not (going := self._statement(item)):
+                break
+        self.variables.pop()
+        return going
+
+    def _braces(self, node: Any) -> bool:
+        self._line("{")
+        self.depth += 1
+        going = self._block(node)
+        self.depth -= 1
+        self._line("}")
+        return going
+
+    def _statement(self, node: Any) -> bool:
+        match node:
+            case None | c_ast.EmptyStatement():
+                return True
+            case c_ast.Compound():
+                return self._braces(node)
+            case c_ast.Decl():
+                self._declaration(node)
+            case c_ast.DeclList():
+                for item in node.decls:
+                    self._declaration(item)
+            case c_ast.Assignment():
+                self._assign(node)
+                behind, self.behind = self.behind, []
+                for item in behind:
+                    self._increment(item)
+            case c_ast.UnaryOp() if node.op in {"++", "--", "p++", "p--"}:
+                self._increment(node)
+            case c_ast.ExprList():
+                for item in node.exprs:
+                    self._statement(item)
+            case c_ast.Cast() if isinstance(type_of(node.to_type.type, self.source), Void):
+                if isinstance(node.expr, c_ast.FuncCall):
+                    self._statement(node.expr)
+            case c_ast.FuncCall():
+                self._line(self.call(node).text + ";")
+            case c_ast.If():
+                return self._if(node)
+            case c_ast.For():
+                self._for(node)
+            case c_ast.While():
+                self._loop(node.cond, None, node.stmt)
+            case c_ast.DoWhile():
+                self._loop(node.cond, None, node.stmt, late=True)
+            case c_ast.Return():
+                self._return(node)
+                return False
+            case c_ast.Break() | c_ast.Continue():
+                self._jump(node)
+                return False
+            case _:
+                raise no_lanes(f"a statement {type(node).__name__}", node)
+        return True
+
+    def _declaration(self, node: Any) -> None:
+        if node.name in ("live", "result"):
+            raise no_lanes(f"the name {node.name}, which masks have", node)
+        kind = type_of(node.type, self.source)
+        constant = "const" in node.quals or (isinstance(node.type, c_ast.ArrayDecl) and "const" in _quals(node.type))
+        if "static" in node.storage and constant:
+            self._static(node, kind)
+            return
+        base = kind
+        if isinstance(kind, Whole):
+            kind = Wholes() if node.name in self.routine.varying else kind
+        elif isinstance(kind, Pointer):
+            if node.init is None:
+                kind = Pointer(self.routine.elements.get(node.name, in_lanes(kind.to)))
+                self.variables[-1][node.name] = Variable(kind, self.region)
+                self._line(f"{declared(node.name, kind)};")
+                return
+            value = self.value(node.init)
+            if isinstance(value.type, Array):
+                value = value.as_pointer()
+            if value.null:
+                value = Value(value.text, in_lanes(kind), null=node.name not in self.routine.given)
+            self.variables[-1][node.name] = Variable(value.type, self.region, value.null)
+            self._line(f"{declared(node.name, value.type)} = {value.text};")
+            return
+        else:
+            kind = in_lanes(kind)
+        if node.init is None:
+            self.variables[-1][node.name] = Variable(kind, self.region)
+            self._line(f"{declared(node.name, kind)};")
+            return
+        if isinstance(node.init, c_ast.InitList):
+            text = self.listed(node.init, kind)
+        else:
+            value = self.value(node.init)
+            if isinstance(base, Whole) and isinstance(kind, Whole) and not isinstance(value.type, Whole):
+                self.vary(node.name)
+                kind = Wholes()
+            text = self.to(value, kind, node)
+        self.variables[-1][node.name] = Variable(kind, self.region)
+        self._line(f"{declared(node.name, kind)} = {text};")
+
+    def _static(self, node: Any, kind: Type) -> None:
+        if isinstance(kind, Structure) or node.name in self.routine.widened:  # vectors are no constants of the language
+            kind = in_lanes(kind)
+            self.variables[-1][node.name] = Variable(kind, self.region)
+            text = "{{0}}" if node.init is None else self.listed(node.init, kind)
+            self._line(f"{declared(node.name, kind)} = {text};")
+            return
+        kind = shared(kind)
+        self.variables[-1][node.name] = Variable(kind, self.region)
+        self._line(table_text(node, kind))
+
+    def _assign(self, node: Any) -> None:
+        if node.op == "=" and isinstance(node.rvalue, c_ast.Assignment):  # a = b = c
+            self._assign(node.rvalue)
+            self._store(node.lvalue, self.value(node.rvalue.lvalue), node)
+            return
+        if node.op != "=":
+            node = c_ast.Assignment(
+                "=", node.lvalue, c_ast.BinaryOp(node.op[:-1], node.lvalue, node.rvalue, node.coord)
+            )
+        self._store(node.lvalue, self.value(node.rvalue), node)
+
+    def _increment(self, node: Any) -> None:
+        one = c_ast.Constant("int", "1")
+        self._store(node.expr, self.value(c_ast.BinaryOp(node.op.strip("p")[0], node.expr, one)), node)
+
+    def _store(self, target: Any, value: Any, node: Any) -> None:
+        place = self.place(target)
+        if isinstance(place.type, Pointer):
+            if not value.null and isinstance(target, c_ast.ID):
+                self.routine.given.add(target.name)
+            if not self._within_loops_of(place.region):
+                raise no_lanes(f"the pointer {written(target)}, set where lanes part company", node)
+            value = value.as_pointer() if isinstance(value.type, Array) else value
+            if isinstance(value.type, Pointer) and value.type != place.type and not value.null:
+                self.routine.elements[target.name] = value.type.to
+            self._line(f"{place.text} = {value.text};")
+            return
+        if isinstance(place.type, Whole):
+            name = target.name
+            if name in self.routine.counters and isinstance(value.type, Whole):
+                self._line(f"{place.text} = {value.text};")
+                return
+            if not isinstance(value.type, Whole) or self.region is not place.region:
+                self.vary(name)
+                return
+            self._line(f"{place.text} = {value.text};")
+            return
+        self._line(self.kept(place, value, node) + ";")
+
+    def _within_loops_of(self, region: Region | None) -> bool:
+        """Return whether there are only loops between here and a region: all lanes that are still here agree."""
+        here: Region | None = self.region
+        while here is not None and here is not region and here.loop is not None:
+            here = here.outer
+        return here is region
+
+    def kept(self, place: Place, value: Any, node: Any) -> str:
+        """Return the statement that writes a value for the lanes that are here."""
+        text = self.to(value, place.type, node)
+        own = place.region is self.region
+        if not own and self.region is self.top:
+            self.stores += 1
+            own = self._whole
+        if place.lanes:
+            kind = "real" if isinstance(place.type, Real) else "wholes"
+            return f"eg_scatter_{kind}({self.mask()}, {place.text}, {place.lanes}, {text})"
+        if own:
+            return f"{place.text} = {text}"
+        if isinstance(place.type, Structure):
+            given = f"{spelled(place.type)} eg_given = {text}"
+            return f"{{ {given}; eg_merge({self.mask()}, &{place.text}, &eg_given, sizeof eg_given); }}"
+        pick = "eg_pick" if isinstance(place.type, Real) else "eg_pick_wholes"
+        return f"{place.text} = {pick}({self.mask()}, {text}, {place.text})"
+
+    def _return(self, node: Any) -> None:
+        value = ""
+        if node.expr is not None:
+            given = self.value(node.expr)
+            self.routine.gives = self.routine.gives or not given.null
+            value = self.to(given, self.returns, node)
+        if self.region is self.top:
+            if self.top.left and value:
+                value = self._picked("live", value, "result")
+            self._line(f"return {value};" if value else "return;")
+            self._ended = self._ended or self.depth == 1
+            return
+        here = self.mask()
+        if value:
+            self._line(f"result = {self._picked(here, value, 'result')};")
+        regions: Region | None = self.region
+        masks = {"live"}
+        for loop in self.loops:
+            if loop.parted:
+                masks |= {loop.run, loop.region.mask}
+        self._leave(here, masks)
+        while regions is not None:
+            regions.left = True
+            regions = regions.outer
+
+    def _picked(self, mask: str, value: str, other: str) -> str:
+        match self.returns:
+            case Real():
+                return f"eg_pick({mask}, {value}, {other})"
+            case Wholes():
+                return f"eg_pick_wholes({mask}, {value}, {other})"
+        raise no_lanes("a structure, returned where lanes part company", self.routine.node)
+
+    def _leave(self, here: str, masks: set[str]) -> None:
+        gone = self.fresh("gone")
+        self._line(f"const eg_wholes {gone} = {here};")
+        for mask in sorted(masks | {here}):
+            self._line(f"{mask} = {mask} & ~{gone};")
+
+    def _jump(self, node: Any) -> None:
+        word = "break" if isinstance(node, c_ast.Break) else "continue"
+        loop = self.loops[-1]
+        if self.region is loop.region:
+            self._line(f"{word};")
+            return
+        if not loop.parted:
+            raise _PartCompany(loop)
+        masks = {loop.region.mask} | ({loop.run} if word == "break" else set())
+        self._leave(self.mask(), masks)
+        region: Region | None = self.region
+        while region is not None and region is not loop.region:
+            region.left = True
+            region = region.outer
+        loop.region.left = True
+
+    # -- blocks under masks ------------------------------------------------------------------------------------------
+
+    def _if(self, node: Any) -> bool:
+        condition = self.value(node.cond)
+        if condition.decided is not None:
+            chosen = node.iftrue if condition.decided else node.iffalse
+            return chosen is None or self._braces(chosen)
+        if isinstance(condition.type, Whole | Constant | Pointer):
+            self._line(f"if ({condition.text}) {{")
+            self.depth += 1
+            self._block(node.iftrue)
+            self.depth -= 1
+            if node.iffalse is not None:
+                self._line("} else {")
+                self.depth += 1
+                self._block(node.iffalse)
+                self.depth -= 1
+            self._line("}")
+            return True
+        self.parts = True
+        holds = self.fresh("holds")
+        self._line(f"const eg_wholes {holds} = {self.truths(condition)};")
+        outer = self.region
+        before = f"{outer.mask} & {holds}", f"{outer.mask} & ~{holds}"
+        otherwise = self.fresh("m") if node.iffalse is not None else ""
+        if otherwise:
+            self._line(f"eg_wholes {otherwise} = {before[1]};")
+        self._under(node.iftrue, before[0])
+        if otherwise:
+            self._under(node.iffalse, otherwise, otherwise)
+        return True
+
+    def _under(self, node: Any, mask: str, name: str = "") -> None:
+        """Write a block for the lanes of a mask, if there are any."""
+        if not name:
+            name = self.fresh("m")
+            self._line(f"eg_wholes {name} = {mask};")
+        outer, self.region = self.region, Region(name, self.region)
+        self._line(f"if (eg_any({name})) {{")
+        self.depth += 1
+        self._block(node)
+        left, self.region = self.region.left, outer
+        if left:
+            outer.left = True
+            self._rejoin(outer)
+        self.depth -= 1
+        self._line("}")
+
+    def _rejoin(self, outer: Region) -> None:
+        """Take lanes that have left off the mask of a block that others are still in."""
+        if not outer.left:
+            return
+        base = next((loop.region.mask for loop in reversed(self.loops) if loop.parted), "live")
+        if outer.mask != base:
+            self._line(f"{outer.mask} = {outer.mask} & {base};")
+        if outer is self.top:
+            nothing = "" if isinstance(self.returns, Void) else " result"
+            self._line(f"if (!eg_any(live)) return{nothing};")
+        elif self.loops and outer is self.loops[-1].region:
+            self._line(f"if (!eg_any({outer.mask})) continue;")
+
+    def _for(self, node: Any) -> None:
+        self.variables.append({})
+        self._line("{")
+        self.depth += 1
+        if node.init is not None:
+            self._statement(node.init)
+        self._loop(node.cond, node.next, node.stmt)
+        self.depth -= 1
+        self._line("}")
+        self.variables.pop()
+
+    def _loop(self, condition: Any, step: Any, body: Any, *, late: bool = False) -> None:
+        """Write a loop; ``late``: its first iteration has no condition."""
+        again = ""
+        if late:
+            again, step = self.fresh("again"), None
+            self._line(f"int {again} = 0;")
+        state = len(self.lines), self.depth, self.region, len(self.loops), len(self.variables)
+        try:
+            if condition is None or isinstance(self.value(condition).type, Whole):
+                self._common_loop(condition, step, body, again)
+                return
+        except _PartCompany as found:
+            if len(self.loops) <= state[3] or found.loop is not self.loops[state[3]]:
+                raise
+            del self.lines[state[0] :], self.loops[state[3] :], self.variables[state[4] :]
+            self.depth, self.region = state[1], state[2]
+        self._parted_loop(condition, step, body, again)
+
+    def _common_loop(self, condition: Any, step: Any, body: Any, again: str) -> None:
+        loop = Loop(self.region)
+        self.loops.append(loop)
+        test = "" if condition is None else self.value(condition).text
+        if again:
+            self._line(f"for (; !{again} || {test}; {again} = 1) {{")
+        else:
+            self._line(f"for (; {test}; {self._step(step)}) {{")
+        self.depth += 1
+        self._block(body)
+        self.depth -= 1
+        self._line("}")
+        self.loops.pop()
+        self._rejoin(self.region)
+
+    def _step(self, step: Any) -> str:
+        if step is None:
+            return ""
+        kept, self.lines = self.lines, []
+        self._statement(step)
+        made, self.lines = self.lines, kept
+        return ", ".join(line.strip().rstrip(";") for line in made)
+
+    def _parted_loop(self, condition: Any, step: Any, body: Any, again: str) -> None:
+        self.parts = True
+        outer = self.region
+        run, turn = self.fresh("run"), self.fresh("m")
+        self._line(f"eg_wholes {run} = {outer.mask};")
+        loop = Loop(Region(turn, outer), run, parted=True)
+        loop.region.loop = loop
+        self.loops.append(loop)
+        self.region = Region(run, outer)
+        stepped = f"{again} = 1" if again else self._step(step)
+        self._line(f"for (;; {stepped}) {{")
+        self.depth += 1
+        if condition is not None:
+            first = f"if ({again}) " if again else ""
+            self._line(f"{first}{run} = {run} & {self.truths(self.value(condition))};")
+        self._line(f"if (!eg_any({run})) break;")
+        self._line(f"eg_wholes {turn} = {run};")
+        self.region = loop.region
+        self._block(body)
+        self.depth -= 1
+        self._line("}")
+        self.loops.pop()
+        left, self.region = loop.region.left, outer
+        outer.left = outer.left or left
+        self._rejoin(outer)
+
+
+class _PartCompany(Exception):
+    """Some lanes leave a loop that others stay in."""
+
+    def __init__(self, loop: Loop) -> None:
+        super().__init__("lanes part company")
+        self.loop = loop
+
+
+def _quals(node: Any) -> list[str]:
+    while not isinstance(node, c_ast.TypeDecl):
+        node = node.type
+    return list(node.quals)

@@ -1,0 +1,296 @@
+"""The C that is translated: its declarations, and its functions with the results of their analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from pycparser import c_ast
+from pycparser.c_generator import CGenerator
+
+from eomgen.products.ensembles.lane_code.types import (
+    Array,
+    Constant,
+    Other,
+    Pointer,
+    Real,
+    Structure,
+    Type,
+    Void,
+    Whole,
+    Wholes,
+    spelled,
+)
+
+_WHOLE = {"int", "long", "long int", "unsigned", "unsigned int", "size_t"}
+#: Of tables; texts are not translated.
+_SMALL = {"signed char", "unsigned char", "short", "unsigned short"}
+
+
+class NotInLanes(Exception):
+    """A construct that cannot be translated, with its position."""
+
+
+def no_lanes(what: str, node: Any) -> NotInLanes:
+    """Return the error for a construct."""
+    where = f" ({node.coord})" if getattr(node, "coord", None) else ""
+    return NotInLanes(f"{what}{where}")
+
+
+@dataclass
+class Routine:
+    """A function of the source.
+
+    Attributes
+    ----------
+    varying : names of whole numbers, parameters or variables, with a value per lane
+    elements : types of the targets of pointers among the parameters, by their callers
+    widened : tables with a copy per lane, since a function takes them and others
+    given : pointers among the parameters that some caller gives; others are null
+    counters : whole numbers that are only counters of loops
+    gives : the pointer that is returned, if one is, may be other than null
+    """
+
+    node: Any
+    parameters: list[tuple[str, Type]]
+    result: Type
+    varying: set[str] = field(default_factory=set)
+    elements: dict[str, Type] = field(default_factory=dict)
+    widened: set[str] = field(default_factory=set)
+    given: set[str] = field(default_factory=set)
+    counters: frozenset[str] = frozenset()
+    gives: bool = False
+
+    @property
+    def name(self) -> str:
+        return str(self.node.decl.name)
+
+
+@dataclass
+class Source:
+    """Declarations of a file."""
+
+    structures: dict[str, dict[str, Type]] = field(default_factory=dict)
+    names: dict[str, Type] = field(default_factory=dict)
+    enumerators: set[str] = field(default_factory=set)
+    tables: dict[str, Type] = field(default_factory=dict)
+    routines: dict[str, Routine] = field(default_factory=dict)
+    #: Functions of the model, compiled for lanes from their own text: types of their parameters.
+    functions: dict[str, list[Type]] = field(default_factory=dict)
+    #: Functions of others, which are called lane by lane: types of their parameters.
+    foreign: dict[str, list[Type]] = field(default_factory=dict)
+    #: Texts of declarations, in their order.
+    texts: list[str] = field(default_factory=list)
+
+
+def read(tree: Any, outputs: Mapping[str, list[int]]) -> Source:
+    """Return the declarations of a parsed file; ``outputs`` names functions of the model."""
+    source = Source(names={"real": Real(), "eomgen_real": Real()})
+    for item in tree.ext:
+        if isinstance(item, c_ast.Typedef):
+            _read_type(item, source)
+        elif isinstance(item, c_ast.FuncDef):
+            _read_routine(item, source)
+        elif isinstance(item, c_ast.Decl) and isinstance(item.type, c_ast.FuncDecl):
+            if item.name in outputs:
+                source.functions[item.name] = [kind for _, kind in _parameters(item.type, source)]
+            else:
+                _read_foreign(item, source)
+        elif isinstance(item, c_ast.Decl):
+            _read_table(item, source)
+    return source
+
+
+def type_of(node: Any, source: Source) -> Type:
+    """Return the type of a declarator; whole numbers are the same in all lanes."""
+    match node:
+        case c_ast.TypeDecl():
+            return type_of(node.type, source)
+        case c_ast.PtrDecl():
+            if isinstance(node.type, c_ast.FuncDecl):
+                return Other("void *")
+            return Pointer(type_of(node.type, source))
+        case c_ast.ArrayDecl():
+            return Array(type_of(node.type, source), written(node.dim))
+        case c_ast.IdentifierType():
+            name = " ".join(node.names)
+            if name in source.names:
+                return source.names[name]
+            if name == "void":
+                return Void()
+            if name == "double":
+                return Real()
+            if name in _WHOLE or name in _SMALL:
+                return Whole()
+            return Other(name)
+        case c_ast.Enum():
+            return Whole()
+        case c_ast.Struct():
+            return Structure(node.name)
+    raise no_lanes(f"a declaration of {type(node).__name__}", node)
+
+
+def in_lanes(kind: Type) -> Type:
+    """Return the type with whole numbers of its own in each lane: members of structures, arrays that are written to."""
+    match kind:
+        case Whole():
+            return Wholes()
+        case Array(of, size):
+            return Array(in_lanes(of), size)
+        case Pointer(to):
+            return Pointer(in_lanes(to))
+    return kind
+
+
+def written(node: Any) -> str:
+    """Return an expression as it stands."""
+    return str(CGenerator().visit(node))
+
+
+def _read_type(item: Any, source: Source) -> None:
+    kind = item.type.type if isinstance(item.type, c_ast.TypeDecl) else None
+    if isinstance(kind, c_ast.Enum):
+        source.texts.append(written(item) + ";")
+        source.names[item.name] = Whole()
+        source.enumerators |= {each.name for each in kind.values.enumerators}
+    elif isinstance(kind, c_ast.Struct) and kind.decls is not None:
+        members = {each.name: type_of(each.type, source) for each in kind.decls}
+        if not item.name.endswith("_settings"):  # whole numbers of settings belong to the method
+            members = {name: in_lanes(member) for name, member in members.items()}
+        source.structures[item.name] = members
+        source.names[item.name] = Structure(item.name)
+        lines = [f"    {declared(name, member)};" for name, member in members.items()]
+        tag = kind.name or ""
+        source.texts.append("\n".join([f"typedef struct {tag} {{", *lines, f"}} {item.name};"]))
+    elif item.name not in source.names:
+        source.names[item.name] = type_of(item.type, source)
+
+
+def _parameters(node: Any, source: Source) -> list[tuple[str, Type]]:
+    result = []
+    for parameter in node.args.params if node.args else []:
+        kind = type_of(parameter.type, source)
+        if isinstance(kind, Void):
+            continue
+        if isinstance(kind, Array):
+            kind = Pointer(kind.of)
+        result.append((parameter.name or "", kind))
+    return result
+
+
+def _read_foreign(item: Any, source: Source) -> None:
+    """Note a function of numbers and of arrays of them that gives a whole number."""
+    kinds = [kind for _, kind in _parameters(item.type, source)]
+    if type_of(item.type.type, source) == Whole() and all(kind in (Real(), Pointer(Real())) for kind in kinds):
+        source.foreign[item.name] = kinds
+
+
+def _read_routine(item: Any, source: Source) -> None:
+    signature = item.decl.type
+    result = type_of(signature.type, source)
+    if isinstance(result, Pointer) and isinstance(result.to, Other):  # texts of messages
+        return
+    routine = Routine(item, _parameters(signature, source), result)
+    routine.counters = _counters(item)
+    source.routines[item.decl.name] = routine
+
+
+def _read_table(item: Any, source: Source) -> None:
+    if item.name is None:  # a structure without a name for the type
+        return
+    kind = type_of(item.type, source)
+    if isinstance(kind, Array) and isinstance(kind.of, Pointer):  # names, which no lane asks for
+        return
+    if "const" not in item.quals and "const" not in _quals(item.type):
+        raise no_lanes(f"the variable {item.name} of the whole file", item)
+    source.tables[item.name] = shared(kind)
+    source.texts.append(table_text(item, source.tables[item.name]))
+
+
+def shared(kind: Type) -> Type:
+    """Return the type of a table that all lanes have in common."""
+    match kind:
+        case Real():
+            return Constant()
+        case Other("char"):
+            return Whole()
+        case Array(of, size):
+            return Array(shared(of), size)
+    return kind
+
+
+def table_text(item: Any, kind: Type) -> str:
+    """Return the declaration of a table that all lanes have in common."""
+    text = "0" if item.init is None else written(item.init).replace("K(", "(")
+    return f"static const {declared(item.name, kind)} = {f'{{ {text} }}' if isinstance(kind, Array) else text};"
+
+
+def _quals(node: Any) -> list[str]:
+    while not isinstance(node, c_ast.TypeDecl):
+        node = node.type
+    return list(node.quals)
+
+
+def declared(name: str, kind: Type, *, constant: bool = False) -> str:
+    """Return the declaration of a variable."""
+    if isinstance(kind, Pointer) and isinstance(kind.to, Array):
+        return declared(f"(*{name})", kind.to)
+    sizes = ""
+    while isinstance(kind, Array):
+        sizes += f"[{kind.size}]"
+        kind = kind.of
+    text = spelled(kind)
+    return f"{'const ' if constant else ''}{text}{'' if text.endswith('*') else ' '}{name}{sizes}"
+
+
+class _References(c_ast.NodeVisitor):  # type: ignore[misc]
+    """Counts the places of names, and the places within loops that begin by setting them."""
+
+    def __init__(self) -> None:
+        self.everywhere: dict[str, int] = {}
+        self.in_loops: dict[str, int] = {}
+        self.set_in_bodies: set[str] = set()
+        self._counted: list[str] = []
+
+    def visit_ID(self, node: Any) -> None:
+        self.everywhere[node.name] = self.everywhere.get(node.name, 0) + 1
+        if node.name in self._counted:
+            self.in_loops[node.name] = self.in_loops.get(node.name, 0) + 1
+
+    def visit_Assignment(self, node: Any) -> None:
+        if isinstance(node.lvalue, c_ast.ID) and node.lvalue.name in self._counted:
+            self.set_in_bodies.add(node.lvalue.name)
+        self.generic_visit(node)
+
+    def visit_UnaryOp(self, node: Any) -> None:
+        if node.op in {"++", "--", "p++", "p--", "&"} and isinstance(node.expr, c_ast.ID):
+            self.set_in_bodies.add(node.expr.name)
+        self.generic_visit(node)
+
+    def visit_For(self, node: Any) -> None:
+        names = []
+        if isinstance(node.init, c_ast.Assignment) and isinstance(node.init.lvalue, c_ast.ID):
+            names = [node.init.lvalue.name]
+        elif isinstance(node.init, c_ast.DeclList):
+            names = [each.name for each in node.init.decls]
+        self._counted += names
+        for part in (node.init, node.next):  # these may set the counter
+            before = set(self.set_in_bodies)
+            if part is not None:
+                self.visit(part)
+            self.set_in_bodies = before
+        for part in (node.cond, node.stmt):
+            if part is not None:
+                self.visit(part)
+        del self._counted[len(self._counted) - len(names) :]
+
+
+def _counters(item: Any) -> frozenset[str]:
+    result = _References()
+    result.visit(item.body)
+    return frozenset(
+        name
+        for name, count in result.in_loops.items()
+        if count == result.everywhere[name] and name not in result.set_in_bodies
+    )

@@ -1,0 +1,176 @@
+"""A stepper's C for one trajectory made into C for one trajectory in each lane.
+
+The author of a stepper writes the control flow of one trajectory: if, loops, return. In lanes each of these holds
+for some trajectories and not for others, so every block has a mask of the lanes that are in it; code outside stays
+as it is. Values have the same bits as the scalar text, because each lane has the same operations in the same
+order (Karrenberg and Hack 2011, whole-function vectorisation; Pharr and Mark 2012, ispc).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from operator import itemgetter
+
+from pycparser import CParser
+
+from eomgen.products.ensembles.lane_code.routine import RoutineText
+from eomgen.products.ensembles.lane_code.source import NotInLanes, Source, read
+from eomgen.products.ensembles.lane_code.types import Pointer, Type, Void, spelled
+
+__all__ = ["NotInLanes", "translated"]
+
+_MOST_ROUNDS = 20
+#: From so many numbers that a function writes on, one for all lanes is worth its text.
+_MANY_STORES = 6
+
+
+def translated(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping[str, list[int]]) -> str:
+    """Return the functions of a stepper for lanes, with all that they call.
+
+    Parameters
+    ----------
+    text : str
+        C without directives of the preprocessor: declarations of the model, and the stepper.
+    roots : mapping from name to names
+        Functions that are called from elsewhere, and their pointer arguments that are always null. They take a mask
+        first; their whole numbers are the same for all lanes.
+    outputs : mapping from name to sizes
+        Functions of the model, which are compiled for lanes from their own text; sizes of the arrays they fill, in the
+        order of the parameters that are not constant.
+
+    Raises
+    ------
+    NotInLanes
+        The text has a construct that lanes cannot follow.
+    """
+    source = read(CParser().parse(text, "stepper"), outputs)
+    missing = [name for name in roots if name not in source.routines]
+    if missing:
+        raise NotInLanes(f"no function {', '.join(missing)}")
+    for name, null in roots.items():
+        routine = source.routines[name]
+        routine.given |= {each for each, kind in routine.parameters if isinstance(kind, Pointer) and each not in null}
+    for _ in range(_MOST_ROUNDS):
+        before = _known(source)
+        made = _reached(source, roots, outputs)
+        if _known(source) == before:
+            return _file(source, made, outputs)
+    raise NotInLanes("what differs from lane to lane was not found out")
+
+
+def _reached(source: Source, roots: Collection[str], outputs: Mapping[str, list[int]]) -> dict[str, RoutineText]:
+    waiting, made = list(reversed(list(roots))), dict[str, RoutineText]()
+    while waiting:
+        name = waiting.pop()
+        if name in made:
+            continue
+        made[name] = RoutineText(source, source.routines[name], outputs)
+        waiting += reversed([each for each in made[name].called if each not in made])
+    return made
+
+
+def _known(source: Source) -> list[tuple[str, frozenset[str], list[tuple[str, Type]]]]:
+    return [
+        (
+            name,
+            frozenset(routine.varying | routine.given | routine.widened | ({"return"} if routine.gives else set())),
+            sorted(routine.elements.items(), key=itemgetter(0)),
+        )
+        for name, routine in source.routines.items()
+    ]
+
+
+def _file(source: Source, made: Mapping[str, RoutineText], outputs: Mapping[str, list[int]]) -> str:
+    functions = sorted({name for routine in made.values() for name in routine.functions})
+    order = [name for name in source.routines if name in made]
+    parts = [*source.texts]
+    for name in functions:
+        parameters = ", ".join(
+            spelled(kind) + ("" if spelled(kind).endswith("*") else " ") for kind in source.functions[name]
+        )
+        parts.append(f"void {name}({parameters});")
+        parts.append(_masked(name, source, outputs[name]))
+    for name in sorted({name for routine in made.values() for name in routine.foreign}):
+        parts.append(_each(name, source.foreign[name]))
+    parts += [made[name].signature + ";" for name in order]
+    parts += [_both(source, made[name], outputs) for name in order]
+    return "\n\n".join(parts) + "\n"
+
+
+def _both(source: Source, found: RoutineText, outputs: Mapping[str, list[int]]) -> str:
+    """Return the text of a function; of a long one without branches a second text for all lanes active, too."""
+    if found.parts or found.called or found.functions or found.stores < _MANY_STORES or not _is_void(found):
+        return found.text
+    name = found.routine.name
+    plain = RoutineText(source, found.routine, outputs, whole=True).text.replace(f" {name}(", f" {name}_whole(", 1)
+    names = ", ".join(["live", *(parameter for parameter, _ in found.routine.parameters)])
+    start = found.text.index("{\n") + 2
+    choice = f"    if (eg_all(live)) {{\n        {name}_whole({names});\n        return;\n    }}\n"
+    return f"{plain}\n\n{found.text[:start]}{choice}{found.text[start:]}"
+
+
+def _is_void(found: RoutineText) -> bool:
+    return isinstance(found.returns, Void)
+
+
+def _each(name: str, kinds: Sequence[Type]) -> str:
+    """Return the call of a function of one trajectory for one lane after the other."""
+    plain = [f"{'double *' if isinstance(kind, Pointer) else 'double '}x{i}" for i, kind in enumerate(kinds)]
+    taken, before, filled, given, behind = [], [], [], [], []
+    for i, kind in enumerate(kinds):
+        if not isinstance(kind, Pointer):
+            taken.append(f"real x{i}")
+            given.append(f"x{i}[lane]")
+            continue
+        taken.append(f"real *x{i}, int n{i}")
+        before.append(f"    double y{i}[n{i}];")
+        filled += [f"        for (i = 0; i < n{i}; ++i)", f"            y{i}[i] = x{i}[i][lane];"]
+        behind += [f"        for (i = 0; i < n{i}; ++i)", f"            x{i}[i][lane] = y{i}[i];"]
+        given.append(f"y{i}")
+    lines = [
+        f"int {name}({', '.join(plain)});",
+        f"static eg_wholes eg_each_{name}({', '.join(['eg_wholes mask', *taken])})",
+        "{",
+        *before,
+        "    eg_wholes found = {0};",
+        "    int lane, i;",
+        "    for (lane = 0; lane < EG_LANES; ++lane) {",
+        "        if (!mask[lane])",
+        "            continue;",
+        *filled,
+        f"        found[lane] = {name}({', '.join(given)});",
+        *behind,
+        "    }",
+        "    return found;",
+        "}",
+    ]
+    return "\n".join(lines)
+
+
+def _masked(name: str, source: Source, sizes: list[int]) -> str:
+    """Return the function of a model that leaves other lanes as they are."""
+    kinds = source.functions[name]
+    declared = [f"{spelled(kind)}{'' if spelled(kind).endswith('*') else ' '}x{i}" for i, kind in enumerate(kinds)]
+    given, before, behind, results = [], [], [], 0
+    first = len(kinds) - len(sizes)
+    for i, kind in enumerate(kinds):
+        if i < first or not isinstance(kind, Pointer):
+            given.append(f"x{i}")
+            continue
+        size = max(sizes[i - first], 1)
+        before.append(f"    real y{i}[{size}];")
+        behind.append(f"    if (x{i}) eg_merge(mask, x{i}, y{i}, {sizes[i - first]} * sizeof(real));")
+        given.append(f"y{i}")
+        results += 1
+    lines = [f"static void eg_masked_{name}({', '.join(['eg_wholes mask', *declared])})", "{"]
+    lines += before
+    lines += [
+        "    if (eg_all(mask)) {",
+        f"        {name}({', '.join(f'x{i}' for i in range(len(kinds)))});",
+        "        return;",
+        "    }",
+        f"    {name}({', '.join(given)});",
+        *behind,
+        "}",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,151 @@
+"""Parts of an ensemble that other processes run: messages to them and back.
+
+Messages have content alone: the description of the model, from which a process makes its own, compiled once for each
+kind of machine; never a path of the sender, and never machine code.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.arrays import Array
+from eomgen.base.version import __version__
+from eomgen.compiled.model import CompiledModel
+from eomgen.errors import EomgenError, Problem, UsageError
+from eomgen.products.ensembles.designs import Design
+from eomgen.products.ensembles.samples import Block, Samples
+from eomgen.products.ensembles.variations import Variation, VariedOptions
+
+#: Fields of ``Samples`` that belong to a process: there they are made anew.
+_OWN = ("model", "design", "options", "folder", "stop")
+
+
+@dataclass(frozen=True)
+class Shipment:
+    """Source of samples in another process.
+
+    Attributes
+    ----------
+    ensemble : its identity
+    make : returns the model, from the cache of the process's machine if its library is there
+    text : digest of the C that the sender's model is compiled from
+    design, samples : name of the design, and how many samples it has
+    items, common : of ``VariedOptions``
+    rest : all else that ``Samples`` is made from
+    """
+
+    ensemble: str
+    make: Callable[[], CompiledModel]
+    text: str
+    design: str
+    samples: int
+    items: Sequence[Variation]
+    common: Mapping[str, Any]
+    rest: Mapping[str, Any]
+    version: str = __version__
+
+    @classmethod
+    def of(cls, ensemble: str, work: Samples) -> Shipment:
+        """Return the source of samples. Raises UsageError for a model that was made by hand."""
+        make, arguments = work.model.__reduce__()[:2]
+        return cls(
+            ensemble,
+            partial(make, *arguments),
+            text_digest(work.model),
+            work.design.name,
+            work.design.samples,
+            work.options.items,
+            work.options.common,
+            {item.name: getattr(work, item.name) for item in fields(work) if item.init and item.name not in _OWN},
+        )
+
+
+@dataclass(frozen=True)
+class Part:
+    """Samples that a process has run.
+
+    Attributes
+    ----------
+    solutions : number of a sample -> the file of its solution, of those to be kept
+    seconds : that the samples took, without the model's compilation
+    code : digest of the compiled model
+    how : of ``Samples``
+    """
+
+    block: Block
+    solutions: Mapping[int, bytes]
+    seconds: float
+    code: str
+    how: str
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """The reason for which a process cannot run samples: the same for each of them, so it is not tried again."""
+
+    kind: type[EomgenError]
+    problems: tuple[Problem, ...]
+
+
+class Room:
+    """State of a process for one ensemble: its model, made when the first part comes."""
+
+    def __init__(self, shipment: Shipment) -> None:
+        self._shipment = shipment
+        self._making = threading.Lock()
+        self._model: CompiledModel | None = None
+        self.stop = threading.Event()
+
+    def run(self, first: int, values: Array) -> Part | Refusal | None:
+        """Run the samples from this number on, with varied quantities (n, d); None if it was stopped."""
+        try:
+            model = self._made()
+            with tempfile.TemporaryDirectory(prefix="eomgen-runs-") as folder:
+                return self._part(model, Path(folder), first, values)
+        except EomgenError as error:
+            return Refusal(type(error), error.problems)
+
+    def _part(self, model: CompiledModel, folder: Path, first: int, values: Array) -> Part | None:
+        sent = self._shipment
+        design = Design(sent.design, sent.samples, lambda begin, count: values[begin - first :][:count])
+        options = VariedOptions(model, sent.items, sent.common)
+        work = Samples(model=model, design=design, options=options, folder=folder, stop=self.stop, **sent.rest)
+        began = time.perf_counter()
+        block = work.block(first, len(values))
+        seconds = time.perf_counter() - began
+        if block is None:
+            return None
+        numbers = (number for number in work.keep if first <= number < first + len(values))
+        files = {number: work.file(number) for number in numbers}
+        solutions = {number: file.read_bytes() for number, file in files.items() if file.exists()}
+        return Part(block, solutions, seconds, model.library.digest, work.how)
+
+    def _made(self) -> CompiledModel:
+        """Return the model. Raises EomgenError if it cannot be made here, or not as the sender's."""
+        with self._making:
+            if self._model is None:
+                if self._shipment.version != __version__:
+                    fault = f"eomgen is {__version__} here, and {self._shipment.version} where the ensemble was begun"
+                    raise UsageError(Problem("", fault, "the same version on all machines"))
+                model = self._shipment.make()
+                if text_digest(model) != self._shipment.text:
+                    fault = "other C comes of the scene here than where the ensemble was begun"
+                    raise UsageError(Problem("", fault, "the same eomgen, with the same templates, on all machines"))
+                self._model = model
+            return self._model
+
+
+def text_digest(model: CompiledModel) -> str:
+    """Return an identity of the C of a compiled model, for any compiler."""
+    digest = hashlib.sha256()
+    for file in sorted(model.library.folder.glob("*.[ch]")):
+        digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()

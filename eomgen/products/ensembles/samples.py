@@ -1,0 +1,234 @@
+"""Runs of blocks of samples: kept results of each, and the reasons of failures."""
+
+from __future__ import annotations
+
+import functools
+import logging
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.compiled.model import CompiledModel
+from eomgen.errors import EomgenError, FileError
+from eomgen.products.ensembles.designs import Design
+from eomgen.products.ensembles.lanes import Lanes, lanes_of
+from eomgen.products.ensembles.side_by_side import Alike
+from eomgen.products.ensembles.variations import VariedOptions
+from eomgen.results.solution import Solution
+from eomgen.simulation.simulate import simulate
+
+_LOG = logging.getLogger(__name__)
+#: Kept statistics of each column of a run.
+EXTREMES = ("min", "max", "final")
+#: Rows up to which extremes are found row by row.
+_FEW = 8
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A sample with a failed run: its number, the reason, and its varied quantities by name."""
+
+    number: int
+    reason: str
+    values: Mapping[str, float]
+
+
+class _StoppedError(Exception):
+    """A run without a receiver."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Samples that were run together.
+
+    Attributes
+    ----------
+    first : number of the first one
+    values : (samples, varied)
+    rows : (samples, columns, times), NaN if a sample failed or ended before
+    extremes : (samples, columns, 3), by ``EXTREMES``
+    """
+
+    first: int
+    values: Array
+    rows: Array
+    extremes: Array
+    failed: tuple[Failed, ...] = ()
+
+
+@dataclass
+class Samples:
+    """Runs blocks of the samples of a design.
+
+    Attributes
+    ----------
+    columns : names of the columns of solutions that are looked at
+    times : (rows,) s, of the rows of whole runs
+    thinned : places of the rows that are reduced
+    keep : numbers of samples whose solutions are written to ``folder``, as files that end in ``keep_as``
+    alike : common part of their runs, with which they may run side by side; None: one after the other
+    stop : set if no further sample is to begin
+    """
+
+    model: CompiledModel
+    design: Design
+    options: VariedOptions
+    span: tuple[float | None, float | None]
+    columns: Sequence[str]
+    times: Array
+    thinned: Array
+    keep: frozenset[int] = frozenset()
+    keep_as: str = "npz"
+    folder: Path | None = None
+    alike: Alike | None = None
+    stop: threading.Event = field(default_factory=threading.Event)
+    #: Threads that begin together wait for the one that makes lanes.
+    _making: threading.Lock = field(default_factory=threading.Lock, init=False, repr=False)
+    _made: Lanes | str | None = field(default=None, init=False, repr=False)
+
+    def block(self, first: int, count: int) -> Block | None:
+        """Return a block of samples; None if it was stopped."""
+        values = self.design.values(first, count)
+        rows, extremes = self._unknown(count)
+        failed: list[Failed] = []
+        for k in self._side_by_side(first, values, rows, extremes):
+            if self.stop.is_set():
+                return None
+            try:
+                reason = self._one(first + k, values[k], rows[k], extremes[k])
+            except _StoppedError:
+                return None
+            if reason:
+                names = (item.name for item in self.options.items)
+                failed.append(Failed(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
+        return Block(first, values, rows, extremes, tuple(failed))
+
+    @property
+    def lanes(self) -> Lanes | str:
+        """The runner of samples side by side, or the reason for which they run one after the other."""
+        with self._making:
+            if self._made is None:
+                made: Lanes | str = "runs side by side are not asked for"
+                if self.alike is not None:
+                    made = lanes_of(self.model, self.options, self.alike, self.columns)
+                self._made = made
+                _LOG.info("%s: samples run %s", self.model.name, how_run(self._made))
+            return self._made
+
+    @property
+    def how(self) -> str:
+        """How samples were run, ``side by side: 4 lanes``, or why one after the other; empty before the first one."""
+        return "" if self._made is None else how_run(self._made)
+
+    def _side_by_side(self, first: int, values: Array, rows: Array, extremes: Array) -> list[int]:
+        """Run samples (n, d) side by side and fill their rows and extremes; return samples that have to run alone."""
+        lanes = self.lanes
+        if isinstance(lanes, str):
+            return list(range(len(values)))
+        kept = np.array([number - first for number in sorted(self.keep) if 0 <= number - first < len(values)], np.intp)
+        left: list[int] = kept.tolist()
+        others = np.delete(np.arange(len(values)), kept) if left else np.arange(len(values))
+        together = lanes.runs.together
+        for begin in range(0, len(others), together):
+            if self.stop.is_set():
+                break
+            chosen = others[begin : begin + together]
+            found = lanes.tables(values[chosen])
+            alone = found.alone
+            known = np.isfinite(found.columns)
+            if not known.all():
+                here = np.arange(found.columns.shape[2]) < found.rows[:, np.newaxis]
+                alone = alone | ~(known.all(axis=1) | ~here).all(axis=1)
+            whole = ~alone & (found.rows == len(self.times))
+            columns = found.columns if whole.all() else found.columns[whole]
+            rows[chosen[whole]] = columns[:, :, self.thinned]
+            extremes[chosen[whole]] = extremes_of(columns)
+            for k in np.flatnonzero(~(alone | whole)):
+                place = chosen[k]
+                self._fill(found.columns[k, :, : found.rows[k]], found.ends[k], rows[place], extremes[place])
+            left += chosen[alone].tolist()
+        return sorted(left)
+
+    def save_those_before(self, first: int) -> None:
+        """Run samples before this one again whose solutions are to be kept, and are not yet."""
+        for number in sorted(self.keep):
+            if number < first and self.folder is not None and not self.file(number).exists():
+                rows, extremes = self._unknown(1)
+                self._one(number, self.design.values(number, 1)[0], rows[0], extremes[0])
+
+    def _unknown(self, count: int) -> tuple[Array, Array]:
+        """Return rows (count, columns, times) and extremes (count, columns, 3) that are still to be filled."""
+        rows = np.full((count, len(self.columns), len(self.thinned)), np.nan)
+        return rows, np.full((count, len(self.columns), len(EXTREMES)), np.nan)
+
+    def file(self, number: int) -> Path:
+        """Return the file of the solution of a sample."""
+        return (self.folder or Path()) / f"sample_{number:07d}.{self.keep_as}"
+
+    def _look(self, done: int, steps: int) -> None:
+        """End a run if no more samples are wanted; called every tenth of a second."""
+        if self.stop.is_set():
+            raise _StoppedError
+
+    def _one(self, number: int, values: Array, rows: Array, extremes: Array) -> str:
+        """Run one sample and fill its rows (columns, times) and extremes (columns, 3); return why it failed."""
+        try:
+            solution = simulate(
+                self.model, *self.span, **self.options.of(values), error_estimate=False, progress=self._look
+            )
+            reason = "" if solution.success else solution.message
+        except FileError:  # the disk's fault, and no sample's
+            raise
+        except EomgenError as error:
+            return "; ".join(map(str, error.problems))  # a failure of the run, not of a call: without its title
+        if number in self.keep and self.folder is not None:
+            solution.save(self.file(number))
+        if reason:
+            return reason
+        table = table_of(solution, self.columns)
+        if not np.all(np.isfinite(table[:, -1])):
+            wrong = [name for name, value in zip(self.columns, table[:, -1], strict=True) if not np.isfinite(value)]
+            return f"{wrong[0]} is not finite at the end"
+        self._fill(table, float(solution.t[-1]), rows, extremes)
+        return ""
+
+    def _fill(self, table: Array, end: float, rows: Array, extremes: Array) -> None:
+        """Fill rows (columns, times) and extremes (columns, 3) of the columns (columns, rows) of a run until a time."""
+        extremes[:] = extremes_of(table)
+        if table.shape[1] == len(self.times):
+            rows[:] = table[:, self.thinned]
+        else:  # an event has stopped it
+            met = self.thinned[self.times[self.thinned] <= end]
+            met = met[met < table.shape[1]]
+            rows[:, : len(met)] = table[:, met]
+
+
+def how_run(lanes: Lanes | str) -> str:
+    """Return the way in which samples are run, in words."""
+    if isinstance(lanes, str):
+        return f"one after the other: {lanes}"
+    return f"side by side: {lanes.runs.library.lanes} lanes"
+
+
+def extremes_of(table: Array) -> Array:
+    """Return the smallest, the largest and the last value of columns (..., columns, rows), (..., columns, 3)."""
+    result = np.empty((*table.shape[:-1], 3))
+    rows = np.moveaxis(table, -1, 0)
+    for place, which in enumerate((np.fmin, np.fmax)):
+        if len(rows) > _FEW:
+            result[..., place] = which.reduce(table, axis=-1)
+        else:  # a reduction along so short an axis takes longer than all else
+            result[..., place] = functools.reduce(which, rows)
+    result[..., 2] = rows[-1]
+    return result
+
+
+def table_of(solution: Solution, columns: Sequence[str]) -> Array:
+    """Return columns of a solution, (columns, rows)."""
+    every: Mapping[str, Any] = solution.columns()
+    return np.array([every[name] for name in columns])

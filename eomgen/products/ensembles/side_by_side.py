@@ -1,0 +1,506 @@
+"""Runs of one model side by side, a trajectory in each lane of the processor's vectors.
+
+Rows have the same bits as in separate runs, except that compilers may contract a multiplication and an addition into
+one operation (profile ``fast``). The checks of a run cost more than its steps, so only cheap checks are made here; runs
+that fail one of these are repeated separately, with all checks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.analysis.bending import shortenings
+from eomgen.base.arrays import Array
+from eomgen.compiled.consistent_states import ConsistentStates, consistent_samples
+from eomgen.compiled.lanes import LANES_VARIABLE, Choice
+from eomgen.compiled.lanes import chosen as chosen_lanes
+from eomgen.compiled.model import CompiledModel
+from eomgen.formula.evaluate import symbols
+from eomgen.integrators.events import STOPPED
+from eomgen.results.solution import Solution
+from eomgen.simulation.judgement.turned_elements import turned_elements
+from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
+from eomgen.simulation.stepping.lane_stepper import LaneStepper
+from eomgen.simulation.stepping.run import Run, scene_inputs
+from eomgen.simulation.stepping.settings import chosen_stepper, followed_laws
+from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
+from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed
+from eomgen.simulation.stepping.stepper import times_of_inputs
+from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
+from eomgen.system.description import component_names
+from eomgen.toolchain.lane_library import LaneLibrary
+
+#: Rows at which energies are looked at.
+_LOOKED_AT = 17
+#: Share of the energies at work by which a total may grow, of 0.49 from which on a run has failed.
+_GAIN = 0.2
+#: A velocity that grows so much in the last quarter may be the method's own.
+_GROWTH = 5.0
+#: Part of the machine, or rad, by which a constraint may be off, of 1e-3 from which on a run has failed.
+_VIOLATION = 1e-4
+#: Part of its length by which a beam's axis may be shortened, of 1 from which on a run has failed.
+_SHORTENED = 0.9
+#: Numbers of rows that are looked at together, and groups of lanes, at most: 4 MB stay in a cache, and the heap keeps
+#: them from one group to the next, while 32 MB are allocated by the system each time, page by page.
+_NUMBERS, _GROUPS = 5e5, 1024
+#: Columns up to which they are copied one by one.
+_NARROW = 3
+#: Options of ``simulate`` with which samples may run side by side.
+_OPTIONS = {
+    *("method", "rho_inf", "alpha", "beta", "gamma", "order", "tolerance", "settings"),
+    *("parameters", "inputs", "initial", "record_every", "t_start", "start"),
+}
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Method, time grid and columns common to the runs of all samples, from the run without variations; plain data.
+
+    Attributes
+    ----------
+    method : its name
+    grid : of steps
+    every : steps between rows
+    places : of each column, the attribute of the states, the output or the energy that it is of, and its place there
+    """
+
+    method: str
+    grid: TimeGrid
+    every: int
+    places: Mapping[str, tuple[str, int]]
+
+    @classmethod
+    def of(cls, model: CompiledModel, pilot: Solution) -> Alike:
+        """Return the common data of runs like ``pilot``."""
+        data = pilot.metadata
+        span = float(data["t_start"]), float(data["t_end"]), float(data["settings"]["step"])
+        grid = time_grid(*span, model.library.real)
+        return cls(str(data["method"]), grid, int(data["record_every"]), _places(model, pilot))
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Results of runs side by side.
+
+    Attributes
+    ----------
+    columns : (runs, columns, rows), not a number behind the last row of a run
+    alone : (runs,), which of them have to be made alone
+    rows : (runs,), number of rows of each; fewer if an event has stopped the run, whose row is then the last one
+    ends : (runs,) s, times of their last rows
+    """
+
+    columns: Array
+    alone: NDArray[np.bool_]
+    rows: NDArray[np.intp]
+    ends: Array
+
+
+@dataclass
+class SideBySide:
+    """Runs side by side that differ in parameters, inputs and the initial state.
+
+    Attributes
+    ----------
+    run : the run without variations
+    columns : names of the columns of solutions that are looked at
+    places : of ``Alike``
+    """
+
+    model: CompiledModel
+    run: Run
+    library: LaneLibrary
+    columns: Sequence[str]
+    places: Mapping[str, tuple[str, int]]
+    #: By the number of rows: times of the previous samples, and the inputs and the base at these.
+    _common_before: dict[int, tuple[Array, Prescribed]] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def together(self) -> int:
+        """Samples whose rows are looked at together: whole groups of lanes, within a part of the memory."""
+        numbers = (self.run.grid.whole // self.run.every + 3) * self.width
+        if self.tabled:
+            numbers += len(self._input_times) * self.model.nu
+        groups = max(1, int(_NUMBERS / (numbers * self.library.lanes)))
+        return self.library.lanes * min(groups, _GROUPS)
+
+    @property
+    def width(self) -> int:
+        """Numbers of a row."""
+        return sum(int(size) for _, size in self.library.layout["method"]["row"])
+
+    @property
+    def tabled(self) -> bool:
+        """Whether inputs change with time in a way that the stepper is told row by row."""
+        return self.run.driven is not None and not isinstance(self.run.driven, HeldRows)
+
+    @cached_property
+    def _input_times(self) -> Array:
+        """Times of the rows of such inputs, s."""
+        within = np.array(self.library.layout["method"]["input_times"])
+        grid = self.run.grid
+        times = times_of_inputs(within, float(self.run.settings["step"]), 0, grid.whole, grid.start)
+        return np.concatenate([times, times[-1] + grid.rest * within[1:]]) if grid.rest else times
+
+    @cached_property
+    def _common_inputs(self) -> Array:
+        """Rows of inputs (rows, nu) of the run that all have in common."""
+        return self.run.signals.table(self._input_times)
+
+    def input_tables(
+        self, parameters: Array, held: Mapping[str, Array], laws: Sequence[Mapping[str, LawOverTime]]
+    ) -> Array:
+        """Return inputs that change with time, (n, rows, nu).
+
+        Parameters
+        ----------
+        parameters : (n, np)
+        held : values (n,) of inputs that are held over each run
+        laws : of each run, of the inputs whose law is its own
+        """
+        model, signals, times = self.model, self.run.signals, self._input_times
+        tables = np.repeat(self._common_inputs[np.newaxis], len(parameters), axis=0)
+        by_formulas = [k for k, name in enumerate(model.inputs) if name not in signals.given]
+        if signals.formulas is not None and by_formulas and not signals.left_to_stepper:
+            for k in np.flatnonzero(np.any(parameters != self.run.parameters, axis=1)).tolist():
+                rows = model.evaluator.formula_inputs({"t": times, "p": parameters[k]})
+                tables[k][:, by_formulas] = rows[:, by_formulas]
+        for name, values in held.items():
+            tables[:, :, model.inputs.index(name)] = values[:, np.newaxis]
+        for k, of_run in enumerate(laws):
+            for name, law in of_run.items():
+                by_law = law.over(times)  # a separate run names the value that is not finite
+                tables[k][:, model.inputs.index(name)] = np.where(np.isfinite(by_law), by_law, np.inf)
+        return tables
+
+    @property
+    def held_inputs(self) -> Array | None:
+        """Inputs (nu,) common to all runs before variations, NaN for inputs by formulas of the scene; None if all
+        inputs are given by formulas."""
+        driven = self.run.driven
+        return driven.row if isinstance(driven, HeldRows) else None
+
+    def unfollowed(self, parameters: Array) -> NDArray[np.bool_]:
+        """Return a mask of the parameters (n, np) at which a drive, or the law of the base, cannot be followed, (n,);
+        samples with the common run's parameters of these laws are not checked again."""
+        names, run = list(self.model.parameters), self.run
+        in_laws = {symbol.name for law in self.model.description.laws for symbol in symbols(law.formula)}
+        places = [names.index(name) for name in in_laws.intersection(names)]
+        result = np.zeros(len(parameters), dtype=bool)
+        for k in np.flatnonzero((parameters[:, places] != run.parameters[places]).any(axis=1)):
+            result[k] = bool(followed_laws(self.model, run.method, parameters[k], run.grid)[0])
+        return result
+
+    def assembled(self, q: Array, v: Array, parameters: Array) -> ConsistentStates | None:
+        """Return the states nearest to guesses q (n, nq), v (n, nv) that meet the constraints, at parameters (n, np);
+        None if ``start_of`` has to check each of them, because rows that follow from others at the scene's parameters
+        may not follow from them at these."""
+        model = self.model
+        if model.library.layout["left_out"] and np.any(parameters != model.parameter_array()):
+            return None
+        if not model.multipliers:
+            return ConsistentStates(q, v, np.ones(len(q), dtype=bool))
+        return consistent_samples(model, q, v, self.run.grid.start, parameters)
+
+    def start_of(self, p: Array, initial: Mapping[str, Any] | None, *, changed: bool) -> Array:
+        """Return q, v, z, (nq + nv + nz,), from which a run with parameters (np,) starts; errors as of ``simulate``."""
+        run = replace(self.run, parameters=p)
+        state, _, _ = start_of(run, initial, equilibrium_start=False, changed=changed)
+        return np.concatenate([state.q, state.v, state.z])
+
+    def tables(self, parameters: Array, inputs: Array | None, starts: Array) -> Beside:
+        """Return columns of runs, and which of these have to be made alone.
+
+        Parameters
+        ----------
+        parameters : (runs, np)
+        inputs : (runs, nu), held; or (runs, rows of inputs, nu), of ``input_tables``
+        starts : (runs, nq + nv + nz)
+        """
+        count, lanes = len(starts), self.library.lanes
+        last = -count % lanes
+        parameters, states = _filled(parameters, last), np.empty((count + last, 1 + starts.shape[1]))
+        states[:, 0], states[:, 1:] = self.run.grid.start, _filled(starts, last)
+        inputs = None if inputs is None else _filled(inputs, last)
+        stepper = LaneStepper(self.library, self.run.settings)
+        every, whole = self._between, self.run.grid.whole
+        held, tables = (None, inputs) if self.tabled else (inputs, None)
+        counts = every, whole // every, whole % every, self.run.grid.rest
+        found = stepper.runs(states, parameters, held, *counts, tables)
+        rows, modes, ends = (part[:count] for part in found[:3])
+        parameters, statuses = parameters[:count], found[3][:count]
+        stopped = statuses == STOPPED.number
+        if self.run.grid.rest:
+            rows[statuses == 0, -1, 0] = self.run.grid.end
+        alone = (statuses != 0) & (~stopped if not self.tabled else True)
+        number = np.full(count, rows.shape[1])
+        for k in np.flatnonzero(stopped):  # rows behind an event that stops a run repeat the event's row
+            number[k] = np.isfinite(rows[k, :, 0]).sum()
+            rows[k, number[k] :], modes[k, number[k] :] = rows[k, number[k] - 1], modes[k, number[k] - 1]
+        present = self._present(parameters, modes)
+        with np.errstate(all="ignore"):
+            alone |= self._breaks_constraints(rows, parameters, ends[:, stepper.places.get("max_constraint", slice(0))])
+            alone |= ~np.isfinite(rows).reshape(count, -1).all(axis=1)
+            alone |= self._grows(rows) | self._gains_energy(rows, present)
+            chosen = self._asked(rows.shape[1])
+            asked = np.full(count, len(chosen))
+            asked[stopped] = (chosen < number[stopped, np.newaxis] - 1).sum(axis=1) + 1
+            if len(chosen) < rows.shape[1]:
+                rows, present = rows[:, chosen], present if present.ndim == 2 else present[:, chosen]
+            alone |= self._beams_fail(rows, parameters)
+            columns = self._columns(rows, present, None if inputs is None else self._at_rows(inputs[:count]))
+        for k in np.flatnonzero(stopped):
+            columns[k, :, asked[k] :] = np.nan
+        return Beside(columns, alone, asked, rows[:, -1, 0])
+
+    @property
+    def _between(self) -> int:
+        """Steps between the checked rows: as between recorded rows, or fewer if the run has few recorded rows."""
+        every, whole = self.run.every, self.run.grid.whole
+        if self.run.method.chooses_steps or whole // every >= _LOOKED_AT:
+            return every
+        parts = [part for part in range(1, every + 1) if every % part == 0 and whole // (every // part) >= _LOOKED_AT]
+        return every // parts[0] if parts else 1
+
+    def _asked(self, count: int) -> NDArray[np.intp]:
+        """Return the indices of the recorded rows among ``count`` checked rows."""
+        chosen = np.arange(0, self.run.grid.whole // self._between + 1, self.run.every // self._between)
+        return np.append(chosen, count - 1) if chosen[-1] != count - 1 else chosen
+
+    def _present(self, parameters: Array, modes: Array) -> Array:
+        """Return parameters (lanes, np), or (lanes, rows, np) if modes (lanes, rows, modes) change some."""
+        if not modes.shape[2]:
+            return parameters
+        present = np.repeat(parameters[:, np.newaxis], modes.shape[1], axis=1)
+        places = [mode["parameter"] for mode in self.library.layout["method"]["events"]["modes"]]
+        present[:, :, places] = np.where(np.isnan(modes), present[:, :, places], modes)  # until a lane failed
+        return present
+
+    def _at_rows(self, inputs: Array) -> Array:
+        """Return inputs at the rows of the run, (lanes, rows, nu)."""
+        grid = self.run.grid
+        steps = np.arange(0, grid.whole + 1, self.run.every)
+        if steps[-1] != grid.steps:
+            steps = np.append(steps, grid.steps)
+        if inputs.ndim == 2:
+            return np.repeat(inputs[:, np.newaxis], len(steps), axis=1)
+        each: int = self.library.layout["method"]["rows_per_step"]
+        return inputs[:, steps * each]
+
+    # -- columns of results --------------------------------------------------------------------------------------------
+
+    def _states(self, rows: Array) -> States:
+        """Return the states at rows (n, width)."""
+        nq, nv, nz = self.model.nq, self.model.nv, self.model.nz
+        ends = (1, 1 + nq, 1 + nq + nv, 1 + nq + 2 * nv, rows.shape[1] - nz, rows.shape[1])
+        return States(rows[:, 0], *(_columns_of(rows, ends[k], ends[k + 1]) for k in range(5)))
+
+    def _prescribed(self, states: States, present: Array, inputs: Array | None) -> Prescribed:
+        """Return inputs and the base at states of lanes, with parameters of ``_present`` and inputs (lanes * rows, nu)
+        that are held; evaluated once if all lanes have the same parameters and times."""
+        lanes, own, places = len(present), self.run.parameters, self._read_by_drivers
+        t = states.t.reshape(lanes, -1)
+        if (present[..., places] == own[places]).all() and (t == t[0]).all():
+            of_one = self._in_common(t[0])
+            given = Prescribed(*(None if part is None else np.tile(part, (lanes, 1)) for part in of_one))
+        else:
+            given = prescribed(self.model, states.t, _at_each(present, t.shape[1]), None)
+        if inputs is None or given.u is None:
+            return given
+        return Prescribed(np.where(np.isnan(inputs), given.u, inputs), given.base)
+
+    @cached_property
+    def _read_by_drivers(self) -> list[int]:
+        """Places of the parameters that formulas of inputs and laws of the base mention."""
+        description = self.model.description
+        formulas = [item.formula for item in description.inputs if item.formula is not None]
+        formulas += [law.formula for law in description.laws]
+        read = {symbol.name for formula in formulas for symbol in symbols(formula)}
+        return [place for place, name in enumerate(self.model.parameters) if name in read]
+
+    def _in_common(self, t: Array) -> Prescribed:
+        """Return inputs and the base at times (rows,), at the parameters of the run that all have in common."""
+        known = self._common_before.get(len(t))
+        if known is None or not np.array_equal(known[0], t):
+            known = t.copy(), prescribed(self.model, t, self.run.parameters, None)
+            self._common_before[len(t)] = known
+        return known[1]
+
+    def _columns(self, rows: Array, present: Array, inputs: Array | None) -> Array:
+        """Return columns (lanes, columns, rows) of rows (lanes, rows, width), with parameters of ``_present`` and
+        inputs (lanes, rows, nu)."""
+        lanes, count, width = rows.shape
+        states = self._states(rows.reshape(-1, width))
+        result = np.empty((lanes, len(self.columns), count))
+        groups: dict[str, Any] = {}
+        p = _at_each(present, count)
+        u = None if inputs is None else inputs.reshape(-1, inputs.shape[-1])
+        needed = {self.places[name][0] for name in self.columns}
+        given = Prescribed(None, None)
+        if any(group.partition(".")[0] in ("output", "energy", "input") for group in needed):
+            given = self._prescribed(states, present, u)
+        for kind, prefix in (("outputs", "output."), ("energy", "energy.")):
+            if any(group.startswith(prefix) for group in needed):
+                of_model = evaluated(kind, self.model, states, given, p)
+                groups |= {f"{prefix}{name}": value for name, value in of_model.items()}
+        for k, name in enumerate(self.columns):
+            group, place = self.places[name]
+            if group in groups:
+                values = groups[group]
+            elif group == "input":
+                values = given.u
+            else:
+                values = getattr(states, group)
+            column = values if values.ndim == 1 else values[:, place]
+            result[:, k] = column.reshape(lanes, count)
+        return result
+
+    def _grows(self, rows: Array) -> NDArray[np.bool_]:
+        """Return a mask of the lanes whose velocities grow late in the run; False for steps chosen by their errors."""
+        if self.run.method.chooses_steps:
+            return np.zeros(len(rows), dtype=bool)
+        nq, nv = self.model.nq, self.model.nv
+        late = 3 * rows.shape[1] // 4
+        before, after = np.empty((nv, len(rows))), np.empty((nv, len(rows)))
+        with np.errstate(all="ignore"):
+            for k in range(nv):  # a maximum runs along memory
+                speeds = np.abs(rows[:, :, 1 + nq + k])
+                before[k], after[k] = speeds[:, : max(late, 1)].max(axis=1), speeds[:, late:].max(axis=1)
+            floor = 1e-6 * np.maximum(before, after).max(axis=0, initial=0.0)
+            result: NDArray[np.bool_] = np.any(after > _GROWTH * np.maximum(before, floor), axis=0)
+        return result
+
+    def _breaks_constraints(self, rows: Array, parameters: Array, largest: Array) -> NDArray[np.bool_]:
+        """Return in which lanes constraints are off by more than a part of the machine, or by an angle of so many rad.
+
+        Parameters
+        ----------
+        largest : (lanes, 1) of all steps, in the units of the rows; (lanes, 0) without constraints
+        """
+        lanes, model = len(rows), self.model
+        if not model.multipliers or not largest.size:
+            return np.zeros(lanes, dtype=bool)
+        scale = np.ones(lanes)
+        lengths = [unit != "1" for unit in model.library.layout["row_units"]]
+        if "constraint_size" in model.functions and any(lengths):
+            looked = rows[:, [0, rows.shape[1] // 2, -1]]
+            t, q = looked[:, :, 0].ravel(), looked[:, :, 1 : 1 + model.nq].reshape(-1, model.nq)
+            p = np.repeat(parameters, looked.shape[1], axis=0)
+            extents = np.asarray(model.evaluate("constraint_size", q, t=t, parameters=p)["extent"])
+            machine = extents.reshape(lanes, -1).max(axis=1)
+            scale = np.where(machine > 0.0, machine, 1.0)
+            scale = scale if all(lengths) else np.minimum(scale, 1.0)
+        result: NDArray[np.bool_] = ~(largest[:, 0] <= _VIOLATION * scale)
+        return result
+
+    def _gains_energy(self, rows: Array, present: Array) -> NDArray[np.bool_]:
+        """Return a mask of the lanes of a model without power that gain energy."""
+        lanes, count, width = rows.shape
+        if "energy" not in self.model.functions or not self.model.library.layout["facts"]["conservative"]:
+            return np.zeros(lanes, dtype=bool)
+        chosen = np.unique(np.linspace(0, count - 1, _LOOKED_AT).astype(int))
+        states = self._states(rows[:, chosen].reshape(-1, width))
+        looked = present if present.ndim == 2 else present[:, chosen]
+        p = _at_each(looked, len(chosen))
+        energy = evaluated("energy", self.model, states, self._prescribed(states, looked, None), p)
+        total, potential, kinetic = (energy[name].reshape(lanes, -1) for name in ("total", "potential", "kinetic"))
+        moving = np.ptp(potential, axis=1) + kinetic.max(axis=1)
+        gain: NDArray[np.bool_] = (total - total[:, :1]).max(axis=1) > _GAIN * moving
+        return gain
+
+    def _beams_fail(self, rows: Array, parameters: Array) -> NDArray[np.bool_]:
+        """Return a mask of the lanes in which a beam bends beyond its model's range, or an element turns too far."""
+        lanes = len(rows)
+        model, places = self.model, slice(1, 1 + self.model.nq)
+        shares = shortenings(model, rows[:, :, places].reshape(-1, model.nq))
+        result: NDArray[np.bool_] = np.any(shares.reshape(lanes, -1) > _SHORTENED, axis=1)
+        for k in np.flatnonzero(~result) if model.description.exact_beams else ():
+            result[k] = bool(turned_elements(model, rows[k, :, 0], rows[k, :, places], parameters[k]))
+        return result
+
+
+def _columns_of(rows: Array, begin: int, end: int) -> Array:
+    """Return columns of rows in an array of their own; of a few, one by one takes a third of the time."""
+    if end - begin > _NARROW:
+        return np.ascontiguousarray(rows[:, begin:end])
+    result = np.empty((len(rows), end - begin))
+    for k in range(end - begin):
+        result[:, k] = rows[:, begin + k]
+    return result
+
+
+def _at_each(present: Array, count: int) -> Array:
+    """Return parameters (lanes, np), or (lanes, rows, np), of each of so many rows of each lane, (lanes * rows, np)."""
+    return np.repeat(present, count, axis=0) if present.ndim == 2 else present.reshape(-1, present.shape[2])
+
+
+def _filled(rows: Array, more: int) -> Array:
+    """Return rows with the last one repeated, so that no lane is empty."""
+    return np.concatenate([rows, np.repeat(rows[-1:], more, axis=0)])
+
+
+def side_by_side(
+    model: CompiledModel,
+    options: Mapping[str, Any],
+    varied_inputs: Collection[str],
+    alike: Alike,
+    columns: Sequence[str],
+    *,
+    initial_varies: bool,
+) -> SideBySide | str:
+    """Return the setup of runs side by side, or the reason why they have to be made one after the other.
+
+    Parameters
+    ----------
+    options : of ``simulate``, that all runs have
+    varied_inputs : names of inputs in which they differ, held over each run; laws that differ are among the options
+    columns : of solutions, that are looked at
+    initial_varies : whether they differ in the initial state, which each is given then
+    """
+    if chosen_lanes() is Choice.OFF:
+        return f"{LANES_VARIABLE} is off"
+    others = sorted(set(options) - _OPTIONS)
+    if others:
+        return f"{others[0]} is given"
+    if model.library.real != "double":
+        return f"numbers are of type {model.library.real}"
+    given_start = initial_varies or options.get("initial") is not None
+    of_scene = str(model.library.layout["defaults"]["start"])
+    if starts_at_equilibrium(options.get("start"), given_start, of_scene):
+        return "samples start at equilibrium"
+    unknown = [name for name in columns if name not in alike.places]
+    if unknown:
+        return f"the column {unknown[0]} is of runs alone"
+    named = {name: options.get(name) for name in ("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")}
+    chosen = chosen_stepper(model, alike.method, named, options.get("settings"))
+    p = model.evaluator.one_set(options.get("parameters"))
+    varied = dict.fromkeys(varied_inputs, 0.0)
+    given = read_signals({**(options.get("inputs") or {}), **varied}, model.inputs, alike.grid.steps, model.input_units)
+    grid = alike.grid
+    signals = InputSignals(model.inputs, given, scene_inputs(model, p), grid.step, grid.start, chosen.left_to_stepper)
+    run = Run(model, chosen.name, chosen.method, chosen.settings_at(grid.step), p, signals, grid, alike.every)
+    library = model.stepper_in_lanes(chosen.library)
+    if isinstance(library, str):
+        return f"{chosen.name} is not made for lanes: {library}"
+    return SideBySide(model, run, library, columns, alike.places)
+
+
+def _places(model: CompiledModel, pilot: Solution) -> dict[str, tuple[str, int]]:
+    names = pilot.metadata.get("names", {})
+    sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers), "z": model.nz}
+    result: dict[str, tuple[str, int]] = {}
+    for group, size in sizes.items():
+        labels = names.get(group) or component_names("", group, size)
+        result |= {label: (group, place) for place, label in enumerate(labels)}
+    result |= {f"input.{name}": ("input", place) for place, name in enumerate(model.inputs)}
+    for name, array in pilot.outputs.items():
+        size = 1 if array.ndim == 1 else array.shape[1]
+        labels = component_names("output", name, size)
+        result |= {label: (f"output.{name}", place) for place, label in enumerate(labels)}
+    return result | {f"energy.{name}": (f"energy.{name}", 0) for name in pilot.energy}

@@ -1,0 +1,436 @@
+"""Many runs of one model: samples of varied quantities, run side by side, reduced as they come."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing, contextmanager, nullcontext, suppress
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import with_options_of
+from eomgen.base.files import make_folder
+from eomgen.base.locks import sole_use
+from eomgen.base.progress import Progress, shown
+from eomgen.base.text import nearest
+from eomgen.base.text import shown as quoted
+from eomgen.base.threads import thread_count
+from eomgen.base.version import __version__
+from eomgen.compiled.arguments import count_of
+from eomgen.compiled.model import CompiledModel
+from eomgen.errors import EomgenError, FileError, Problem, UsageError
+from eomgen.products.ensembles.cluster import connected
+from eomgen.products.ensembles.designs import (
+    DESIGNS,
+    OTHER_DESIGNS,
+    Design,
+    grid_design,
+    random_design,
+    table_design,
+    unbalanced,
+)
+from eomgen.products.ensembles.distributions import Distribution
+from eomgen.products.ensembles.ensemble import Ensemble
+from eomgen.products.ensembles.examined_samples import sample_errors
+from eomgen.products.ensembles.journal import Journal
+from eomgen.products.ensembles.reductions import Reduction
+from eomgen.products.ensembles.samples import Block, Samples
+from eomgen.products.ensembles.side_by_side import Alike
+from eomgen.products.ensembles.unresolved_processes import unresolved_processes
+from eomgen.products.ensembles.variations import Variation, VariedOptions, read_table, read_varied, with_scenes_laws
+from eomgen.results.finding import WARNING
+from eomgen.results.solution import Solution
+from eomgen.simulation.option_types import EnsembleOptions
+from eomgen.simulation.row_times import row_times
+from eomgen.simulation.simulate import simulate
+
+#: Samples of a block at most, and blocks of a small ensemble at least.
+_LARGEST_BLOCK, _BLOCKS = 256, 16
+#: Blocks at least that threads share, and evaluations times degrees of freedom of one, if its runs are short against
+#: the work of Python for a block.
+_FEW_BLOCKS, _WORTH_A_BLOCK = 4, 50_000
+#: Samples of such a block at most, and numbers that are kept of all of them.
+_LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK = 4096, 2**20
+#: Seconds between two writings of the reduced results, and the least multiple of the time of one.
+_SELDOM, _RARELY = 10.0, 20.0
+#: Files that solutions of samples are kept as.
+_KEPT_AS = ("npz", "parquet")
+#: Columns of results if the caller names none and the scene has no outputs.
+_MOST_COLUMNS = 12
+
+
+@with_options_of(simulate, EnsembleOptions.__annotations__)
+def simulate_many(
+    model: CompiledModel,
+    t_end: float | None = None,
+    step: float | None = None,
+    *,
+    vary: Mapping[str, str | Distribution] | None = None,
+    table: Mapping[str, ArrayLike] | None = None,
+    samples: int = 256,
+    design: str = "",
+    seed: int = 0,
+    columns: Sequence[str] | None = None,
+    points: int = 301,
+    keep: Sequence[int] = (),
+    keep_as: str = "npz",
+    folder: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    cluster: object = None,
+    progress: Progress | bool | None = None,
+    error_estimate: bool = True,
+    **options: Unpack[EnsembleOptions],
+) -> Ensemble:
+    """Run samples of varied quantities, reduced as they come: statistics over time, extremes of each sample.
+
+    All other quantities and options are as in ``simulate``. A failed sample is kept with its reason and its values, and
+    enters no statistics. The numbers have the same bits with any number of workers, and after any interruption; sample
+    k of ``monte_carlo``, ``sobol`` and ``halton`` is the same in a larger ensemble. With a folder, memory does not grow
+    with the number of samples, except for reading ``values`` and ``results`` back.
+
+    Parameters
+    ----------
+    t_end, step : as of ``simulate``
+    vary : mapping
+        Name -> distribution: tunable parameters, inputs (constant over a run), ``seed.road`` and ``scale.road`` of
+        the law that the scene gives an input, ``q.hinge``, ``v.hinge`` and internal states of the initial state.
+        Distributions as texts with numbers in the scene's units or with units of their own: ``normal(mean,
+        deviation)``, ``truncated_normal(mean, deviation, low, high)``, ``lognormal(mean, deviation)`` of the number
+        itself, ``uniform(low, high)``, ``loguniform(low, high)``, ``triangular(low, mode, high)``,
+        ``exponential(mean)``, ``weibull(scale, shape)``, ``gumbel(location, scale)``, ``integers(low, high)``; a
+        deviation may be a percentage of the mean. Lists: ``values(1, 2, 4)``, ``linspace(low, high, count)``,
+        ``logspace(low, high, count)``.
+    table : mapping or DataFrame
+        Name -> column (samples,), in place of ``vary`` and a design.
+    samples : int
+        Number of samples of a random design; ``saltelli`` takes (2 + varied quantities) times as many.
+    design : str
+        ``monte_carlo`` (the default), ``latin_hypercube``, ``sobol``, ``halton``, ``saltelli`` for Sobol' indices,
+        or ``grid`` (the default of lists): all combinations of lists.
+    seed : int
+        Of the design.
+    columns : sequence of str
+        Outputs or other columns to be reduced; all outputs by default, or coordinates in a scene without outputs.
+        ``Solution.columns()`` has their names.
+    points : int
+        Largest number of times with statistics.
+    keep : sequence of int
+        Numbers of samples whose solutions are written to the folder, ``runs``.
+    keep_as : str
+        File format of kept solutions: ``npz``, or ``parquet`` for their columns alone.
+    folder : path
+        Folder for samples and statistics, written as they come.
+    resume : bool
+        Go on with the samples of the folder.
+    workers : int
+        Threads, or processes of the cluster ``dask``; one for each processor by default.
+    cluster : str, path or object
+        Dask's, to run samples on, with the same bits: ``dask`` for processes of this machine, the address of a
+        scheduler, its file, or a ``distributed.Client`` or cluster object.
+    progress : callable or True
+        As of ``simulate``, called with samples.
+    error_estimate : bool
+        As of ``simulate``, of examined samples.
+    method, rho_inf, alpha, beta, gamma, order, tolerance, initial, parameters, inputs, controllers, record_every,
+    t_start, settings, start : as of ``simulate``
+
+    Raises
+    ------
+    UsageError
+        Anything that is wrong before the first sample, by name; of a cluster also later.
+    FileError
+        The folder holds another ensemble, or the same without ``resume``; a cluster is lost.
+    """
+    _check_options(options, folder, resume=resume)
+    samples, points = count_of("samples", samples), max(count_of("points", points), 2)
+    items, drawn, name = _designed(model, vary, table, samples, design, seed)
+    # laws of inputs that vary are functions here too: a method that cannot take them says so before the first sample
+    pilot = simulate(model, t_end, step, **with_scenes_laws(model, items, options), error_estimate=error_estimate)
+    if pilot.interrupted:
+        raise KeyboardInterrupt
+    if "largest_step" in pilot.metadata["settings"]:  # the run without variations decides for all samples
+        settings = {**(options.get("settings") or {}), "largest_step": pilot.metadata["settings"]["largest_step"]}
+        options = {**options, "settings": settings}
+    looked_at = _columns(pilot, columns)
+    times = row_times(pilot.metadata, model.library.real)
+    thinned = np.unique(np.linspace(0, len(times) - 1, min(points, len(times))).astype(int))
+    target = None if folder is None else Path(folder)
+    kept = _numbers(keep, drawn.samples)
+    if kept and target is None:
+        raise UsageError(Problem("keep", "solutions of samples are kept in a folder, and none is given", "folder=..."))
+    _check_kind(keep_as)
+    work_of_one = int(pilot.stats.get("evaluations", 0)) * max(1, model.nv + model.nz)
+    block = _block(drawn.samples, work_of_one, len(looked_at) * len(thinned))
+    described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
+    runs = None if target is None or not kept else target / "runs"
+    varied = VariedOptions(model, items, options)
+    alike = Alike.of(model, pilot)
+    work = Samples(model, drawn, varied, (t_end, step), looked_at, times, thinned, kept, keep_as, runs, alike)
+    threads = _workers(workers)
+    with (
+        nullcontext() if cluster is None else connected(cluster, workers) as machines,
+        _alone(target),
+        nullcontext() if progress is None else shown(progress, model.name) as reported,
+    ):
+        journal = Journal(target, described, resume=resume)
+        if runs is not None:
+            make_folder(runs)
+        began = time.perf_counter()
+        for first, count in journal.broken(block):
+            if (again := work.block(first, count)) is not None:
+                journal.replace(again)
+        work.save_those_before(journal.done)
+        reduction = journal.reduction or Reduction(len(looked_at), len(thinned))
+        left = (journal.done, drawn.samples, block)
+        with closing(_on_threads(work, threads, *left) if machines is None else machines.blocks(work, *left)) as blocks:
+            interrupted = _reduced(blocks, journal, reduction, drawn.samples, reported)
+    how = work.how if machines is None else "; ".join(sorted(machines.how))
+    units, notes = pilot.units(), () if machines is None else machines.notes
+    errors, of_samples = sample_errors(work, pilot, examined=error_estimate and not interrupted)
+    unresolved = unresolved_processes(model, pilot, options.get("inputs") or {}) if error_estimate else []
+    return Ensemble(
+        scene=model.name,
+        design=name,
+        seed=seed,
+        varied=tuple(item.name for item in items),
+        columns=tuple(looked_at),
+        units={column: units.get(column, "") for column in looked_at} | {item.name: item.unit for item in items},
+        t=times[thinned],
+        asked=drawn.samples,
+        done=journal.done,
+        interrupted=interrupted,
+        seconds=time.perf_counter() - began,
+        reduction=reduction,
+        journal=journal,
+        method=str(pilot.metadata["method"]),
+        how=how,
+        notes=tuple(
+            filter(None, (unbalanced(name, samples), *unresolved, _doubts(pilot), *of_samples, *journal.notes, *notes))
+        ),
+        error=errors,
+    )
+
+
+def _block(samples: int, work: int, numbers: int) -> int:
+    """Return the number of samples of a block, from the work of one and its kept size: the same on every machine,
+    as a resumed ensemble asks for."""
+    worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), _LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK // numbers)
+    shared = worth if samples <= worth else min(worth, -(-samples // _FEW_BLOCKS))
+    return max(1, shared, min(_LARGEST_BLOCK, -(-samples // _BLOCKS)))
+
+
+def _doubts(pilot: Solution) -> str:
+    """Return the warnings of the run without variations; empty if it has none."""
+    if not pilot.success:
+        return f"the run without variations fails: {pilot.message}"
+    warnings = "; ".join(str(finding) for finding in pilot.findings if finding.severity == WARNING)
+    return f"the run without variations: {warnings}" if warnings else ""
+
+
+@contextmanager
+def _alone(folder: Path | None) -> Iterator[None]:
+    """Keep other ensembles out of a folder. Raises FileError if one is at work in it."""
+    if folder is None:
+        yield
+        return
+    with sole_use(make_folder(folder)) as alone:
+        if not alone:
+            fault = "another ensemble is writing to it"
+            raise FileError(Problem(str(folder), fault, "another folder, or this one when that has ended"))
+        yield
+
+
+def _reduced(
+    blocks: Iterator[Block], journal: Journal, reduction: Reduction, total: int, report: Progress | None
+) -> bool:
+    """Reduce blocks as they come, and return whether Ctrl-C ended it; finished blocks are kept after any end."""
+    written, seldom = time.monotonic(), _SELDOM
+    interrupted = False
+    reducer = ThreadPoolExecutor(1)  # Ctrl-C ends the main thread's work, and a block is reduced whole or not at all
+
+    def take(found: Block) -> None:
+        reduction.add(found.rows)
+        journal.keep(found)
+
+    try:
+        for found in blocks:
+            reducer.submit(take, found).result()
+            if (now := time.monotonic()) - written > seldom:
+                reducer.submit(journal.write, reduction).result()
+                written = time.monotonic()
+                seldom = max(_SELDOM, _RARELY * (written - now))
+            if report is not None:
+                report(journal.done, total)
+    except KeyboardInterrupt:
+        interrupted = True
+    except EomgenError:
+        reducer.shutdown(wait=True)
+        with suppress(FileError):  # the first error is reported, not its consequences
+            journal.write(reduction)
+        raise
+    finally:
+        reducer.shutdown(wait=True)
+    journal.write(reduction)
+    return interrupted and journal.done < total
+
+
+def _on_threads(work: Samples, workers: int, first: int, total: int, block: int) -> Generator[Block]:
+    """Give the blocks of samples from the first one on, in their order; threads run some ahead."""
+    pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
+    waiting: list[Future[Block | None]] = []
+    starts = iter(range(first, total, block))
+    try:
+        while True:
+            while len(waiting) < 2 * workers and (start := next(starts, None)) is not None:
+                waiting.append(pool.submit(work.block, start, min(block, total - start)))
+            if not waiting:
+                return
+            found = waiting.pop(0).result()
+            if found is not None:
+                yield found
+    finally:
+        work.stop.set()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _workers(workers: int | None) -> int:
+    if workers is None:
+        return thread_count()
+    return count_of("workers", workers)
+
+
+def _designed(
+    model: CompiledModel,
+    vary: Mapping[str, str | Distribution] | None,
+    table: Mapping[str, ArrayLike] | None,
+    samples: int,
+    design: str,
+    seed: int,
+) -> tuple[list[Variation], Design, str]:
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise UsageError(Problem("seed", f"a whole number from 0 on is needed, not {seed!r}", "seed=0"))
+    if table is not None:
+        if vary or design:
+            other = "vary" if vary else "design"
+            fault = f"a table says the values of all samples, and {other} is given too"
+            raise UsageError(Problem(other, fault, f"the table, or {other}, alone"))
+        items, rows = read_table(model, table)
+        return items, table_design(rows), "table"
+    if not vary:
+        hint = 'vary={"mass": "normal(1, 0.1)"}, or table={"mass": [...]}'
+        raise UsageError(Problem("vary", "nothing varies: all samples would be the same", hint))
+    items, distributions = read_varied(model, vary)
+    if not design:
+        design = "grid" if all(item.levels for item in distributions) else "monte_carlo"
+    if design == "grid":
+        return items, grid_design([item.name for item in items], distributions), design
+    if design not in DESIGNS:
+        hint = nearest(design, [*DESIGNS, *OTHER_DESIGNS])
+        raise UsageError(Problem("design", f"there is no design {quoted(design)}", hint))
+    return items, random_design(design, distributions, samples, seed), design
+
+
+def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
+    known = [name for name in pilot.columns() if name != "t"]
+    if wanted is None:
+        outputs = [name for name in known if name.startswith("output.")]
+        return outputs or [name for name in known if name.startswith("q.")][:_MOST_COLUMNS]
+    if isinstance(wanted, str):
+        wanted = [wanted]
+    result = []
+    for name in wanted:
+        of_output = [column for column in known if column == f"output.{name}" or column.startswith(f"output.{name}[")]
+        if name not in known and not of_output:
+            hint = nearest(str(name), [*known, *(column.removeprefix("output.") for column in known)])
+            raise UsageError(Problem("columns", f"there is no column {quoted(str(name))}", hint))
+        result += [name] if name in known else of_output
+    if not result:
+        raise UsageError(Problem("columns", "no column is looked at", "one of model.simulate(...).columns()"))
+    return list(dict.fromkeys(result))
+
+
+def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
+    result = set()
+    for number in keep if isinstance(keep, Iterable) else [keep]:
+        if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < samples:
+            raise UsageError(Problem("keep", f"{number!r} is no number of a sample", f"0 to {samples - 1}"))
+        result.add(int(number))
+    return frozenset(result)
+
+
+def _check_kind(keep_as: str) -> None:
+    """Raise UsageError if solutions cannot be kept as such files."""
+    if keep_as not in _KEPT_AS:
+        hint = " or ".join(_KEPT_AS)
+        raise UsageError(Problem("keep_as", f"solutions are not kept as {quoted(str(keep_as))}", hint))
+    if keep_as == "parquet" and find_spec("pyarrow") is None:
+        fault = "Parquet files are written by the package pyarrow, which is not installed"
+        raise UsageError(Problem("keep_as", fault, "pip install 'eomgen[parquet]', or npz"))
+
+
+def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | None, *, resume: bool) -> None:
+    """Raise UsageError for options of ``simulate`` that samples cannot have."""
+    if resume and folder is None:
+        raise UsageError(
+            Problem("resume", "there is no folder to go on with", "folder=..., that of the ensemble before")
+        )
+    for name in ("checkpoint", "checkpoint_every"):
+        if options.get(name) is not None:
+            fault = "samples write no checkpoints of their own"
+            raise UsageError(Problem(name, fault, "folder=..., and resume=True, which goes on with what is done"))
+
+
+def _digest(arrays: Sequence[Array]) -> str:
+    """Return the identity of arrays, to the bit."""
+    return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
+
+
+def _described(
+    model: CompiledModel,
+    pilot: Solution,
+    design: Design,
+    items: Sequence[Variation],
+    vary: Mapping[str, str | Distribution] | None,
+    table: Mapping[str, ArrayLike] | None,
+    seed: int,
+    columns: Sequence[str],
+    times: Array,
+    block: int,
+    options: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return the data that the samples depend on, as JSON data."""
+    data = pilot.metadata
+    how = {name: item.text if isinstance(item, Distribution) else item for name, item in (vary or {}).items()}
+    digest = "" if table is None else _digest([design.values(0, design.samples)])
+    return {
+        "scene": model.name,
+        "fingerprint": model.library.layout.get("fingerprint", ""),
+        "method": data["method"],
+        "settings": data["settings"],
+        "t_start": data["t_start"],
+        "t_end": data["t_end"],
+        "record_every": data["record_every"],
+        "parameters": data["parameters"],
+        "inputs": _digest(list(pilot.inputs.values())),
+        "controllers": sorted(options.get("controllers") or ()),
+        "motion without variations": _digest([pilot.t, pilot.q, pilot.v]),
+        "start": data["start"],
+        "design": design.name,
+        "samples": design.samples,
+        "seed": seed,
+        "vary": how or [item.name for item in items],
+        "table": digest,
+        "columns": list(columns),
+        "times": times.tolist(),
+        "block": block,
+        "version": __version__,
+    }

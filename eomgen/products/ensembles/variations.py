@@ -1,0 +1,237 @@
+"""Variations of samples, by name: parameters, inputs and their laws, initial states; and the options of their runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.base.text import nearest, shown
+from eomgen.compiled.arguments import check_finite, numbers
+from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.model import CompiledModel
+from eomgen.errors import Problem, UsageError
+from eomgen.products.ensembles.distributions import Distribution, Quantiles, read_distribution, read_number
+from eomgen.products.ensembles.input_laws import (
+    LAWS,
+    check_seeds,
+    check_tracks,
+    has_variables,
+    is_whole,
+    law_of,
+    laws_of,
+    laws_that_vary,
+    own_seed,
+    variables_of_seed,
+)
+from eomgen.simulation.option_types import LawOverTime
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A number that samples differ in.
+
+    Attributes
+    ----------
+    name : as the caller has it
+    block : ``parameters``, ``inputs``, ``seed`` or ``scale`` of the law of an input, ``process`` for the seed of a
+        random process or of waves, whose variables are parameters, or ``q``, ``v``, ``z`` of the initial state
+    place : component of an initial state, the input whose law it is, else 0
+    unit : of the number
+    """
+
+    name: str
+    block: str
+    place: int
+    unit: str
+
+
+def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Variation:
+    """Return the quantity of a name: a tunable parameter, an input, ``seed.road`` and ``scale.road`` of the law that an
+    input has in the scene, ``q.hinge``, ``v.hinge``, an internal state.
+
+    ``where`` is its argument or option, for messages.
+
+    Raises
+    ------
+    UsageError
+        For any other name, and for components of quaternions.
+    """
+    units = model.evaluator.parameter_units
+    if name in model.parameters:
+        return Variation(name, "parameters", 0, units.get(name, ""))
+    if name in model.inputs:
+        return Variation(name, "inputs", 0, model.input_units.get(name, ""))
+    of_states = {
+        **{label: ("q", k, model.q_units[k]) for k, label in enumerate(model.q_names)},
+        **{label: ("v", k, model.v_units[k]) for k, label in enumerate(model.v_names)},
+        **{label: ("z", k, model.z_units[k]) for k, label in enumerate(model.states)},
+    }
+    if name in of_states:
+        block, place, unit = of_states[name]
+        if block == "q" and unit == "1":
+            fault = f"{name} is a component of a unit quaternion, and its parts are not free"
+            raise UsageError(
+                Problem(f"{where} {name}", fault, "initial=..., the same for all samples, or a joint with an angle")
+            )
+        return Variation(name, block, place, unit)
+    kind, _, of = name.partition(".")
+    if kind in LAWS and of:
+        place = law_of(model, name, where)
+        process = kind == "seed" and has_variables(model, place)
+        return Variation(name, "process" if process else kind, place, "")
+    if name in model.evaluator.fixed_parameters:
+        hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"
+        raise UsageError(Problem(f"{where} {name}", f"the parameter {name} is fixed in the code", hint))
+    every = [*model.parameters, *model.inputs, *of_states, *laws_that_vary(model)]
+    fault = f"there is no parameter, input or initial state {shown(name)}"
+    none = "NAME = { value = ..., tunable = true } in the scene's [parameters]: nothing of this scene varies yet"
+    raise UsageError(Problem(where, fault, nearest(name, every) or none))
+
+
+def read_varied(
+    model: CompiledModel, vary: Mapping[str, str | Distribution]
+) -> tuple[list[Variation], list[Distribution]]:
+    """Return the varied quantities with their distributions. Raises UsageError."""
+    if not isinstance(vary, Mapping):
+        fault = f"a mapping from names to distributions is needed, not {type(vary).__name__}"
+        raise UsageError(Problem("vary", fault, 'vary={"mass": "normal(1, 0.1)"}'))
+    result = [find_variation(model, str(name)) for name in vary]
+    distributions = []
+    for item, how in zip(result, vary.values(), strict=True):
+        if isinstance(how, Distribution):
+            distributions.append(how)
+        elif isinstance(how, str):
+            distributions.append(read_distribution(f"vary {item.name}", how, item.unit))
+        else:
+            fault = f"a distribution is needed, not {type(how).__name__}"
+            hint = f'"normal(1, 0.1)"; values of each sample: table={{{item.name!r}: [...]}}'
+            raise UsageError(Problem(f"vary {item.name}", fault, hint))
+        if item.block in ("seed", "process"):
+            check_seeds(item.name, distributions[-1])
+    check_tracks(model, {item.name: item.place for item in result if item.block == "seed"})
+    return result, distributions
+
+
+def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[list[Variation], Array]:
+    """Return the varied quantities and their values, (samples, columns), of a mapping or a DataFrame of columns.
+
+    Values are numbers in the scene's units, or texts with units of their own, ``20 g``.
+
+    Raises
+    ------
+    UsageError
+        For columns of different lengths, values that are not finite, and names as of ``find_variation``.
+    """
+    if not hasattr(table, "keys"):
+        fault = f"a mapping from names to columns, or a DataFrame, is needed, not {type(table).__name__}"
+        raise UsageError(Problem("table", fault, 'table={"mass": [1.0, 1.1, 1.2]}'))
+    names = [str(name) for name in table.keys()]  # noqa: SIM118  # a DataFrame iterates over its columns by keys() only
+    result = [find_variation(model, name, "table") for name in names]
+    columns = [_column(item, table[item.name]) for item in result]
+    if not columns or columns[0].ndim != 1 or not len(columns[0]):
+        raise UsageError(Problem("table", "it has no rows", "a column of numbers for each name, a row for each sample"))
+    for name, column in zip(names, columns, strict=True):
+        if column.shape != columns[0].shape:
+            fault = f"{name} has {column.size} values, {names[0]} has {columns[0].size}"
+            raise UsageError(Problem("table", fault, "as many values in each column"))
+        check_finite(f"table {name}", column)
+    for item, column in zip(result, columns, strict=True):
+        if item.block in ("seed", "process"):
+            check_seeds(item.name, Distribution("the column", _values_of(column), whole=is_whole(column)))
+    check_tracks(model, {item.name: item.place for item in result if item.block == "seed"})
+    return result, np.stack(columns, axis=-1)
+
+
+def _values_of(column: Array) -> Quantiles:
+    return lambda _: column
+
+
+def _column(item: Variation, values: ArrayLike) -> Array:
+    """Return a column of a table, (samples,), in the unit of the varied quantity. Raises UsageError."""
+    where, array = f"table {item.name}", np.asarray(values)
+    if array.ndim == 1 and array.dtype.kind in "OU" and any(isinstance(value, str) for value in array):
+        return np.array([read_number(f"{where}[{k}]", str(array[k]), item.unit, "1.5") for k in range(len(array))])
+    return numbers(where, array)
+
+
+def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return options of all samples with laws of inputs that vary as functions, as the scene has them.
+
+    Raises
+    ------
+    UsageError
+        An input whose law varies is given, or varies, itself.
+    """
+    given = {*(common.get("inputs") or {}), *(item.name for item in items if item.block == "inputs")}
+    for item in items:
+        of = item.name.partition(".")[2]
+        if item.block in LAWS and of in given:
+            fault = f"the input {of} is given or varies itself, so the scene's law of it does not count"
+            raise UsageError(Problem(f"vary {item.name}", fault, f"either {item.name} or {of}"))
+    names = {block: [item for item in items if item.block == block] for block in LAWS}
+    seeds = {item.name: float(own_seed(model, item.place)) for item in names["seed"]}
+    factors = {item.name: 1.0 for item in names["scale"]}
+    if not seeds and not factors:
+        return common
+    laws = laws_of(model, model.parameter_array(common.get("parameters")), seeds, factors)
+    return {**common, "inputs": {**laws, **(common.get("inputs") or {})}}
+
+
+@dataclass(frozen=True)
+class VariedOptions:
+    """Options of ``simulate`` for samples: common ones, and varied ones.
+
+    Attributes
+    ----------
+    common : of all samples
+    """
+
+    model: CompiledModel
+    items: Sequence[Variation]
+    common: Mapping[str, Any]
+
+    def of(self, values: Array) -> dict[str, Any]:
+        """Return the options of the sample with values (d,) of the varied quantities."""
+        by_block: dict[str, dict[str, float]] = {}
+        for item, value in zip(self.items, values.tolist(), strict=True):
+            by_block.setdefault(item.block, {})[item.name] = value
+        for item in self.items:
+            if item.block == "process":
+                drawn = variables_of_seed(self.model, item.place, by_block[item.block][item.name])
+                by_block.setdefault("parameters", {}).update(drawn)
+        options = dict(self.common)
+        for block in ("parameters", "inputs"):
+            if block in by_block:
+                options[block] = {**self._given(block), **by_block[block]}
+        if laws := self.laws(values, lambda: self.model.parameter_array(options.get("parameters"))):
+            options["inputs"] = {**laws, **(options.get("inputs") or {})}
+        if any(block in by_block for block in ("q", "v", "z")):
+            p = self.model.parameter_array(options.get("parameters"))
+            state = initial_state(self.model, options.get("initial"), p, asked=True)
+            parts = {"q": state.q, "v": state.v, "z": state.z}
+            for item, value in zip(self.items, values.tolist(), strict=True):
+                if item.block in parts:
+                    parts[item.block][item.place] = value
+            options["initial"] = {name: part for name, part in parts.items() if name != "z" or self.model.nz}
+        return options
+
+    def laws(self, values: Array, parameters: Callable[[], Array]) -> dict[str, LawOverTime]:
+        """Return the laws of inputs in which a sample with the values (d,) and parameters (np,) differs from others."""
+        seeds, factors = (
+            {item.name: value for item, value in zip(self.items, values.tolist(), strict=True) if item.block == block}
+            for block in LAWS
+        )
+        return laws_of(self.model, parameters(), seeds, factors) if seeds or factors else {}
+
+    def _given(self, block: str) -> Mapping[str, Any]:
+        given = self.common.get(block)
+        if given is None:
+            return {}
+        if isinstance(given, Mapping):
+            return given
+        return dict(zip(self.model.parameters, np.asarray(given).tolist(), strict=True))

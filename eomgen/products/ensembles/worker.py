@@ -1,0 +1,33 @@
+"""Code on the workers of a Dask cluster; imported if an ensemble is run on one, since Dask is optional."""
+
+from __future__ import annotations
+
+from distributed import Worker, WorkerPlugin
+
+from eomgen.base.arrays import Array
+from eomgen.products.ensembles.parts import Part, Refusal, Room, Shipment
+
+#: Ensembles with parts on this worker, by identity.
+_ROOMS: dict[str, Room] = {}
+
+
+class Delivery(WorkerPlugin):
+    """Brings a shipment to each worker once, also to workers that join later, and clears up after it."""
+
+    def __init__(self, shipment: Shipment) -> None:
+        self._shipment = shipment
+        self.name = shipment.ensemble
+
+    def setup(self, worker: Worker) -> None:
+        """Called by a worker that is given the shipment."""
+        _ROOMS[self.name] = Room(self._shipment)
+
+    def teardown(self, worker: Worker) -> None:
+        """Called by a worker when the ensemble has ended: samples under way are given up."""
+        if (room := _ROOMS.pop(self.name, None)) is not None:
+            room.stop.set()
+
+
+def run_part(ensemble: str, first: int, values: Array) -> Part | Refusal | None:
+    """Run samples with values (n, d) on this worker; raise LookupError if the shipment is missing."""
+    return _ROOMS[ensemble].run(first, values)

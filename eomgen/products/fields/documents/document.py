@@ -1,0 +1,197 @@
+"""``Hamiltonian``: a checked file with ``kind = "hamiltonian"``, formulas as trees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.infix import infix
+from eomgen.formula.nodes import Formula
+
+#: Functions and commands for Hamiltonian systems, for messages.
+OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate and generate"
+#: Causes of an H that is infinite or not a number at a start.
+NO_START = "another start, or other parameters: two bodies in one place, a mass of 0, the root of a negative number"
+#: Tolerances of rk45 between which steps are chosen by them.
+TOLERANCES = (1e-14, 0.1)
+#: Dependence of a term of H: on momenta alone, on coordinates alone, or on both.
+Dependence = Literal["kinetic", "potential", "coupled"]
+DEPENDENCES: tuple[Dependence, ...] = ("kinetic", "potential", "coupled")
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A coordinate with its conjugate momentum, and both at the start.
+
+    Attributes
+    ----------
+    position, momentum_value : float
+        Both at the start, with the file's parameters.
+    position_formula, momentum_formula : Formula or None
+        Of parameters, by which a run with other parameters starts; None for numbers.
+    """
+
+    name: str
+    momentum: str
+    position: float
+    momentum_value: float
+    unit: str = ""
+    momentum_unit: str = ""
+    position_formula: Formula | None = None
+    momentum_formula: Formula | None = None
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named number that runs may change.
+
+    Attributes
+    ----------
+    value : float
+        In the file.
+    formula : Formula or None
+        Of parameters above this one, by which a run with other values of these has this one; None for a number.
+    """
+
+    name: str
+    value: float
+    unit: str = ""
+    description: str = ""
+    formula: Formula | None = None
+
+
+@dataclass(frozen=True)
+class Term:
+    """A summand of H.
+
+    Attributes
+    ----------
+    name : the key under which it stands
+    """
+
+    name: str
+    formula: Formula
+    dependence: Dependence
+
+
+@dataclass(frozen=True)
+class Output:
+    """A quantity that is given along a run, a function of the state."""
+
+    name: str
+    formula: Formula
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Run:
+    """The defaults of ``simulate``.
+
+    Attributes
+    ----------
+    place : str
+        File and line of the method, for messages; empty if the file names none.
+    """
+
+    duration: float = 10.0
+    step: float = 0.01
+    method: str = ""
+    record_every: int = 1
+    compensated: bool = False
+    tolerance: float = 1e-8
+    place: str = ""
+
+
+@dataclass(frozen=True)
+class Hamiltonian:
+    """A system of q' = dH/dp, p' = -dH/dq.
+
+    Attributes
+    ----------
+    name : str
+        A legal C identifier.
+    terms : tuple of Term
+        Their sum is H.
+    content : bytes
+        All that determines the equations and the start; not how runs are made.
+    """
+
+    name: str
+    coordinates: tuple[Coordinate, ...]
+    terms: tuple[Term, ...]
+    parameters: tuple[Parameter, ...] = ()
+    outputs: tuple[Output, ...] = ()
+    simulation: Run = field(default_factory=Run)
+    description: str = ""
+    content: bytes = b""
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def separable(self) -> bool:
+        """Whether H is T(p) + V(q), by its terms."""
+        return all(term.dependence != "coupled" for term in self.terms)
+
+    def parameter_values(self, changes: Mapping[str, float]) -> dict[str, float]:
+        """Return the values of all parameters in a run, by name.
+
+        Parameters
+        ----------
+        changes : mapping of names to numbers
+            Parameters that the run has other values of. A parameter with a formula that is not among them follows.
+
+        Raises
+        ------
+        UsageError
+            A formula has no finite real value with these changes.
+        """
+        values: dict[str, float] = {}
+        for item in self.parameters:
+            if item.name in changes:
+                values[item.name] = changes[item.name]
+            elif item.formula is None or not changes:
+                values[item.name] = item.value
+            else:
+                values[item.name] = _value_in_run(f"parameter {item.name}", item.formula, values)
+        return values
+
+    def start(self, values: Mapping[str, float], given: Mapping[str, float]) -> Array:
+        """Return coordinates, then momenta at the start, shape (2 n,).
+
+        Parameters
+        ----------
+        values : mapping
+            Of all parameters, by name.
+        given : mapping
+            Coordinates and momenta that the run starts from other values of, by name.
+
+        Raises
+        ------
+        UsageError
+            A formula has no finite real value with these parameters.
+        """
+        of_file = [(item.name, item.position, item.position_formula) for item in self.coordinates]
+        of_file += [(item.momentum, item.momentum_value, item.momentum_formula) for item in self.coordinates]
+        state = np.empty(len(of_file))
+        for place, (name, number, formula) in enumerate(of_file):
+            if name in given:
+                state[place] = given[name]
+            else:
+                state[place] = number if formula is None else _value_in_run(f"start of {name}", formula, values)
+        return state
+
+
+def _value_in_run(quantity: str, formula: Formula, values: Mapping[str, float]) -> float:
+    """Return the value of a formula of parameters. Raises UsageError."""
+    try:
+        return evaluate(formula, lambda symbol: values[symbol.name])
+    except ArithmeticError as error:
+        names = sorted({symbol.name for symbol in symbols(formula)})
+        at = ", ".join(f"{name} = {values[name]:.6g}" for name in names)
+        fault = f"the {quantity}, {infix(formula)}, has no finite real value with {at}: {error}"
+        raise UsageError(Problem("parameters", fault, NO_START)) from None

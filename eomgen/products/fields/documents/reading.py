@@ -1,0 +1,358 @@
+"""Reading of files with ``kind = "hamiltonian"``: every problem of a file is reported at once, by key and line."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.text import NAME_RULE, is_legal, shown
+from eomgen.errors import Problem, UsageError
+from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.nodes import ZERO, Formula, Operation, Symbol
+from eomgen.formula.words import RESERVED
+from eomgen.products.fields.documents.document import (
+    NO_START,
+    TOLERANCES,
+    Coordinate,
+    Dependence,
+    Hamiltonian,
+    Output,
+    Parameter,
+    Run,
+    Term,
+)
+from eomgen.products.fields.documents.entries import KIND, Entries, check_keys
+from eomgen.scene.formula.namespaces import mapped
+from eomgen.scene.formula.scope import Names, Scope
+from eomgen.scene.formula.tokens import FormulaError
+from eomgen.scene.includes.repeat import repeated
+from eomgen.scene.reading.kinds import described
+from eomgen.scene.reading.report import Report
+from eomgen.scene.sources.text import read_text, shown_file
+from eomgen.scene.sources.toml import toml_data
+
+#: Commands and functions for systems of fields, for messages.
+OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
+#: Sections whose entries may repeat.
+SECTIONS = ("parameters", "coordinates", "definitions", "hamiltonian", "outputs")
+#: Names of the state and of parameters in a formula at most, once definitions stand in it.
+_MOST_NAMES = 100_000
+#: Levels of brackets in a formula with its definitions at most: functions over formulas recurse at each.
+_MOST_LEVELS = 200
+_KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulation")
+_OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
+#: Operations at which a sum of terms is split.
+_SUMS = ("add", "sub")
+
+
+def is_hamiltonian(data: Mapping[str, Any]) -> bool:
+    """Return whether nested data describe a Hamiltonian system."""
+    return data.get("kind") == KIND
+
+
+def load_hamiltonian(path: str | os.PathLike[str]) -> Hamiltonian:
+    """Read a Hamiltonian system from a TOML file.
+
+    Raises
+    ------
+    FileError, DescriptionError
+        The latter with everything that is wrong with its content.
+    """
+    path = Path(path).expanduser()
+    if path.suffix.lower() != ".toml":
+        raise UsageError(Problem(str(path), "a Hamiltonian system is read from a .toml file", f"{path.stem}.toml"))
+    file = shown_file(path)
+    data, lines = toml_data(read_text(path), file)
+    return hamiltonian_from_data(data, file=file, lines=lines)
+
+
+def hamiltonian_from_data(
+    data: Mapping[str, Any], *, file: str = "system", lines: Mapping[str, int | str] | None = None
+) -> Hamiltonian:
+    """Check nested data, in the form of a file of a Hamiltonian system, and return the system.
+
+    Raises
+    ------
+    DescriptionError
+        With every problem that could be found.
+    """
+    report = Report(file, lines or {})
+    if "mesh" in data:
+        report.add("mesh", "this is a system of fields on a mesh, and what was asked for is of coordinates", OF_FIELDS)
+        report.raise_problems()
+    if "repeat" in data:
+        of_copies: dict[str, str] = {}
+        data = repeated(data, report, of_copies, SECTIONS)
+        report.lines = {**report.lines, **of_copies}
+    result = _Reader(data, report).read()
+    report.raise_problems()
+    assert result is not None  # without problems there is a system
+    return result
+
+
+class _Reader(Entries):
+    def __init__(self, data: Mapping[str, Any], report: Report) -> None:
+        super().__init__(data, report)
+        self.defined: dict[str, tuple[Formula, int]] = {}
+
+    def read(self) -> Hamiltonian | None:
+        """Return the system; None if a problem has been reported."""
+        data, report = self.data, self.report
+        name = self.head(_KEYS)
+        parameters = self.parameters()
+        coordinates = self.coordinates(parameters)
+        if not coordinates:
+            return None
+        values = {item.name: item.value for item in parameters}
+        states = tuple(state for item in coordinates for state in (item.name, item.momentum))
+        self.check_names([*values, *states, *self.section("definitions")])
+        names = Names(
+            parameters=dict.fromkeys(values, True), states=dict.fromkeys((*states, *self.section("definitions")))
+        )
+        self.definitions(states, values)
+        momenta = {item.momentum for item in coordinates}
+        terms = self.terms(names, momenta)
+        outputs = self.outputs(names)
+        simulation = self.simulation()
+        if report.noted:
+            return None
+        start = {name: value for item in coordinates for name, value in _of_start(item)}
+        self.check_start(terms, outputs, {**values, **start})
+        self.check_momenta(terms, coordinates)
+        return Hamiltonian(
+            name,
+            tuple(coordinates),
+            tuple(terms),
+            tuple(parameters),
+            tuple(outputs),
+            simulation,
+            self.text("", data, "description"),
+            json.dumps(
+                {key: item for key, item in data.items() if key != "simulation"}, sort_keys=True, default=str
+            ).encode(),
+        )
+
+    def formula(self, key: str, text: object, names: Names, scope: Scope) -> Formula | None:
+        """Return a formula with definitions replaced by their formulas; None for a fault, which is reported."""
+        return self.expanded(key, super().formula(key, text, names, scope))[0]
+
+    def expanded(self, key: str, formula: Formula | None) -> tuple[Formula | None, int]:
+        """Return a formula with definitions replaced, and how many names are in it then."""
+        count = 0
+
+        def replaced(symbol: Symbol) -> Formula:
+            nonlocal count
+            formula, names = self.defined.get(symbol.name, (symbol, 1)) if symbol.kind == "state" else (symbol, 1)
+            count += names
+            return formula
+
+        made = mapped(formula, replaced) if formula is not None and "definitions" in self.data else formula
+        if count > _MOST_NAMES:
+            fault = f"with its definitions this has {count} names, and {_MOST_NAMES} are taken at most"
+            self.report.add(key, fault, "shorter definitions, or terms that repeat")
+            return None, 1
+        if made is not None and "definitions" in self.data and (levels := _levels(made)) > _MOST_LEVELS:
+            fault = f"with its definitions this has {levels} levels, and {_MOST_LEVELS} are taken at most"
+            self.report.add(key, fault, "definitions that build on fewer others")
+            return None, 1
+        return made, count
+
+    def definitions(self, states: Iterable[str], values: Iterable[str]) -> None:
+        """Read definitions, each of the names above it."""
+        known = dict.fromkeys(states)
+        for name, text in self.section("definitions").items():
+            key = f"definitions.{name}"
+            names = Names(parameters=dict.fromkeys(values, True), states=known)
+            formula, count = self.expanded(key, super().formula(key, text, names, _OF_STATES))
+            self.defined[name] = (formula or ZERO, max(count, 1))
+            known[name] = None
+
+    def hint(self, error: FormulaError) -> str:
+        below = [name for name in self.section("definitions") if error.what.startswith(f"unknown name {shown(name)}")]
+        if below:
+            return f"{below[0]} above this line: definitions are of what stands above them"
+        if error.what.startswith("unknown name 'p'"):
+            return 'p_x for the momentum of x, or momentum = "p" in its coordinate'
+        return super().hint(error)
+
+    def coordinates(self, parameters: list[Parameter]) -> list[Coordinate]:
+        made: list[Coordinate] = []
+        entries = self.section("coordinates")
+        if not entries and not self.report.concerns("coordinates"):
+            hint = "[coordinates] and x = { initial = [0.1, 0.0] }: the position and the momentum at the start"
+            self.report.add("coordinates", "there is no coordinate", hint)
+        for name, entry in entries.items():
+            key = f"coordinates.{name}"
+            if not isinstance(entry, Mapping):
+                self.report.add(key, f"a table is needed here, not {described(entry)}", f"{name} = {_START}")
+                continue
+            check_keys(key, entry, ("momentum", "initial", "unit", "momentum_unit"), self.report)
+            initial = entry.get("initial")
+            if isinstance(initial, list | tuple) and len(initial) == 2:
+                position, position_formula = self.number(f"{key}.initial[0]", initial[0], parameters)
+                momentum, momentum_formula = self.number(f"{key}.initial[1]", initial[1], parameters)
+            else:
+                position = momentum = math.nan  # formulas may have its names
+                position_formula = momentum_formula = None
+                fault = "the initial value is missing" if initial is None else f"the start is {described(initial)}"
+                self.report.add(f"{key}.initial", fault, f"{name} = {_START}: its position and its momentum")
+            made.append(
+                Coordinate(
+                    name,
+                    self.text(key, entry, "momentum") or f"p_{name}",
+                    position,
+                    momentum,
+                    self.text(key, entry, "unit"),
+                    self.text(key, entry, "momentum_unit"),
+                    position_formula,
+                    momentum_formula,
+                )
+            )
+        return made
+
+    def check_names(self, names: Iterable[str]) -> None:
+        """Report names that are not legal, and names that two entries have."""
+        seen: set[str] = set()
+        for name in names:
+            of_others = [section for section in ("parameters", "definitions") if name in self.section(section)]
+            section = of_others[-1] if of_others else "coordinates"
+            key = f"{section}.{name}" if name in self.section(section) else section
+            if not is_legal(name):
+                self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
+            elif name == "t":
+                self.report.add(key, "t is the time, of which H does not depend", "another name")
+            elif name in RESERVED:  # formulas would read the word, and never this entry
+                self.report.add(key, f"the name {name} is a word of formulas", f"{name}_value")
+            elif name in seen:
+                hint = 'momentum = "..." in a coordinate names its own' if not of_others else "another name"
+                self.report.add(key, f"the name {name} is given twice", hint)
+            seen.add(name)
+
+    def terms(self, names: Names, momenta: set[str]) -> list[Term]:
+        """Return the summands of H, each of momenta alone, coordinates alone, or both."""
+        entry = self.data.get("hamiltonian")
+        if entry is None or entry in ("", {}):
+            hint = 'hamiltonian = "p_x**2/2 + x**2/2", or a table [hamiltonian] of terms whose sum it is'
+            self.report.add("hamiltonian", "the Hamiltonian is missing", hint)
+            return []
+        table = entry if isinstance(entry, Mapping) else {"": entry}
+        made = []
+        for name, text in table.items():
+            formula = self.formula(f"hamiltonian.{name}" if name else "hamiltonian", text, names, _OF_STATES)
+            if formula is not None:
+                made += [Term(name or "hamiltonian", part, _dependence(part, momenta)) for part in summands(formula)]
+        return made
+
+    def outputs(self, names: Names) -> list[Output]:
+        made = []
+        for name, entry in self.section("outputs").items():
+            key = f"outputs.{name}"
+            table = entry if isinstance(entry, Mapping) else {"formula": entry}
+            check_keys(key, table, ("formula", "unit"), self.report)
+            if not is_legal(name):
+                self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
+            formula = self.formula(key, table.get("formula"), names, _OF_STATES)
+            if formula is not None:
+                made.append(Output(name, formula, self.text(key, table, "unit")))
+        return made
+
+    def simulation(self) -> Run:
+        table = self.section("simulation")
+        check_keys("simulation", table, [item.name for item in fields(Run) if item.name != "place"], self.report)
+        given: dict[str, Any] = {}
+        for name in ("duration", "step", "tolerance"):
+            if name in table:
+                value = table[name]
+                if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+                    fault = f"a positive number is needed here, not {described(value)}"
+                    self.report.add(f"simulation.{name}", fault, f"{name} = 0.01")
+                given[name] = value
+        if "method" in table:
+            given["method"] = self.text("simulation", table, "method")
+            given["place"] = self.report.where("simulation.method")
+            if table["method"] == "":
+                self.report.add("simulation.method", "the method has no name", 'method = "omf4", or no key')
+        if "tolerance" in table and table.get("method") != "rk45":
+            fault = "a tolerance is of rk45, and other methods take equal steps"
+            self.report.add("simulation.tolerance", fault, 'method = "rk45"')
+        elif "tolerance" in given and not TOLERANCES[0] <= given["tolerance"] <= TOLERANCES[1]:
+            fault = f"the tolerance must lie in {TOLERANCES[0]:g}..{TOLERANCES[1]:g}"
+            self.report.add("simulation.tolerance", fault, "tolerance = 1e-6")
+        every = table.get("record_every", 1)
+        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+            fault = f"a whole number from 1 is needed here, not {described(every)}"
+            self.report.add("simulation.record_every", fault, "record_every = 10")
+        given["record_every"] = every
+        compensated = table.get("compensated", False)
+        if not isinstance(compensated, bool):
+            self.report.add("simulation.compensated", f"this is {described(compensated)}", "compensated = true")
+        return Run(**given, compensated=compensated)
+
+    def check_start(self, terms: list[Term], outputs: list[Output], values: Mapping[str, float]) -> None:
+        """Report terms that have no finite real value at the start."""
+        named = [(f"hamiltonian.{term.name}", term.formula) for term in terms]
+        named += [(f"outputs.{output.name}", output.formula) for output in outputs]
+        for key, formula in named:
+            where = "hamiltonian" if key == "hamiltonian.hamiltonian" else key
+            if self.report.concerns(where):
+                continue
+            try:
+                evaluate(formula, lambda symbol: values[symbol.name])
+            except ArithmeticError as error:
+                of_states = sorted({symbol.name for symbol in symbols(formula)})
+                at = ", ".join(f"{name} = {values[name]:.6g}" for name in of_states[:6])
+                fault = f"it has no finite real value at the start, where {at}: {error}"
+                self.report.add(where, fault, NO_START)
+
+    def check_momenta(self, terms: list[Term], coordinates: list[Coordinate]) -> None:
+        """Report coordinates that stay at rest: neither the coordinate nor its momentum is in H."""
+        used = {symbol.name for term in terms for symbol in symbols(term.formula)}
+        for item in coordinates:
+            if not used & {item.name, item.momentum}:
+                fault = f"neither {item.name} nor {item.momentum} is in H, so both stay as they are"
+                self.report.add(f"coordinates.{item.name}", fault, "a term of H with them, or leave it out")
+
+
+def _levels(formula: Formula) -> int:
+    return 1 + max(map(_levels, formula.arguments), default=0) if isinstance(formula, Operation) else 1
+
+
+_START = "{ initial = [0.1, 0.0] }"
+
+
+def _of_start(item: Coordinate) -> tuple[tuple[str, float], tuple[str, float]]:
+    return (item.name, item.position), (item.momentum, item.momentum_value)
+
+
+def _states(formula: Formula) -> set[str]:
+    return {symbol.name for symbol in symbols(formula) if symbol.kind == "state"}
+
+
+def _dependence(formula: Formula, momenta: set[str]) -> Dependence:
+    """Return the dependence of a term on coordinates and momenta; constants count as potential."""
+    states = _states(formula)
+    if states & momenta:
+        return "coupled" if states - momenta else "kinetic"
+    return "potential"
+
+
+def summands(formula: Formula) -> list[Formula]:
+    """Return summands of a formula, with sums multiplied out if they have a factor of parameters alone."""
+    if not isinstance(formula, Operation):
+        return [formula]
+    arguments = formula.arguments
+    if formula.name == "neg":
+        return [-part for part in summands(arguments[0])]
+    if formula.name in _SUMS:
+        second = summands(arguments[1])
+        return [*summands(arguments[0]), *(second if formula.name == "add" else [-part for part in second])]
+    if formula.name in ("mul", "div") and not _states(arguments[1]):
+        return [Operation(formula.name, (part, arguments[1])) for part in summands(arguments[0])]
+    if formula.name == "mul" and not _states(arguments[0]):
+        return [Operation("mul", (arguments[0], part)) for part in summands(arguments[1])]
+    return [formula]

@@ -1,0 +1,153 @@
+"""The verbs for Hamiltonian systems: files with ``kind = "hamiltonian"``, from their text to compiled models."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from eomgen.errors import DescriptionError, Problem, UsageError
+from eomgen.pipeline.content import library_content
+from eomgen.pipeline.front_end import FrontEnd
+from eomgen.products.fields.documents.document import Hamiltonian
+from eomgen.scene.sources.register import all_options
+from eomgen.system.description import Description
+from eomgen.system.selection import Selection
+
+if TYPE_CHECKING:
+    from eomgen.products.fields.documents.fields import FieldSystem
+    from eomgen.products.fields.hamiltonian.model import HamiltonianModel
+    from eomgen.system.system import System
+
+#: Keys above the tables of a Hamiltonian file; scenes have neither, so a misspelt kind is reported.
+_KIND = re.compile(r"^\s*(kind|hamiltonian)\s*=", re.MULTILINE)
+_TABLE = re.compile(r"^\s*\[", re.MULTILINE)
+#: The mark of a file of fields: its table of the mesh.
+_MESH = re.compile(r"^\s*(\[\s*mesh\s*\]|mesh\s*[.=])", re.MULTILINE)
+#: Number of bytes at the start of a file that decide its kind.
+_HEAD = 20_000
+
+
+def _describe(document: Hamiltonian) -> Description:
+    return Description(document.name, document.description)
+
+
+def _derive(document: Hamiltonian, terms: object = None) -> System:
+    from eomgen.products.fields.hamiltonian.derivation import derive_hamiltonian  # noqa: PLC0415
+
+    return derive_hamiltonian(document)
+
+
+HAMILTONIANS = FrontEnd("hamiltonian", Hamiltonian, _describe, _derive)
+
+
+def says_hamiltonian(path: str | os.PathLike[str]) -> bool:
+    """Return True if a file declares a Hamiltonian system; an unreadable file does not."""
+    head = _head(path)
+    table = _TABLE.search(head)
+    return _KIND.search(head[: table.start()] if table else head) is not None
+
+
+def _head(path: str | os.PathLike[str]) -> str:
+    """Return the beginning of a TOML file, or an empty text if the file cannot be read."""
+    file = Path(path)
+    if file.suffix.lower() != ".toml":
+        return ""
+    try:
+        with file.expanduser().open("rb") as stream:
+            return stream.read(_HEAD).decode("utf-8", "replace")
+    except (OSError, ValueError, RuntimeError):
+        return ""
+
+
+def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
+    """Return the system of fields on a mesh that a file describes; None if it describes anything else.
+
+    Raises
+    ------
+    DescriptionError
+        With everything that is wrong with its content.
+    """
+    if not says_hamiltonian(path) or not _MESH.search(_head(path)):
+        return None
+    from eomgen.products.fields.documents.field_reading import load_fields  # noqa: PLC0415  # most scenes are mechanical
+
+    return load_fields(path)
+
+
+def _check_method(found: Hamiltonian) -> None:
+    """Raise DescriptionError if a file names an unknown method."""
+    if not (method := found.simulation.method):
+        return
+    from eomgen.products.fields.hamiltonian.methods import check_name  # noqa: PLC0415  # few files choose a method
+
+    try:
+        check_name(method)
+    except UsageError as error:
+        where = found.simulation.place or "simulation.method"
+        raise DescriptionError([Problem(where, p.what, p.hint) for p in error.problems]) from None
+
+
+def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) -> Hamiltonian | None:
+    """Return the Hamiltonian system that something is, or describes; None if it is anything else.
+
+    Raises
+    ------
+    DescriptionError
+        With everything that is wrong with its content.
+    UsageError
+        An option of mechanical scenes.
+    """
+    if isinstance(described, Hamiltonian):
+        result = described
+    elif isinstance(described, Mapping) and ("kind" in described or "hamiltonian" in described):
+        from eomgen.products.fields.documents.reading import hamiltonian_from_data  # noqa: PLC0415  # most scenes are mechanical
+
+        result = hamiltonian_from_data(described)
+    elif isinstance(described, str | os.PathLike) and says_hamiltonian(described):
+        from eomgen.products.fields.documents.reading import load_hamiltonian  # noqa: PLC0415
+
+        result = load_hamiltonian(described)
+    else:
+        return None
+    if result is not described:
+        _check_method(result)
+    if given := given_options(options or {}):
+        fault = f"{', '.join(given)} is of mechanical scenes, and {result.name} is a Hamiltonian system"
+        raise UsageError(Problem(given[0], fault, "leave it out"))
+    return result
+
+
+def given_options(options: Mapping[str, Any]) -> list[str]:
+    """Return the options that are neither empty nor the defaults of a source of scenes."""
+    defaults = {name: option.default for name, (_, option) in all_options().items()}
+    return sorted(name for name, value in options.items() if value and value != defaults.get(name))
+
+
+def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -> HamiltonianModel:
+    """Return the compiled model of a system, from the cache if nothing has changed; ``method`` of its runs."""
+    from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415
+    from eomgen.products.fields.hamiltonian.model import HamiltonianModel, built_library  # noqa: PLC0415
+    from eomgen.toolchain.builder import Builder  # noqa: PLC0415
+
+    if method is not None:
+        method_for(document, method)
+        document = replace(document, simulation=replace(document.simulation, method=method, place=""))
+    content = library_content(document, HAMILTONIANS, Selection(None, ""), "rk4")
+    return HamiltonianModel(document, built_library(document, content, Builder(profile=profile)))
+
+
+def generate_hamiltonian(document: Hamiltonian, folder: str | Path, method: str | None) -> list[Path]:
+    """Write a system as a folder of C that stands alone, and return the files' paths. Raises UsageError, FileError."""
+    from eomgen.codegen.folder import MANIFEST, manifest, write_folder  # noqa: PLC0415
+    from eomgen.products.fields.hamiltonian.code import folder_files, program_of  # noqa: PLC0415
+    from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415
+
+    program = program_of(document)
+    files = folder_files(document, program, method_for(document, method))
+    files[MANIFEST] = manifest(program, files)
+    written = write_folder(files, folder)
+    return [written / name for name in sorted(files)]

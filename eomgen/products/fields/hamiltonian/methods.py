@@ -1,0 +1,189 @@
+"""Methods of Hamiltonian systems: compositions of drifts and kicks, implicit steps, and Runge-Kutta methods."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from eomgen.base.text import listed, nearest
+from eomgen.errors import DescriptionError, Problem, UsageError
+from eomgen.integrators.compositions import Composition, composition_named, names_composition
+from eomgen.integrators.compositions import compositions as every_composition
+from eomgen.integrators.families.embedded_pair import DORMAND_PRINCE
+from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
+from eomgen.products.fields.documents.document import Hamiltonian
+from eomgen.products.fields.hamiltonian.collocation import HIGHEST_ORDER, gauss_collocation
+
+#: Kinds of parts of steps, by their numbers in C.
+Kind = Literal["DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR"]
+KINDS: tuple[Kind, ...] = ("DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR")
+MIDPOINT = "implicit_midpoint"
+_OF_GAUSS = tuple(f"gauss{order}" for order in range(4, HIGHEST_ORDER + 1, 2))
+#: Vectors at most of the Krylov subspace in which linear equations of implicit steps are solved, numbers that they may
+#: take together, and vectors that there always are.
+_MOST_VECTORS, _MOST_NUMBERS, _FEWEST_VECTORS = 160, 2_000_000, 30
+_SOURCE = "Hairer, Lubich and Wanner 2006, section II.1"
+#: Methods if the file and the caller name none: of separable systems, and of others.
+STANDARD, STANDARD_IMPLICIT = "omf4", "gauss6"
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method as its C takes it.
+
+    Attributes
+    ----------
+    fractions : of a step, of drifts and kicks in turn or of other steps
+    stability_limit : the largest stable step times the largest frequency; 0 if there is none
+    stages : of other steps than drifts and kicks
+    A, b, error : coefficients of these, A by rows; of pairs the weights of the error that they estimate
+    """
+
+    name: str
+    order: int
+    kind: Kind
+    fractions: tuple[float, ...]
+    source: str
+    stability_limit: float = 0.0
+    stages: int = 0
+    A: tuple[float, ...] = ()
+    b: tuple[float, ...] = ()
+    error: tuple[float, ...] = ()
+
+    @property
+    def composed(self) -> bool:
+        """Whether steps are of drifts and kicks."""
+        return self.stages == 0
+
+    @property
+    def chooses_steps(self) -> bool:
+        """Whether its own steps follow from a tolerance."""
+        return self.kind == "PAIR"
+
+    def work(self, n: int) -> int:
+        """Return the numbers of memory for steps of n coordinates: of drifts and kicks none."""
+        if self.composed:
+            return 0
+        vectors = krylov(n)
+        return 2 * n * (1 + self.stages * (8 + vectors)) + (vectors + 1) * (vectors + 3)
+
+
+_TABLEAU, _PAIR = RUNGE_KUTTA_MUNTHE_KAAS_4, DORMAND_PRINCE
+#: Methods of Runge and Kutta by name. The limit of the fourth order on the imaginary axis is the root of 8.
+EXPLICIT = {
+    "rk4": Method(
+        "rk4",
+        4,
+        "EXPLICIT",
+        (1.0,),
+        "Kutta 1901",
+        math.sqrt(8.0),
+        len(_TABLEAU.b),
+        tuple(float(x) for row in _TABLEAU.A for x in row),
+        tuple(float(x) for x in _TABLEAU.b),
+    ),
+    "rk45": Method(
+        _PAIR.name,
+        _PAIR.order,
+        "PAIR",
+        (1.0,),
+        _PAIR.source,
+        stages=len(_PAIR.b),
+        A=tuple(float(x) for row in _PAIR.A for x in row),
+        b=tuple(float(x) for x in _PAIR.b),
+        error=tuple(float(x - y) for x, y in zip(_PAIR.b, _PAIR.b_hat, strict=True)),
+    ),
+}
+
+
+#: Names of methods in other programs, or of methods that replace them here.
+ELSEWHERE = {
+    "velocity_verlet": 'leapfrog, which first="kick" begins with a kick',
+    "stormer_verlet": "leapfrog",
+    "symplectic_euler": "leapfrog, which costs the same",
+    "forest_ruth": "yoshida4",
+    "midpoint": MIDPOINT,
+    "gauss2": MIDPOINT,
+    "gauss_legendre": "gauss4, gauss6 or gauss8",
+    "dop853": "rk45, or kahan_li8",
+    "taylor": "gauss12 or kahan_li8, or rk45, which chooses its steps",
+    "ias15": "gauss12 or kahan_li8, or rk45, which chooses its steps",
+}
+
+
+def krylov(n: int) -> int:
+    """Return the vectors of the Krylov subspace for steps of n coordinates: as many as unknowns if these are few."""
+    return min(HIGHEST_ORDER * n, _MOST_VECTORS, max(_FEWEST_VECTORS, _MOST_NUMBERS // (2 * n)))
+
+
+def method_for(document: Hamiltonian, name: str | None = None, first: str = "drift") -> Method:
+    """Return a method of a system by its name; by default the method of the file, or the standard method.
+
+    If H is T(p) + V(q), names refer to the table of compositions, and steps begin with a drift or a kick
+    (``first``). Otherwise the leapfrogs of a recursion are implicit midpoint steps. ``implicit_midpoint`` and
+    ``gauss<order>`` take any H, as do ``rk4`` and ``rk45``, which are not symplectic.
+
+    Raises
+    ------
+    UsageError
+        An unknown name, or a composition of drifts and kicks for an H that is not T(p) + V(q).
+    DescriptionError
+        The same fault in the method of the file.
+    """
+    run, standard = document.simulation, STANDARD if document.separable else STANDARD_IMPLICIT
+    if name is None:
+        try:
+            return method_for(document, run.method or standard, first)
+        except UsageError as error:
+            if not run.place or any(problem.where != "method" for problem in error.problems):
+                raise
+            problems = [Problem(run.place, problem.what, problem.hint) for problem in error.problems]
+            raise DescriptionError(problems) from None
+    if not isinstance(name, str):
+        raise UsageError(Problem("method", f"a method is called by its name, not {name!r}", '"omf4"'))
+    if not name:
+        raise UsageError(Problem("method", "the name of the method is empty", f'"{standard}", or no method at all'))
+    key = name.lower().replace("-", "_")
+    if key == MIDPOINT:
+        return _collocation(MIDPOINT, 2, (1.0,), _SOURCE, 1)
+    if key in _OF_GAUSS:
+        order = int(key.removeprefix("gauss"))
+        return _collocation(key, order, (1.0,), _SOURCE, order // 2)
+    if key in EXPLICIT:
+        return EXPLICIT[key]
+    if first not in ("drift", "kick"):
+        raise UsageError(Problem("first", f"a step begins with a drift or a kick, not with {first!r}", "drift"))
+    composition = _composition(key, first)
+    if document.separable:
+        kind: Kind = "DRIFT_FIRST" if first == "drift" else "KICK_FIRST"
+        limit = composition.stability_limit
+        return Method(composition.name, composition.order, kind, composition.fractions, composition.source, limit)
+    if len(composition.leapfrogs) < 2:
+        coupled = list(dict.fromkeys(term.name for term in document.terms if term.dependence == "coupled"))
+        fault = f"{composition.name} needs H = T(p) + V(q), and {listed(coupled)} depends on coordinates and momenta"
+        hint = f"{MIDPOINT}, gauss4 or gauss6, or yoshida4 or suzuki4, whose parts are implicit midpoint steps then"
+        raise UsageError(Problem("method", fault, hint))
+    return _collocation(composition.name, composition.order, composition.leapfrogs, composition.source, 1)
+
+
+def _collocation(name: str, order: int, fractions: tuple[float, ...], source: str, stages: int) -> Method:
+    A, b = gauss_collocation(stages)
+    return Method(name, order, "COLLOCATION", fractions, source, stages=stages, A=A, b=b)
+
+
+def check_name(name: str) -> None:
+    """Raise UsageError if no method has a name; makes no method."""
+    key = name.lower().replace("-", "_")
+    if not (key == MIDPOINT or key in _OF_GAUSS or key in EXPLICIT or names_composition(key)):
+        known = [*(item.name for item in every_composition()), MIDPOINT, *_OF_GAUSS, *EXPLICIT]
+        hint = ELSEWHERE.get(key) or nearest(key, known)
+        raise UsageError([Problem("method", f"there is no method {key!r} of Hamiltonian systems", hint)])
+
+
+def _composition(name: str, first: str) -> Composition:
+    check_name(name)
+    try:
+        return composition_named(name, "drift" if first == "drift" else "kick")
+    except UsageError as error:
+        raise UsageError([Problem("method", problem.what, problem.hint) for problem in error.problems]) from None

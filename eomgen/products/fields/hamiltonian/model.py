@@ -1,0 +1,497 @@
+"""``HamiltonianModel``: a compiled Hamiltonian system with a NumPy face, and its runs."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import ByName, Defaults, checked_calls, unknown_attribute
+from eomgen.base.text import nearest, shown
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.families.adaptive import check_tolerance
+from eomgen.products.fields.documents.document import DEPENDENCES, NO_START, Hamiltonian
+from eomgen.products.fields.hamiltonian.methods import KINDS, Method, method_for
+from eomgen.products.fields.hamiltonian.solution import HamiltonianSolution
+from eomgen.products.fields.hamiltonian.step_errors import FINER, StepErrors, by_tolerance, estimated
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.library import Library
+
+#: Seconds between looks at the keyboard, and steps before the first.
+_SECONDS_AT_ONCE, _FIRST_STEPS = 0.1, 64
+#: Coordinates up to which the largest frequency at the start is worked out.
+_FEW = 100
+#: Copies of a record that a run makes, and bytes that these may take.
+_COPIES, _MOST_BYTES = 4, 4e9
+_COUNTED = ("steps", "gradients", "iterations", "products")
+#: Changes of H, relative to its absolute parts, above which a run is doubtful, and above which it has failed.
+_DOUBTED, _EXPLODED = 0.3, 10.0
+#: Steps of a run at most: beyond them times of rows are no doubles of their own.
+_MOST_STEPS = 1e15
+#: Reasons for the end of a run, by the status of its C.
+_STATUSES = {
+    1: "the equations of an implicit step were not solved by Newton's method; try: a step smaller than {step:.3g}",
+    2: "the step of rk45 became too small for the time to move on: the motion has a singularity near; try: a larger"
+    " tolerance, or another end",
+    4: "steps of rk45 within one of the grid were too many; try: a larger tolerance, or a grid step below {step:.3g}",
+    3: "a value became infinite or not a number; try: a step smaller than {step:.3g}, or another start",
+}
+
+
+def built_library(document: Hamiltonian, content: bytes, builder: Builder) -> Library:
+    """Return the compiled library of a system, from the cache if it is there.
+
+    ``content``: everything that it follows from.
+    """
+    result = builder.find(content)
+    if result is not None:
+        return result
+    from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415  # a cached library needs none of this
+    from eomgen.products.fields.hamiltonian.code import CDEF, library_files, program_of  # noqa: PLC0415
+
+    with builder.claim(content):
+        result = builder.find(content)
+        if result is not None:
+            return result
+        program = program_of(document)
+        return builder.build(content, library_files(document, program), CDEF, interface_layout(program))
+
+
+@checked_calls(
+    'eomgen.build("system.toml"), which makes one', dt="step", h="step", integrator="method", rtol="tolerance",
+    tol="tolerance", atol="tolerance", params="parameters", x0="initial", t="t_end", duration="t_end",
+)  # fmt: skip
+class HamiltonianModel:
+    """A compiled system of q' = dH/dp, p' = -dH/dq.
+
+    Attributes
+    ----------
+    document : Hamiltonian
+        Description of the system.
+    name : str
+    q_names, p_names : lists of str
+        Coordinates and momenta.
+    parameters : mapping
+        Values in the file, by name. A run with other values evaluates dependent formulas again.
+    separable : bool
+        Whether H is T(p) + V(q), so that steps of drifts and kicks are exact for each part.
+    """
+
+    def __init__(self, document: Hamiltonian, library: Library) -> None:
+        self.document = document
+        self.library = library
+        self.name = document.name
+        self.q_names = [item.name for item in document.coordinates]
+        self.p_names = [item.momentum for item in document.coordinates]
+        values = document.parameter_values({})
+        self.parameters = Defaults("parameter", values, 'model.simulate(..., parameters={"m": 2.0}) for one run')
+        self.separable = document.separable
+
+    def __repr__(self) -> str:
+        kind = "separable" if self.separable else "not separable"
+        return f"HamiltonianModel({self.name}: {self.n} coordinates, {kind})"
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return len(self.q_names)
+
+    def energy(self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | None = None) -> Any:
+        """Return H at a state, or at each of several.
+
+        Parameters
+        ----------
+        q, p : (n,) or (states, n)
+        parameters : mapping, optional
+            By name; the file's by default.
+        """
+        parts = self._call("hamiltonian", [q, p], parameters)[0]
+        total = parts.sum(axis=-1)
+        return float(total) if total.ndim == 0 else total
+
+    def gradient(
+        self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | None = None
+    ) -> tuple[Array, Array]:
+        """Return dH/dq and dH/dp, of the shapes of q and p; parameters as in ``energy``."""
+        dq, dp = self._call("gradient", [q, p], parameters)
+        return dq, dp
+
+    def hessian_product(
+        self,
+        q: ArrayLike,
+        p: ArrayLike,
+        dq: ArrayLike,
+        dp: ArrayLike,
+        parameters: Mapping[str, float] | None = None,
+    ) -> tuple[Array, Array]:
+        """Return the product of the Hessian of H with a direction: the changes of dH/dq and dH/dp along dq, dp.
+
+        Parameters
+        ----------
+        q, p, dq, dp : (n,) or (states, n)
+        """
+        along_q, along_p = self._call("hessian_product", [q, p, dq, dp], parameters)
+        return along_q, along_p
+
+    def largest_frequency(
+        self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | Array | None = None
+    ) -> float:
+        """Return the largest modulus of the eigenvalues of the motion linearised about a state, per unit of time."""
+        flow = self._flow(q, p, parameters)
+        return float(np.abs(np.linalg.eigvals(flow)).max()) if np.isfinite(flow).all() else math.inf
+
+    def _flow(self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | Array | None) -> Array:
+        """Return the matrix of the motion linearised about a state, (2 n, 2 n)."""
+        n = self.n
+        rows = np.eye(2 * n)
+        states = [np.broadcast_to(np.asarray(x, float), (2 * n, n)) for x in (q, p)]
+        by_q, by_p = self._call("hessian_product", [*states, rows[:, :n], rows[:, n:]], parameters)
+        return np.hstack([by_p, -by_q]).T
+
+    def simulate(
+        self,
+        t_end: float | None = None,
+        step: float | None = None,
+        *,
+        method: str | None = None,
+        first: str = "drift",
+        initial: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, float] | None = None,
+        record_every: int | None = None,
+        compensated: bool | None = None,
+        tolerance: float | None = None,
+        error_estimate: bool = True,
+    ) -> HamiltonianSolution:
+        """Return the motion from t = 0 to an end in equal steps.
+
+        Parameters
+        ----------
+        t_end, step : float
+            The file's by default; negative steps go backwards.
+        method : str
+            If H is T(p) + V(q): ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, ``blanes_moan4``,
+            ``blanes_moan6``, ``kahan_li6``, ``kahan_li8``, and for even orders to 12 ``yoshida<order>``,
+            ``suzuki<order>`` and ``creutz_gocksch<order>_<i>``. ``implicit_midpoint`` and, for even orders from 4
+            to 12, ``gauss<order>`` for any H, as ``rk4`` and ``rk45``, which are not symplectic; of recursions of
+            leapfrogs implicit midpoint steps take the place if H is not separable. The file's by default, else
+            ``omf4``, or ``gauss6`` if H is not separable.
+        first : str
+            Whether steps of compositions begin with a ``drift`` or a ``kick``.
+        initial : mapping
+            ``q`` and ``p`` as arrays, or coordinates and momenta by name; the rest is the file's, whose formulas have
+            the parameters of this run.
+        parameters : mapping
+            By name; the rest is the file's, whose formulas follow the parameters that are given.
+        record_every : int
+            Steps between recorded rows; the first and the last state are always recorded.
+        compensated : bool
+            Keep the rounding errors of sums for the next ones: for 1e6 steps and more.
+        tolerance : float
+            Of ``rk45`` with its own steps within those of the grid: local errors as parts of the state. The file's
+            by default.
+        error_estimate : bool
+            Estimate the errors of steps by runs in steps twice and four times as long, or half as long if these
+            are inconclusive, of ``rk45`` by one at a tenth of the tolerance: 0.75 to 2.75 times the time of the run.
+
+        Raises
+        ------
+        UsageError
+            An unknown method, parameter or coordinate, or a time that is no whole number of steps.
+        """
+        run = self.document.simulation
+        t_end = run.duration if t_end is None else _finite("t_end", t_end)
+        step = run.step if step is None else _finite("step", step)
+        every = run.record_every if record_every is None else record_every
+        chosen = method_for(self.document, method, first)
+        steps = _whole_steps(t_end, step)
+        if tolerance is not None and not chosen.chooses_steps:
+            fault = f"{chosen.name} takes equal steps, and a tolerance is of rk45"
+            raise UsageError(Problem("tolerance", fault, f'method="rk45", or a step below {abs(step):.6g}'))
+        allowed = run.tolerance if tolerance is None else _finite("tolerance", tolerance)
+        check_tolerance(allowed)
+        if isinstance(every, np.integer):
+            every = int(every)
+        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+            raise UsageError(Problem("record_every", f"{every!r} is no whole number from 1", "record_every=10"))
+        values = self._values(parameters)
+        state = self._start(initial, values)
+        began = time.perf_counter()
+        kept = run.compensated if compensated is None else bool(compensated)
+        rows, counted, status = self._steps(chosen, step, steps, every, state, values, allowed, compensated=kept)
+        seconds = time.perf_counter() - began
+        taken = np.minimum(np.arange(len(rows)) * every, counted[0])
+
+        def compared(multiple: float, spacing: int, by_tolerance: float = 1.0) -> Array | None:
+            grid = (multiple * step, round(steps / multiple), round(spacing / multiple))
+            result, _, ended = self._steps(chosen, *grid, state, values, allowed * by_tolerance, compensated=kept)
+            if ended < 0:
+                raise KeyboardInterrupt
+            return result if ended == 0 else None
+
+        if not error_estimate or status:
+            errors = StepErrors(reason="the run did not reach its end" if status else "it was switched off")
+        else:
+            names = [*self.q_names, *self.p_names]
+            try:
+                if chosen.chooses_steps:
+                    finer = compared(1.0, every, FINER)
+                    errors = by_tolerance(rows, finer, taken * step, allowed, names)
+                else:
+                    errors = estimated(rows, step, every, steps, chosen.order, names, compared)
+            except KeyboardInterrupt:  # the rows so far are kept
+                errors = StepErrors(reason="it was interrupted")
+        t, q, p = taken * step, rows[:, : self.n].copy(), rows[:, self.n :].copy()
+        parts = self._call("hamiltonian", [q, p], values)[0]
+        energy: dict[str, Array] = {
+            name: parts[:, k] for k, name in enumerate(DEPENDENCES) if name != "coupled" or not self.separable
+        }
+        energy["total"] = parts.sum(axis=1)
+        outputs: ByName[Array] = ByName("output", {})
+        if self.document.outputs:
+            y = self._call("observed", [q, p], values)[0]
+            outputs = ByName("output", {item.name: y[:, k] for k, item in enumerate(self.document.outputs)})
+        changed, exploded = _change_of_energy(energy, chosen, step)
+        notes = [_ending(status, t, step, steps), self._too_large(chosen, step, state[0], values), changed]
+        return HamiltonianSolution(
+            t,
+            q,
+            p,
+            ByName("part of H", energy),
+            outputs,
+            {**dict(zip(_COUNTED, counted, strict=True)), "wall_time": seconds},
+            status == 0 and not exploded,
+            "; ".join(note for note in notes if note),
+            {
+                "name": self.name,
+                "method": chosen.name,
+                "order": chosen.order,
+                "first": first if chosen.composed else "",
+                "step": step,
+                "tolerance": allowed if chosen.chooses_steps else None,
+                "compensated": kept,
+                "parameters": dict(zip(self.parameters, values.tolist(), strict=True)),
+                "names": {"q": self.q_names, "p": self.p_names, "outputs": list(outputs)},
+                "units": {
+                    "q": [item.unit for item in self.document.coordinates],
+                    "p": [item.momentum_unit for item in self.document.coordinates],
+                    "outputs": [item.unit for item in self.document.outputs],
+                },
+            },
+            errors,
+        )
+
+    def _steps(
+        self,
+        method: Method,
+        step: float,
+        steps: int,
+        every: int,
+        state: Array,
+        values: Array,
+        tolerance: float,
+        *,
+        compensated: bool,
+    ) -> tuple[Array, list[int], int]:
+        """Return rows of q and p, counts, and the end: 0 well, -1 interrupted, else a status.
+
+        Calls of C end within rows as well, so that the keyboard is heard, with the bits of one call for all; a run that
+        is interrupted has the state there as its last row.
+        """
+        n, ffi = self.n, self.library.ffi
+        whole, rest = divmod(steps, every)
+        _check_memory(1 + whole + (rest > 0), 2 * n, steps)
+        record = np.empty((1 + whole + (rest > 0), 2 * n))
+        motion = np.concatenate([state.ravel(), np.zeros(2 * n + 1)])
+        record[0] = motion[: 2 * n]
+        given = (values if len(values) else np.zeros(1), method.fractions, (*method.A, *method.b, *method.error, 0.0))
+        numbers = [ffi.from_buffer("double[]", np.array(array)) for array in given]
+        work = np.empty(method.work(n) + 1)
+        memories = [ffi.from_buffer("double[]", array) for array in (work, motion)]
+        tally = ffi.new("long[5]")
+
+        def run(row: int, rows: int, length: int, *, more: bool) -> int:
+            target = ffi.from_buffer("double[]", record[row : row + max(rows, 1)])
+            result: int = self.library.lib.eomgen_hamiltonian_run(
+                numbers[0], step, rows, length, more, KINDS.index(method.kind), len(method.fractions), numbers[1],
+                method.stages, numbers[2], tolerance, compensated, *memories, target, tally,
+            )  # fmt: skip
+            return result
+
+        row, within, status, at_once = 1, 0, 0, _FIRST_STEPS
+        counted = list(tally)
+        try:
+            while not status and (row - 1) * every < steps:
+                began, length = time.perf_counter(), min(every, steps - (row - 1) * every)
+                if within or at_once < length:
+                    taken = min(at_once, length - within)
+                    status = run(row, 1, taken, more=within + taken < length)
+                    within += taken
+                    rows = int(within == length and not status)
+                else:
+                    rows = max(1, min(at_once // every, whole - row + 1))
+                    status = run(row, rows, length, more=False)
+                    taken = rows * length
+                    rows = rows if not status else int((tally[0] - counted[0]) // length)
+                if rows:
+                    row, within, counted = row + rows, 0, list(tally)
+                spent = max(time.perf_counter() - began, 1e-9)
+                at_once = max(1, min(2 * at_once, int(taken * _SECONDS_AT_ONCE / spent)))
+        except KeyboardInterrupt:
+            status = -1
+            if within:
+                run(row, 1, 0, more=False)
+                row, counted = row + 1, list(tally)
+        return record[:row], counted[:4], status
+
+    def _too_large(self, method: Method, step: float, state: Array, values: Array) -> str:
+        """Return the fault of a step that is beyond the limit of stability at the start."""
+        if not method.stability_limit or self.n > _FEW:
+            return ""
+        here = state[: self.n], state[self.n :]
+        flow = self._flow(*here, values)
+        with np.errstate(all="ignore"):
+            twice = np.abs(flow @ flow)
+            bound = math.sqrt(min(twice.sum(axis=0).max(), twice.sum(axis=1).max()))
+        if abs(step) * bound <= method.stability_limit:  # a bound that takes no eigenvalues
+            return ""
+        result = self.largest_frequency(*here, values)
+        if not abs(step) * result > method.stability_limit:
+            return ""
+        return (
+            f"step times largest frequency is {abs(step) * result:.4g} at the start, and {method.name} is stable up to"
+            f" {method.stability_limit:.4g}; try: a step below {0.9 * method.stability_limit / result:.3g}"
+        )
+
+    def _values(self, parameters: Mapping[str, float] | Array | None) -> Array:
+        """Return the values of all parameters of a run, formulas of the file after the changes. Raises UsageError."""
+        if isinstance(parameters, np.ndarray):
+            return parameters
+        _check_mapping("parameters", parameters, 'parameters={"m": 2.0}')
+        changes = {}
+        for name, value in (parameters or {}).items():
+            if name not in self.parameters:
+                hint = nearest(str(name), self.parameters) or "no parameters, as there is none"
+                raise UsageError(Problem("parameters", f"there is no parameter {shown(str(name))}", hint))
+            changes[name] = _finite(f"parameters.{name}", value)
+        return np.array(list(self.document.parameter_values(changes).values()), float)
+
+    def _start(self, initial: Mapping[str, Any] | None, values: Array) -> Array:
+        """Return q and p of the start of a run with these parameters, (1, 2 n). Raises UsageError."""
+        names = [*self.q_names, *self.p_names]
+        given: dict[str, float] = {}
+        _check_mapping("initial", initial, f'initial={{"{self.q_names[0]}": 0.1}}, or "q" and "p" with arrays')
+        for key, value in (initial or {}).items():
+            if key in names:
+                given[key] = _finite(f"initial.{key}", value)
+            elif key in ("q", "p"):
+                array = _array(f"initial.{key}", value)
+                if array.shape != (self.n,) or not np.isfinite(array).all():
+                    fault = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed"
+                    raise UsageError(Problem("initial", fault, f"one number for each of {', '.join(names[:3])}, ..."))
+                given |= zip(self.q_names if key == "q" else self.p_names, array.tolist(), strict=True)
+            else:
+                hint = nearest(str(key), names)
+                raise UsageError(Problem("initial", f"there is no coordinate or momentum {shown(str(key))}", hint))
+        state = self.document.start(dict(zip(self.parameters, values.tolist(), strict=True)), given)
+        energy = float(self._call("hamiltonian", [state[: self.n], state[self.n :]], values)[0].sum())
+        if not math.isfinite(energy):
+            hint = NO_START
+            raise UsageError(Problem("initial", f"H is {energy} at the start", hint))
+        return state[None, :]
+
+    def _call(
+        self, function: str, blocks: list[ArrayLike], parameters: Mapping[str, float] | Array | None
+    ) -> list[Array]:
+        """Return the outputs of a function at one state, or at several. Raises UsageError for wrong shapes."""
+        layout = next(item for item in self.library.layout["functions"] if item["name"] == function)
+        arrays = [np.ascontiguousarray(_array(f"{self.name}.{function}", block)) for block in blocks]
+        for array in arrays:
+            if array.ndim not in (1, 2) or array.shape[-1] != self.n:
+                fault = f"an array of a state has shape {array.shape}"
+                raise UsageError(Problem(f"{self.name}.{function}", fault, f"({self.n},) or (states, {self.n})"))
+        count = max((len(array) for array in arrays if array.ndim == 2), default=0)
+        outputs = [np.empty((count, item["size"]) if count else item["size"]) for item in layout["outputs"]]
+        self.library.call(function, [self._values(parameters), *arrays], outputs)
+        return outputs
+
+
+def _check_memory(rows: int, width: int, steps: int) -> None:
+    """Raise UsageError for a record, with its evaluated quantities, that is too large."""
+    needed = 8 * rows * width * _COPIES
+    if needed > _MOST_BYTES:
+        fault = f"{rows:.6g} rows of {width} numbers would take about {needed / 1e9:.3g} GB"
+        raise UsageError(
+            Problem("record_every", fault, f"record_every={math.ceil(steps * needed / rows / _MOST_BYTES)}")
+        )
+
+
+def _whole_steps(t_end: float, step: float) -> int:
+    """Return the number of steps to an end. Raises UsageError."""
+    if not (math.isfinite(t_end) and math.isfinite(step)) or step == 0:
+        raise UsageError(Problem("step", f"a finite step other than 0 is needed, not {step:g}", "step=0.01"))
+    count = t_end / step
+    if abs(count) > _MOST_STEPS:
+        fault = f"{abs(count):.3g} steps of {step:g} would lead to {t_end:g}, and {_MOST_STEPS:.0e} are counted at most"
+        raise UsageError(Problem("step", fault, f"a step of {t_end / _MOST_STEPS:.3g} or more, or an earlier end"))
+    if count < 0:
+        raise UsageError(Problem("t_end", f"steps of {step:g} lead away from {t_end:g}", f"a step of {-step:g}"))
+    steps = round(count)
+    if abs(count - steps) > 1e-6 * max(1.0, count * 1e-6):
+        hint = f"an end of {max(steps, 1) * step:.9g}, or a step of {t_end / max(steps, 1):.9g}"
+        raise UsageError(Problem("t_end", f"{t_end:.9g} is no whole number of steps of {step:.9g}", hint))
+    return steps
+
+
+def _check_mapping(key: str, given: object, hint: str) -> None:
+    if given is not None and not isinstance(given, Mapping):
+        raise UsageError(Problem(key, f"numbers by name are needed, not {shown(given)}", hint))
+
+
+def _array(key: str, value: object) -> Array:
+    """Return an array of numbers. Raises UsageError."""
+    try:
+        return np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise UsageError(Problem(key, f"{shown(value)} is no array of numbers", "[0.1, 0.2]")) from None
+
+
+def _finite(key: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
+        raise UsageError(Problem(key, f"a finite number is needed, not {value!r}", "0.1"))
+    return float(value)
+
+
+def _change_of_energy(energy: Mapping[str, Array], method: Method, step: float) -> tuple[str, bool]:
+    """Return a warning on the drift of H, a conserved quantity, and whether the drift invalidates the motion.
+
+    The scale is the sum of the absolute parts of H, at the same time, at the start and in most rows: all parts may be 0
+    at the start, and an encounter has large parts for a moment.
+    """
+    total = energy["total"]
+    sizes = np.sum([np.abs(part) for name, part in energy.items() if name != "total"], axis=0)
+    changes, start = np.abs(total - total[0]), float(sizes[0])
+    if not np.any(changes > _DOUBTED * np.maximum(sizes, max(start, float(np.quantile(sizes, 0.75))))):
+        return "", False
+    worst = int(np.argmax(changes))
+    what = f"H, which nothing changes, goes from {total[0]:.6g} to {total[worst]:.6g}: this is not the motion of the"
+    what = f"{what} system"
+    hint = "a smaller tolerance" if method.chooses_steps else f"a step smaller than {abs(step):.3g}, or rk45"
+    return f"{what}; try: {hint}", bool(changes[worst] > _EXPLODED * start)
+
+
+def _ending(status: int, t: Array, step: float, steps: int) -> str:
+    if status == 0:
+        return f"reached t = {t[-1]:.9g} in {steps} steps"
+    if status < 0:
+        return f"interrupted at t = {t[-1]:.9g}"
+    return f"stopped behind t = {t[-1]:.9g}: {_STATUSES[status].format(step=abs(step))}"

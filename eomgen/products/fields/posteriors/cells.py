@@ -1,0 +1,330 @@
+"""The energy of a cell, one formula of the values of fields and of data, and C of it and of its derivatives.
+
+The formula is recorded once, for one cell; its derivatives are made on the tape. Loops over cells, several of them side
+by side in vector registers, stand in the template ``c/fields/cells``.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.text import NAME_RULE, is_legal, shown
+from eomgen.base.threads import share
+from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
+from eomgen.codegen.targets.c.folding import folded
+from eomgen.codegen.targets.c.printer import Printer, indented
+from eomgen.codegen.targets.c.target import environment
+from eomgen.errors import DescriptionError, ModelError, Problem
+from eomgen.formula.nodes import Symbol
+from eomgen.formula.recording import record
+from eomgen.products.fields.documents.cells import cell_formula
+from eomgen.products.fields.posteriors.mesh import Complex, Reals, Spectrum
+from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
+from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.tape import Ref, Tape
+from eomgen.toolchain.builder import Builder
+
+_CDEF = """\
+void eomgen_field_filter(long n, int turns, const double *a, const double *x, double *y);
+void eomgen_field_add(long n, int turns, double size, const double *a, const double *x, const double *z, double *y);
+double eomgen_field_norm(long n, long last, int even, const double *m, const double *x);
+"""
+_CELLS = """\
+double eomgen_field_energy(long n, const double *const *fields, const double *const *data);
+void eomgen_field_residual(long n, double *const *fields, const double *const *data);
+void eomgen_field_curvature(long n, const double *const *fields, const double *const *data, double *const *along);
+"""
+_SINGLE = """\
+void eomgen_field_filter_single(long n, int turns, const double *a, const double *x, float *y);
+void eomgen_field_add_single(long n, int turns, double size, const double *a, const float *x, const double *z,
+    double *y);
+void eomgen_field_residual_single(long n, float *const *fields, const double *const *data);
+"""
+
+
+#: Numbers from which on threads share an array, and of which their parts are multiples: whole vector registers.
+_SHARED, _MULTIPLE = 2**19, 1024
+
+
+@dataclass(frozen=True)
+class CellEnergy:
+    """The energy of a cell, minus the logarithm of a likelihood up to a constant.
+
+    Attributes
+    ----------
+    formula : of names of fields, data, parameters and ``where``; "0" for a prior alone
+    where : named formulas, each of names before it
+    parameters : numbers; they are folded into the C
+    smallest : by name of data, the value below which they have no meaning, as 0 of counts
+    """
+
+    formula: str
+    where: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    smallest: Mapping[str, float] = field(default_factory=dict)
+
+
+#: e is the logarithm of the mean number of objects that a cell with a response of 1 has.
+_LOG_INTENSITY = {"e": "log_mean + bias*(s - variance/2) - bias*(bias - 1)*variance/2"}
+#: Counts of unobserved cells (response 0) carry no information, for any value in the data.
+_OBSERVED = {**_LOG_INTENSITY, "observed": "counts if response > 0 else 0"}
+
+
+def poisson(mean: float, variance: float, bias: float = 1.0, response: bool = False) -> CellEnergy:
+    """Return the energy of counts with a Poisson distribution about R mean (1 + delta)^bias/<(1 + delta)^bias>.
+
+    1 + delta = exp(s - variance/2) is a lognormal field. Names: field ``s``, data ``counts`` and, with ``response``,
+    ``response`` R from 0 to 1, the share of its objects that a cell is expected to show. Without terms that s does not
+    change, the energy is R exp(e) - counts e, e the logarithm of the mean at R = 1; cells with R = 0 drop out.
+
+    Parameters
+    ----------
+    mean : float
+        Mean number of objects in a cell with a response of 1, above 0.
+    variance : float
+        Variance of s in a cell.
+    bias : float
+        Power of 1 + delta in the mean.
+    response : bool
+        Whether there are data ``response``; without them R is 1 in all cells.
+
+    Returns
+    -------
+    CellEnergy
+
+    Raises
+    ------
+    ModelError
+        The mean is not above 0.
+    """
+    made = _of_counts(mean, variance, bias=bias)
+    if not response:
+        return CellEnergy("exp(e) - counts*e", _LOG_INTENSITY, made, _least(response))
+    return CellEnergy("response*exp(e) - observed*e", _OBSERVED, made, _least(response))
+
+
+def negative_binomial(
+    mean: float, variance: float, beta: float, bias: float = 1.0, response: bool = False
+) -> CellEnergy:
+    """Return the energy of counts with a negative binomial distribution, whose variance is m + m^2/beta.
+
+    m = R mean (1 + delta)^bias/<(1 + delta)^bias> is the mean; for names and the other parameters see ``poisson``.
+    The energy is (counts + beta) ln(1 + m/beta) - counts e; cells with R = 0 drop out.
+
+    Parameters
+    ----------
+    beta : float
+        Number of failures, above 0; the distribution is Poisson's as beta grows.
+    """
+    made = _of_counts(mean, variance, bias=bias, beta=beta)
+    if not response:
+        formula = "(counts + beta)*log(1 + exp(e)/beta) - counts*e"
+        return CellEnergy(formula, _LOG_INTENSITY, made, _least(response))
+    formula = "(observed + beta)*log(1 + response*exp(e)/beta) - observed*e"
+    return CellEnergy(formula, _OBSERVED, made, _least(response))
+
+
+def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, response: bool = False) -> CellEnergy:
+    """Return the energy of ``counts`` with normal errors about R mean (1 + delta)^bias/<(1 + delta)^bias>.
+
+    For names and the other parameters see ``poisson``. The energy is (m - counts)^2/(2 deviation^2) with this
+    mean m; cells with R = 0 drop out.
+
+    Parameters
+    ----------
+    deviation : float
+        Standard deviation of the errors, the same in all cells, in objects.
+    """
+    formula = "(response*exp(e) - counts)**2/(2*deviation**2)" if response else "(exp(e) - counts)**2/(2*deviation**2)"
+    made = _of_counts(mean, variance, bias=bias, deviation=deviation)
+    return CellEnergy(formula, _LOG_INTENSITY, made, {"response": 0.0} if response else {})
+
+
+def _of_counts(mean: float, variance: float, **more: float) -> dict[str, float]:
+    if not mean > 0.0:
+        fault = f"the mean of counts is {mean:.6g}"
+        raise ModelError(Problem("mean", fault, "the mean number of objects in a cell, above 0"))
+    return {"log_mean": math.log(mean), "variance": variance, **more}
+
+
+def _least(response: bool) -> dict[str, float]:
+    return {"counts": 0.0, "response": 0.0} if response else {"counts": 0.0}
+
+
+@dataclass(frozen=True)
+class CellTape:
+    """The formula of a cell on a tape: h, its gradient, and the product of its Hessian with a direction ``j``."""
+
+    tape: Tape
+    energy: Ref
+    residual: tuple[Ref, ...]
+    curvature: tuple[Ref, ...]
+
+    @property
+    def idle(self) -> bool:
+        """Whether the energy is the same for all fields."""
+        return all(self.tape.value(ref) == 0.0 for ref in self.residual)
+
+
+def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], masks: Sequence[str] = ()) -> CellTape:
+    """Record the energy of a cell; a field with a mask is the product of its value and of data of the mask's.
+
+    Parameters
+    ----------
+    fields, data : names
+    masks : of fields, whose values stand behind the data
+
+    Raises
+    ------
+    DescriptionError, ModelError
+        A formula or a name that cannot be taken.
+    """
+    tape = Tape()
+    algebra = Algebra(tape)
+    q, along = algebra.block("f", len(fields)), algebra.block("j", len(fields))
+    given = algebra.block("d", len(data) + len(masks))
+    known: dict[str, Scalar] = dict(zip(fields, q, strict=True))
+    for name, value in zip(masks, given[len(data) :], strict=True):
+        known[name] = known[name] * value
+    names = [*fields, *data, *energy.parameters, *energy.where]
+    for place, name in enumerate(names):
+        if not is_legal(name):
+            raise DescriptionError(Problem("cell energy", f"the name {shown(name)} is not legal", NAME_RULE))
+        if name in names[:place]:
+            raise DescriptionError(Problem("cell energy", f"two things are called {name}", "another name for one"))
+    known |= dict(zip(data, given, strict=False))
+    known |= {name: algebra.scalar(float(value)) for name, value in energy.parameters.items()}
+    for name, text in energy.where.items():
+        known[name] = _recorded(algebra, f"cell energy (where.{name})", text, known)
+    h = _recorded(algebra, "cell energy", energy.formula, known)
+    slopes = gradient(tape, h.ref, [item.ref for item in q])
+    products = jacobian_vector(tape, slopes, {item.ref: to.ref for item, to in zip(q, along, strict=True)})
+    return CellTape(tape, h.ref, tuple(slopes), tuple(products))
+
+
+def _recorded(algebra: Algebra, where: str, text: str, known: Mapping[str, Scalar]) -> Scalar:
+    def resolve(symbol: Symbol) -> Scalar:
+        return known[symbol.name]
+
+    try:
+        return record(algebra, cell_formula(where, text, known), resolve)
+    except ModelError as error:
+        raise ModelError([Problem(where, problem.what, problem.hint) for problem in error.problems]) from None
+
+
+def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequence[str], single: bool = False) -> str:
+    """Return the C of a cell's energy and of operations on spectra; of an idle energy, the latter alone.
+
+    ``single`` adds gradients with fields and their spectra in single precision; operations are in double.
+    """
+    inputs = {"f": "f[{}]", "d": "d[{}]", "j": "j[{}]"}
+
+    def body(refs: Sequence[Ref], targets: Sequence[str]) -> str:
+        plan = schedule(made.tape, [refs], ("f", "d", "j"), 10**9, NEST_LIMIT, fill=False, reroll=False)
+        return indented(Printer(inputs, [list(targets)]).lines(plan.parts[0].statements), 2)
+
+    results = [f"r[{k}]" for k in range(len(fields))]
+    text = environment().get_template("c/fields/cells.c.jinja")
+    idle = made.idle
+    return folded(
+        text.render(
+            formula=energy.formula,
+            single=single and not idle,
+            fields=[] if idle else list(fields),
+            data=[] if idle else list(data),
+            energy="" if idle else body([made.energy], ["h"]),
+            residual="" if idle else body(made.residual, results),
+            curvature="" if idle else body(made.curvature, results),
+        )
+    )
+
+
+class CellRoutines:
+    """The compiled C of a cell's energy, on arrays whose numbers are next to each other.
+
+    Several threads share elementwise operations; sums are made by one, so that they do not depend on their number.
+    """
+
+    def __init__(self, text: str, idle: bool, single: bool = False, threads: int = 1) -> None:
+        self.ffi, self.lib = _compiled(text, idle, single and not idle)
+        self.threads = threads
+
+    def pointers(self, arrays: Sequence[Reals]) -> Any:
+        """Return C's array of the addresses of arrays; at least one, which may be NULL."""
+        single = bool(arrays) and arrays[0].dtype == np.float32
+        made = self.ffi.new("float *[]" if single else "double *[]", max(len(arrays), 1))
+        for place, array in enumerate(arrays):
+            made[place] = self.address(array)
+        return made
+
+    def address(self, array: Reals | Spectrum | None) -> Any:
+        """Return the address of an array whose numbers are next to each other, NULL for None."""
+        if array is None:
+            return self.ffi.NULL
+        single = array.dtype in (np.float32, np.complex64)
+        return self.ffi.cast("float *" if single else "double *", array.ctypes.data)
+
+    def filter(self, symbol: Array | Complex | None, x: Complex, y: Spectrum) -> None:
+        """Make y = a x, y in double or single precision."""
+        made = self.lib.eomgen_field_filter_single if y.dtype == np.complex64 else self.lib.eomgen_field_filter
+
+        def part(a: Any, x: Any, y: Any) -> None:
+            made(x.size, *self._symbol(a), self.address(x), self.address(y))
+
+        self._shared(part, symbol, x, y)
+
+    def residual(self, fields: Sequence[Reals], data: Sequence[Array]) -> None:
+        """Put the derivatives of the energy of each cell in place of the fields, in double or single precision."""
+        single = fields[0].dtype == np.float32
+        made = self.lib.eomgen_field_residual_single if single else self.lib.eomgen_field_residual
+
+        def part(*arrays: Any) -> None:
+            own, others = arrays[: len(fields)], arrays[len(fields) :]
+            made(own[0].size, self.pointers(own), self.pointers(others))
+
+        self._shared(part, *fields, *data)
+
+    def add(
+        self, size: float, symbol: Array | Complex | None, x: Spectrum, y: Complex, beside: Complex | None = None
+    ) -> None:
+        """Add size (beside + conj(a) x) to y; ``beside`` None for 0, x in double or single precision."""
+        made = self.lib.eomgen_field_add_single if x.dtype == np.complex64 else self.lib.eomgen_field_add
+
+        def part(a: Any, x: Any, beside: Any, y: Any) -> None:
+            turns, address = self._symbol(a)
+            made(x.size, turns, size, address, self.address(x), self.address(beside), self.address(y))
+
+        self._shared(part, symbol, x, beside, y)
+
+    def _shared(self, part: Callable[..., None], *arrays: Reals | Spectrum | None) -> None:
+        """Call a function with arrays of one size, or with the same parts of each in several threads."""
+        size = next(array.size for array in arrays if array is not None)
+        if self.threads == 1 or size < _SHARED:
+            part(*arrays)
+            return
+        flat = [None if array is None else array.reshape(-1) for array in arrays]
+
+        def some(begin: int, end: int) -> None:
+            part(*(None if array is None else array[begin:end] for array in flat))
+
+        length = _MULTIPLE * -(-size // (_MULTIPLE * self.threads))
+        share(some, [(begin, min(begin + length, size)) for begin in range(0, size, length)], self.threads)
+
+    def norm(self, x: Complex, even: bool, weight: Array | None = None) -> float:
+        """Return the sum over the whole spectrum of weight |x|^2."""
+        return float(self.lib.eomgen_field_norm(x.size, x.shape[-1], even, self.address(weight), self.address(x)))
+
+    def _symbol(self, symbol: Array | Complex | None) -> tuple[int, Any]:
+        return int(symbol is not None and np.iscomplexobj(symbol)), self.address(symbol)
+
+
+@functools.lru_cache(maxsize=32)
+def _compiled(text: str, idle: bool, single: bool) -> tuple[Any, Any]:
+    return Builder(real="lanes").build_routine(text, _CDEF + _CELLS * (not idle) + _SINGLE * single)

@@ -1,0 +1,189 @@
+"""A periodic mesh of cells in 1 to 3 dimensions: wave numbers, the half of its spectrum that real fields need.
+
+With orthonormal transforms F, F^-1 is the adjoint of F. A real field has conjugate amplitudes at k and -k, and only
+amplitudes with k >= 0 along the last axis are kept. In products of two fields an amplitude of this half stands for two
+if its partner is not kept, and for itself if k along the last axis is 0 or, for an even number of cells, the
+highest.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_calls
+from eomgen.base.threads import thread_count
+from eomgen.errors import ModelError, Problem, UsageError
+
+Complex = NDArray[np.complex128]
+#: Spectra and fields of cells in double or single precision.
+Spectrum = NDArray[np.complex128] | NDArray[np.complex64]
+Reals = NDArray[np.float64] | NDArray[np.float32]
+#: Lengths of a box: volumes, and squares of wave numbers, have to be numbers.
+SMALLEST, LARGEST = 1e-100, 1e100
+#: Transforms of fewer cells than this take one thread: others cost more than they save.
+_ONE_THREAD = 32**3
+
+
+@checked_calls()
+@dataclass(frozen=True)
+class Mesh:
+    """A periodic box that is cut into equal cells.
+
+    Attributes
+    ----------
+    cells : (nx,), (nx, ny) or (nx, ny, nz)
+        Numbers of cells along each axis, from 2 on.
+    lengths : of the box along each axis, in any unit of length; one number stands for all axes
+
+    Raises
+    ------
+    UsageError
+        For other numbers of axes, cells or lengths.
+    """
+
+    cells: tuple[int, ...]
+    lengths: tuple[float, ...]
+
+    def __init__(self, cells: Sequence[int], lengths: Sequence[float] | float) -> None:
+        made = tuple(int(count) for count in cells)
+        sides = (lengths,) * len(made) if isinstance(lengths, int | float) else tuple(lengths)
+        if not 1 <= len(made) <= 3 or min(made) < 2:
+            raise UsageError(Problem("Mesh: cells", f"{tuple(cells)} is no mesh", "1 to 3 numbers from 2 on: (64, 64)"))
+        if len(sides) != len(made) or not all(SMALLEST <= side <= LARGEST for side in sides):
+            fault = f"{sides} are not {len(made)} lengths from {SMALLEST:g} to {LARGEST:g}"
+            raise UsageError(Problem("Mesh: lengths", fault, "one number, or one for each axis"))
+        object.__setattr__(self, "cells", made)
+        object.__setattr__(self, "lengths", tuple(float(side) for side in sides))
+
+    @property
+    def size(self) -> int:
+        """Number of cells."""
+        return math.prod(self.cells)
+
+    @property
+    def half(self) -> tuple[int, ...]:
+        """Shape of the half of a spectrum that is kept."""
+        return (*self.cells[:-1], self.cells[-1] // 2 + 1)
+
+    @property
+    def cell_volume(self) -> float:
+        """Volume of a cell, in the unit of length to the number of axes."""
+        return math.prod(self.lengths) / self.size
+
+    @functools.cached_property
+    def wave_vectors(self) -> tuple[Array, ...]:
+        """Components of k along each axis, shaped so that they broadcast to ``half``; radians per length."""
+        parts = []
+        for axis, (count, length) in enumerate(zip(self.cells, self.lengths, strict=True)):
+            frequencies = np.fft.rfftfreq if axis == len(self.cells) - 1 else np.fft.fftfreq
+            shape = [1] * len(self.cells)
+            shape[axis] = -1
+            parts.append(np.asarray(2.0 * math.pi * frequencies(count, length / count).reshape(shape), float))
+        return tuple(parts)
+
+    @functools.cached_property
+    def wave_numbers(self) -> Array:
+        """|k|, shape ``half``; radians per length."""
+        return np.sqrt(sum(part**2 for part in self.wave_vectors) + np.zeros(self.half))
+
+    @functools.cached_property
+    def weights(self) -> Array:
+        """How many amplitudes of the whole spectrum one of each plane of the last axis stands for, 1 or 2."""
+        weights = np.full(self.half[-1], 2.0)
+        weights[0] = 1.0
+        if self.cells[-1] % 2 == 0:
+            weights[-1] = 1.0
+        return weights
+
+    @property
+    def threads(self) -> int:
+        """Threads of a transform."""
+        return thread_count() if self.size >= _ONE_THREAD else 1
+
+    @overload
+    def spectrum(self, field: Array, *, overwrite: bool = False) -> Complex: ...
+    @overload
+    def spectrum(self, field: Reals, *, overwrite: bool = False) -> Spectrum: ...
+    def spectrum(self, field: Reals, *, overwrite: bool = False) -> Spectrum:
+        """Return F of a real field, shape ``half``, in its precision. SciPy allocates the result."""
+        made: Spectrum = scipy.fft.rfftn(field, norm="ortho", workers=self.threads, overwrite_x=overwrite)
+        return made
+
+    @overload
+    def field(self, spectrum: Complex, *, overwrite: bool = False) -> Array: ...
+    @overload
+    def field(self, spectrum: Spectrum, *, overwrite: bool = False) -> Reals: ...
+    def field(self, spectrum: Spectrum, *, overwrite: bool = False) -> Reals:
+        """Return the real field of half a spectrum, shape ``cells``, in its precision. SciPy allocates the result and,
+        in more than one dimension, a spectrum for the transforms along the other axes; ``overwrite`` lets it take the
+        argument's."""
+        made: Reals = scipy.fft.irfftn(
+            spectrum, s=self.cells, norm="ortho", workers=self.threads, overwrite_x=overwrite
+        )
+        return made
+
+    def product(self, one: Complex, two: Complex) -> float:
+        """Return the sum over cells of the product of two real fields, from their spectra."""
+        return float(np.sum((one.real * two.real + one.imag * two.imag) * self.weights))
+
+    def white(self, generator: np.random.Generator) -> Complex:
+        """Return the spectrum of independent standard normal numbers in all cells."""
+        return self.spectrum(generator.standard_normal(self.cells))
+
+    def power(self, spectrum: Complex, bins: int) -> tuple[Array, Array]:
+        """Return the mean of |amplitude|^2 in equal bins of |k| from above 0 to the largest along the axes.
+
+        Returns
+        -------
+        (k, power) : (bins,) each
+            Mean |k| of the amplitudes in each bin; NaN if there are none.
+        """
+        number, inside, count, mean = _binned(self, bins)
+        weights = np.broadcast_to(self.weights, self.half)
+        result = np.bincount(number, (weights * np.abs(spectrum) ** 2).ravel()[inside], bins)
+        with np.errstate(invalid="ignore"):
+            return mean.copy(), result / count
+
+    def require_memory(self, spectra: int, fields: int, purpose: str, numbers: int = 0) -> int:
+        """Return the bytes of so many half spectra of complex numbers, fields of doubles, and numbers beside them.
+
+        Raises
+        ------
+        ModelError
+            The machine has less memory than that.
+        """
+        needed = 16 * spectra * math.prod(self.half) + 8 * fields * self.size + 8 * numbers
+        there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else needed
+        if needed > there:
+            shape = " x ".join(map(str, self.cells))
+            fault = (
+                f"{purpose} on {shape} cells takes {needed / 2**30:.3g} GiB, and this machine has {there / 2**30:.3g}"
+            )
+            raise ModelError(Problem("memory", fault, "fewer cells, or chains"))
+        return needed
+
+
+@functools.lru_cache(maxsize=4)
+def _binned(mesh: Mesh, bins: int) -> tuple[NDArray[np.int64], NDArray[np.bool_], Array, Array]:
+    """Return the bin of each amplitude that is in one, which are, and their number and mean |k| in each bin."""
+    nyquist = min(math.pi * count / length for count, length in zip(mesh.cells, mesh.lengths, strict=True))
+    weights = np.broadcast_to(mesh.weights, mesh.half)
+    number = np.ceil(mesh.wave_numbers / nyquist * bins - 1e-12).astype(int).ravel() - 1
+    inside = (number >= 0) & (number < bins)
+    number = number[inside]
+    count, of_k = (
+        np.bincount(number, (weights * values).ravel()[inside], bins)
+        for values in (np.ones(mesh.half), mesh.wave_numbers)
+    )
+    with np.errstate(invalid="ignore"):
+        return number, inside, np.asarray(count, float), of_k / count

@@ -1,0 +1,220 @@
+"""Linear operators from white fields to fields of cells, each with its adjoint: W F^-1 a(k) F.
+
+a(k) is a filter, diagonal in Fourier space, and W a mask, diagonal in the cells. With orthonormal transforms the
+adjoint is F^-1 conj(a) F W; it needs no derivation, and the product <A x, y> = <x, A^T y> of random fields tests it.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.products.fields.posteriors.mesh import Complex, Mesh
+
+#: P(k) by wave number: a function of arrays, or its values at ``mesh.wave_numbers``.
+Power = Callable[[Array], ArrayLike] | Array
+#: Modes of a lognormal field's Gaussian one whose variance comes out at 0 or below have this part of the largest.
+_FLOOR = 1e-12
+#: Part of the variance that floored modes add from which on they are noted, and error of a mode's power that is named.
+_NOTED, _OFF = 1e-3, 0.1
+
+
+@dataclass(frozen=True)
+class LinearOperator:
+    """A filter and then a mask; None stands for 1 everywhere.
+
+    Attributes
+    ----------
+    symbol : a(k), real or complex, shape ``mesh.half``
+    mask : W, shape ``mesh.cells``
+    note : deviation of the field from the requested one; empty if none
+    """
+
+    name: str
+    mesh: Mesh
+    symbol: Array | Complex | None = None
+    mask: Array | None = None
+    note: str = ""
+
+    def apply(self, spectrum: Complex) -> Array:
+        """Return the field of cells that a spectrum gives."""
+        field = self.mesh.field(self.filtered(spectrum))
+        return field if self.mask is None else self.mask * field
+
+    def filtered(self, spectrum: Complex) -> Complex:
+        """Return a spectrum after the filter."""
+        return spectrum if self.symbol is None else self.symbol * spectrum
+
+    def adjoint(self, field: Array) -> Complex:
+        """Return the spectrum that the adjoint makes of a field of cells."""
+        spectrum = self.mesh.spectrum(field if self.mask is None else self.mask * field)
+        return spectrum if self.symbol is None else np.conj(self.symbol) * spectrum
+
+    def __matmul__(self, other: LinearOperator) -> LinearOperator:
+        """Return this operator after another one.
+
+        Raises
+        ------
+        UsageError
+            A filter is to follow a mask, or the meshes differ.
+        """
+        name = f"{self.name} @ {other.name}"
+        if self.mesh != other.mesh:
+            raise UsageError(Problem(name, "the operators are of different meshes", "one mesh for all of them"))
+        if self.symbol is not None and other.mask is not None:
+            fault = "a filter after a mask is diagonal neither in Fourier space nor in the cells"
+            raise UsageError(Problem(name, fault, "the mask as the last operator: mask @ filter"))
+        symbol, mask = _times(self.symbol, other.symbol), _real(_times(self.mask, other.mask))
+        return LinearOperator(name, self.mesh, symbol, mask, self.note or other.note)
+
+    @property
+    def variance(self) -> float:
+        """Mean over cells of the variance of the field that white noise gives."""
+        if self.symbol is None:
+            spread = 1.0
+        else:
+            with np.errstate(over="ignore"):
+                spread = float(np.sum(np.abs(self.symbol) ** 2 * self.mesh.weights)) / self.mesh.size
+        return spread if self.mask is None else spread * float(np.mean(self.mask**2))
+
+    def dot_test(self, generator: np.random.Generator) -> float:
+        """Return |<A x, y> - <x, A^T y>| of random x and y, in parts of |A x| |y|."""
+        x, y = self.mesh.white(generator), generator.standard_normal(self.mesh.cells)
+        made = self.apply(x)
+        error = abs(float(np.sum(made * y)) - self.mesh.product(x, self.adjoint(y)))
+        return error / math.sqrt(float(np.sum(made**2)) * float(np.sum(y**2)))
+
+
+def white(mesh: Mesh) -> LinearOperator:
+    """Return the operator that gives the white field itself."""
+    return LinearOperator("white", mesh)
+
+
+def amplitude(mesh: Mesh, power: Power) -> LinearOperator:
+    """Return the filter sqrt(P(k)/V) by which white noise gets the power spectrum P, V the volume of a cell.
+
+    Raises
+    ------
+    ModelError
+        P is negative or not finite at a wave number of the mesh.
+    """
+    return LinearOperator("amplitude", mesh, np.sqrt(_values(mesh, power) / mesh.cell_volume))
+
+
+def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> LinearOperator:
+    """Return the filter of the Gaussian field s for which exp(s - variance/2) - 1 has the power spectrum P.
+
+    Its covariance is ln(1 + C) of the covariance C that P has on the mesh (Coles and Jones, MNRAS 248 (1991) 1). Modes
+    whose variance this does not make positive have 1e-12 of the largest: no lognormal field has such a power spectrum.
+    ``note`` of the filter states their share, and the share of the power that deviates from P.
+
+    Parameters
+    ----------
+    warn : bool
+        Whether the note is a RuntimeWarning, too.
+
+    Raises
+    ------
+    ModelError
+        P is negative or not finite at a wave number of the mesh, or C is -1 or less somewhere.
+    """
+    wanted = _values(mesh, power) / mesh.cell_volume
+    covariance = mesh.field(wanted.astype(complex)) / math.sqrt(mesh.size)
+    if float(covariance.min()) <= -1.0:
+        fault = f"a density contrast whose covariance is {float(covariance.min()):.3g} somewhere is not lognormal"
+        raise ModelError(Problem("lognormal_amplitude: power", fault, "a covariance above -1 everywhere"))
+    modes = mesh.spectrum(np.log1p(covariance)).real * math.sqrt(mesh.size)
+    floored = np.maximum(modes, _FLOOR * float(modes.max()))
+    note = _note_on_floored(mesh, wanted, modes, floored)
+    if note and warn:
+        warnings.warn(f"lognormal_amplitude: {note}", RuntimeWarning, stacklevel=2)
+    return LinearOperator("lognormal_amplitude", mesh, np.sqrt(floored), note=note)
+
+
+def _note_on_floored(mesh: Mesh, wanted: Array, modes: Array, floored: Array) -> str:
+    """Return the shares of floored modes and of the power of the density that is off by them; empty if they are small.
+
+    Parameters
+    ----------
+    wanted : variances of the modes of the density, shape ``mesh.half``
+    modes, floored : variances of the modes of the Gaussian field, before and after
+    """
+    weights = np.broadcast_to(mesh.weights, mesh.half)
+    added, whole = float(np.sum((floored - modes) * weights)), float(np.sum(modes * weights))
+    if not added > _NOTED * whole:
+        return ""
+    covariance = mesh.field(floored.astype(complex)) / math.sqrt(mesh.size)
+    made = mesh.spectrum(np.expm1(covariance)).real * math.sqrt(mesh.size)
+    off = (np.abs(made - wanted) > _OFF * wanted) & (mesh.wave_numbers > 0.0)
+    share = float(np.sum((floored > modes) * weights)) / mesh.size
+    of_power = float(np.sum(wanted[off] * weights[off]) / np.sum(wanted * weights))
+    first = float(mesh.wave_numbers[off].min()) if off.any() else math.inf
+    what = f"no lognormal field has this power spectrum: {share:.2%} of the modes of its Gaussian field would have a"
+    what += f" negative variance, and have next to none; the variance is {added / whole:.2%} larger, and the power of"
+    return f"{what} the density off by more than a tenth in modes from k = {first:.3g} on, with {of_power:.2%} of it"
+
+
+def smoothing(mesh: Mesh, radius: float) -> LinearOperator:
+    """Return the Gaussian filter exp(-(k radius)^2/2)."""
+    return LinearOperator("smoothing", mesh, np.exp(-0.5 * (mesh.wave_numbers * radius) ** 2))
+
+
+def difference(mesh: Mesh, axis: int) -> LinearOperator:
+    """Return the central difference of neighbouring cells along an axis, divided by their distance; its adjoint is its
+    negative."""
+    if not 0 <= axis < len(mesh.cells):
+        fault = f"there is no axis {axis} in {len(mesh.cells)} dimensions"
+        raise UsageError(Problem("difference: axis", fault, f"0 to {len(mesh.cells) - 1}"))
+    width = mesh.lengths[axis] / mesh.cells[axis]
+    turned = 1j * np.sin(mesh.wave_vectors[axis] * width) / width
+    if mesh.cells[axis] % 2 == 0:  # sin(pi) is not quite 0, and an amplitude without a partner has to be real
+        turned[np.abs(mesh.wave_vectors[axis]) * width > math.pi * (1.0 - 1e-12)] = 0.0
+    return LinearOperator("difference", mesh, np.broadcast_to(turned, mesh.half).copy())
+
+
+def mask(mesh: Mesh, values: ArrayLike) -> LinearOperator:
+    """Return the product with a field of cells."""
+    made = np.asarray(values, dtype=float)
+    if made.shape != mesh.cells or not np.all(np.isfinite(made)):
+        fault = f"an array of the shape {made.shape} is no mask of finite numbers for {mesh.cells} cells"
+        raise UsageError(Problem("mask: values", fault, f"finite numbers of the shape {mesh.cells}"))
+    return LinearOperator("mask", mesh, mask=made)
+
+
+#: The operators by name.
+OPERATORS: Mapping[str, Callable[..., LinearOperator]] = {
+    "white": white,
+    "amplitude": amplitude,
+    "lognormal_amplitude": lognormal_amplitude,
+    "smoothing": smoothing,
+    "difference": difference,
+    "mask": mask,
+}
+
+
+def _values(mesh: Mesh, power: Power) -> Array:
+    with np.errstate(all="ignore"):
+        values = np.array(np.broadcast_to(power(mesh.wave_numbers) if callable(power) else power, mesh.half), float)
+    if not np.all(np.isfinite(values)) or values.min() < 0.0:
+        place = np.unravel_index(int(np.argmin(np.where(np.isfinite(values), values, -np.inf))), mesh.half)
+        fault = f"the power is {values[place]:.6g} at k = {mesh.wave_numbers[place]:.6g}"
+        raise ModelError(Problem("power", fault, "finite values from 0 on, at k = 0 too"))
+    return values
+
+
+def _times(one: Array | Complex | None, two: Array | Complex | None) -> Array | Complex | None:
+    if one is None or two is None:
+        return two if one is None else one
+    product: Array | Complex = one * two
+    return product
+
+
+def _real(values: Array | Complex | None) -> Array | None:
+    return None if values is None else np.asarray(values.real)

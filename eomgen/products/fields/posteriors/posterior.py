@@ -1,0 +1,450 @@
+"""The potential of a white field, U = |xi|^2/2 + sum over cells of h(s), s = A xi, its derivatives and its minimum.
+
+State and derivatives are spectra. The gradient is xi + sum over fields of A^T h'(s): for each field one transform to
+the cells, with h' in place of s, and one back. Python makes no array on the way: SciPy allocates the results of
+transforms, and everything else is written into buffers that are made once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_calls
+from eomgen.base.text import counted, listed, nearest
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.products.fields.posteriors.cells import CellEnergy, CellRoutines, cell_tape, source
+from eomgen.products.fields.posteriors.mesh import Complex, Mesh, Reals
+from eomgen.products.fields.posteriors.operators import LinearOperator
+from eomgen.products.fields.posteriors.transforms import Transforms, check_transforms
+from eomgen.products.fields.posteriors.transforms import transforms as make_transforms
+
+#: Half spectra of complex numbers for a trajectory: state, state before it, momenta, gradient, buffer, and SciPy's
+#: own for a transform.
+_SPECTRA = 7
+#: Nodes by which the mean curvature is taken over each field's normal distribution.
+_NODES = 12
+#: Smallest decrease at which a step of Newton's method is taken, relative to the slope's, and halvings of it.
+_DECREASE, _HALVINGS = 1e-4, 40
+#: So far below its start, in each cell, U has no lower bound if Newton's method has not come to an end.
+_DEEP = 1e12
+#: Products with the Hessian for the search of each end of its eigenvalues, if a mode may be a saddle.
+_PRODUCTS = 40
+
+
+@dataclass(frozen=True)
+class Mode:
+    """The most probable field.
+
+    Attributes
+    ----------
+    spectrum : of the white field
+    energy : U there
+    iterations, products : of Newton's method, and products with the Hessian that they took
+    gradient : length of the gradient with the inverse mass as metric, in parts of the square root of the cells
+    """
+
+    spectrum: Complex
+    energy: float
+    iterations: int
+    products: int
+    gradient: float
+
+
+@checked_calls()
+class FieldPosterior:
+    """Fields on a periodic mesh by a Gaussian prior and by the energy of cells.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    energy : CellEnergy or str
+        A formula of the fields' names and of data.
+    fields : mapping of names to linear operators
+        By which white noise becomes the fields of cells.
+    data : mapping of names to arrays of the shape ``mesh.cells``, or numbers for all cells
+    transforms : {"scipy", "fftw"}
+        Which library makes them; the second needs the package pyfftw, and takes a third to a half of the time.
+    precision : {"double", "single"}
+        Of the transforms and fields of ``add_gradient``. State, energies, all other derivatives, and sums are doubles.
+
+    Raises
+    ------
+    DescriptionError, ModelError, UsageError
+        Formulas, data and operators that do not go together, or a mesh that does not fit the memory.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        energy: CellEnergy | str,
+        fields: Mapping[str, LinearOperator],
+        data: Mapping[str, ArrayLike] | None = None,
+        *,
+        transforms: str = "scipy",
+        precision: str = "double",
+    ) -> None:
+        check_transforms(transforms, precision)
+        self.mesh = mesh
+        self.energy_of_cell = energy if isinstance(energy, CellEnergy) else CellEnergy(energy)
+        self.operators = dict(fields)
+        for name, operator in self.operators.items():
+            if operator.mesh != mesh:
+                raise UsageError(Problem(f"fields.{name}", "the operator is of another mesh", "operators of one mesh"))
+        #: Bytes of the arrays of a trajectory.
+        self.memory = mesh.require_memory(_SPECTRA, len(fields) + len(data or {}) + 2, "a trajectory")
+        self.data = {name: self._checked(name, values) for name, values in (data or {}).items()}
+        masked = {name: operator.mask for name, operator in self.operators.items() if operator.mask is not None}
+        made = cell_tape(self.energy_of_cell, list(self.operators), list(self.data), list(masked))
+        #: Whether there is no energy of cells: fields as the prior has them.
+        self.prior_alone = made.idle
+        columns = [*self.data, *(f"mask of {name}" for name in masked)]
+        #: The C text.
+        single = precision == "single" and not made.idle
+        self.source = source(self.energy_of_cell, made, list(self.operators), columns, single)
+        self._routines = CellRoutines(self.source, self.prior_alone, single, mesh.threads)
+        self._columns = [*self.data.values(), *(np.ascontiguousarray(values) for values in masked.values())]
+        self._data = self._routines.pointers(self._columns)
+        self._transforms = make_transforms(mesh, transforms, len(self.operators))
+        #: Buffers of ``add_gradient``.
+        self._fast = make_transforms(mesh, transforms, len(self.operators), single=True) if single else self._transforms
+        self._symbols = [_scaled(operator, self._transforms.scale) for operator in self.operators.values()]
+        self._even = mesh.cells[-1] % 2 == 0
+        #: Evaluations of the gradient so far, of the energy, and products with the Hessian.
+        self.gradients, self.energies, self.products = 0, 0, 0
+
+    def _checked(self, name: str, values: ArrayLike) -> Array:
+        made = np.asarray(values, dtype=float)
+        if made.ndim and made.shape != self.mesh.cells:
+            fault = f"the array has the shape {made.shape}, and the mesh {self.mesh.cells}"
+            raise UsageError(Problem(f"data.{name}", fault, f"an array of {self.mesh.cells}, or one number"))
+        made = np.array(np.broadcast_to(made, self.mesh.cells), order="C")
+        least = self.energy_of_cell.smallest.get(name, -math.inf)
+        wrong = ~np.isfinite(made) | (made < least)
+        if np.any(wrong):
+            place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
+            bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
+            fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place}"
+            raise ModelError(Problem(f"data.{name}", fault, bound))
+        return made
+
+    # -- energy and derivatives --------------------------------------------------------------------------------------
+
+    def energy(self, spectrum: Complex) -> float:
+        """Return U of a white field, summed with compensation; infinite or NaN on overflow."""
+        self.energies += 1
+        return self._energy(spectrum, [] if self.prior_alone else self._to_cells(spectrum))
+
+    def _energy(self, spectrum: Complex, fields: list[Array]) -> float:
+        total = 0.5 * self._routines.norm(spectrum, self._even)
+        if fields:
+            total += float(
+                self._routines.lib.eomgen_field_energy(self.mesh.size, self._routines.pointers(fields), self._data)
+            )
+        return total
+
+    def energy_and_gradient(self, spectrum: Complex, to: Complex) -> float:
+        """Return U of a white field, and write its gradient into a spectrum that is there; with one transform to the
+        cells for each field."""
+        self.gradients += 1
+        if self.prior_alone:
+            to[...] = spectrum
+            return self._energy(spectrum, [])
+        fields = self._to_cells(spectrum)
+        energy = self._energy(spectrum, fields)
+        self._routines.residual(fields, self._columns)
+        to[...] = 0.0
+        self._from_cells(self._transforms, 1.0, fields, to, spectrum)
+        return energy
+
+    def add(self, size: float, spectrum: Complex, to: Complex) -> None:
+        """Add ``size`` times a spectrum to another one."""
+        self._routines.add(size, None, spectrum, to)
+
+    def add_gradient(self, size: float, spectrum: Complex, to: Complex) -> None:
+        """Add ``size`` times the gradient of U at a white field to a spectrum, in the precision that was asked for."""
+        self._add_gradient(self._fast, size, spectrum, to)
+
+    def _add_gradient(self, by: Transforms, size: float, spectrum: Complex, to: Complex) -> None:
+        self.gradients += 1
+        if self.prior_alone:
+            self._routines.add(size, None, spectrum, to)
+            return
+        fields = self._cells_of(by, spectrum)
+        self._routines.residual(fields, self._columns)
+        self._from_cells(by, size, fields, to, spectrum)
+
+    def gradient(self, spectrum: Complex) -> Complex:
+        """Return the gradient of U as a spectrum: U(xi + e) - U(xi) is ``mesh.product`` of it and e for small e."""
+        result = np.zeros(self.mesh.half, complex)
+        self._add_gradient(self._transforms, 1.0, np.ascontiguousarray(spectrum), result)
+        return result
+
+    def hessian(self, spectrum: Complex) -> Callable[[Complex], Complex]:
+        """Return the product with the Hessian of U at a white field, a function of directions."""
+        fields = [] if self.prior_alone else self._to_cells(np.ascontiguousarray(spectrum))
+        if self._transforms.scale != 1.0:  # arrays of the plans, which products write to
+            fields = [field.copy() for field in fields]
+        routines = self._routines
+
+        def product(direction: Complex) -> Complex:
+            self.products += 1
+            result = direction.copy()
+            if fields:
+                along = self._to_cells(np.ascontiguousarray(direction))
+                routines.lib.eomgen_field_curvature(
+                    self.mesh.size, routines.pointers(fields), self._data, routines.pointers(along)
+                )
+                self._from_cells(self._transforms, 1.0, along, result)
+            return result
+
+        return product
+
+    def white(self, generator: np.random.Generator, to: Complex) -> None:
+        """Write the spectrum of independent standard normal numbers in all cells into one that is there."""
+        self._transforms.white(generator, to)
+
+    def value(self, name: str, spectrum: Complex) -> Array:
+        """Return one field of cells of a white field."""
+        operator, number = self.operators[name], list(self.operators).index(name)
+        self._routines.filter(self._symbols[number], np.ascontiguousarray(spectrum), self._transforms.buffer)
+        field = np.array(self._transforms.field(number), float)
+        return field if operator.mask is None else operator.mask * field
+
+    def values(self, spectrum: Complex) -> dict[str, Array]:
+        """Return the fields of cells of a white field, by name."""
+        return {name: operator.apply(spectrum) for name, operator in self.operators.items()}
+
+    def norm(self, spectrum: Complex, weight: Array | None = None) -> float:
+        """Return the sum of weight(k) |amplitude|^2 over the whole spectrum, with compensation."""
+        return self._routines.norm(spectrum, self._even, weight)
+
+    def drift(self, size: float, inverse_mass: Array | None, momenta: Complex, spectrum: Complex) -> None:
+        """Add ``size`` times the momenta over their masses to a white field."""
+        self._routines.add(size, inverse_mass, momenta, spectrum)
+
+    def _to_cells(self, spectrum: Complex) -> list[Array]:
+        return cast(list[Array], self._cells_of(self._transforms, spectrum))
+
+    def _cells_of(self, by: Transforms, spectrum: Complex) -> Sequence[Reals]:
+        fields = []
+        for number, symbol in enumerate(self._symbols):
+            self._routines.filter(symbol, spectrum, by.buffer)
+            fields.append(by.field(number))
+        return fields
+
+    def _from_cells(
+        self, by: Transforms, size: float, fields: Sequence[Reals], to: Complex, beside: Complex | None = None
+    ) -> None:
+        """Add size (beside + sum of the adjoints of fields) to a spectrum."""
+        for number, (symbol, field) in enumerate(zip(self._symbols, fields, strict=True)):
+            self._routines.add(size, symbol, by.spectrum(number, field), to, beside)
+            beside = None
+
+    # -- scales ------------------------------------------------------------------------------------------------------
+
+    def mass(self, choice: str = "fisher") -> Array | None:
+        """Return masses by wave number, shape ``mesh.half``; None for 1.
+
+        Parameters
+        ----------
+        choice : {"fisher", "prior", "unit"}
+            ``fisher``: 1 + sum over fields of mean(h'') |a(k)|^2, with the mean of the curvature over cells and over
+            the prior. ``prior``: 1, the inverse of the prior's covariance if the fields themselves were moved.
+            ``unit``: |a(k)|^2 of the one field, which is 1 for the field itself.
+
+        Raises
+        ------
+        UsageError, ModelError
+            An unknown choice; ``unit`` with several fields, or with a filter that is 0 somewhere.
+        """
+        known = ("fisher", "prior", "unit")
+        if choice not in known:
+            raise UsageError(Problem("mass", f"there is no mass {choice!r}", nearest(choice, known) or listed(known)))
+        if choice == "prior" or (choice == "fisher" and self.prior_alone):
+            return None
+        symbols = [operator.symbol for operator in self.operators.values()]
+        squares = [np.ones(self.mesh.half) if a is None else np.abs(a) ** 2 for a in symbols]
+        if choice == "unit":
+            if len(squares) != 1 or float(squares[0].min()) <= 0.0:
+                fault = "a unit mass of the field needs one field whose filter is 0 at no wave number"
+                raise ModelError(Problem("mass", fault, '"fisher" or "prior"'))
+            return np.ascontiguousarray(squares[0])
+        masses = np.ones(self.mesh.half)
+        for square, curvature in zip(squares, self.mean_curvature(), strict=True):
+            masses += max(curvature, 0.0) * square
+        return masses
+
+    def mean_curvature(self) -> list[float]:
+        """Return the second derivative of the energy of a cell by each field, its mean over cells and over the normal
+        distributions that the prior gives to the fields, taken as independent."""
+        nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
+        weights = weights / weights.sum()
+        operators = self.operators.values()  # a mask is in the energy already
+        deviations = [math.sqrt(replace(operator, mask=None).variance) for operator in operators]
+        routines, count = self._routines, len(deviations)
+        means = [0.0] * count
+        for place in np.ndindex(*(len(nodes),) * count):
+            fields = [np.full(self.mesh.cells, d * nodes[k]) for d, k in zip(deviations, place, strict=True)]
+            weight = math.prod(float(weights[k]) for k in place)
+            for number in range(count):
+                along = [np.full(self.mesh.cells, float(number == other)) for other in range(count)]
+                routines.lib.eomgen_field_curvature(
+                    self.mesh.size, routines.pointers(fields), self._data, routines.pointers(along)
+                )
+                means[number] += weight * float(np.mean(along[number]))
+        if not all(map(math.isfinite, means)):
+            fault = "the curvature of the energy of a cell has no finite mean under the prior"
+            raise ModelError(Problem("mass", fault, 'mass = "prior"'))
+        return means
+
+    def largest_frequency(
+        self, spectrum: Complex, mass: Array | None = None, *, seed: int = 0, products: int = 40
+    ) -> float:
+        """Return the largest angular frequency of small motions about a white field, by power iteration.
+
+        It comes from below, within a few per cent. Steps of a composition are stable up to its ``stability_limit`` over
+        this.
+        """
+        hessian = self.hessian(spectrum)
+        root = 1.0 if mass is None else 1.0 / np.sqrt(mass)
+        direction = self.mesh.white(np.random.Generator(np.random.Philox(seed)))
+        value = 0.0
+        for _ in range(products):
+            direction = direction / math.sqrt(self.mesh.product(direction, direction))
+            product = root * hessian(root * direction)
+            value = math.sqrt(self.mesh.product(product, product))
+            if not math.isfinite(value):
+                fault = "second derivatives of U are not finite here"
+                raise NumericalError(Problem("largest_frequency", fault, "a field nearer to the mode"))
+            direction = product
+        return math.sqrt(value)
+
+    @np.errstate(over="ignore", invalid="ignore")  # of an energy without a lower bound, which is told
+    def mode(self, start: Complex | None = None, *, tolerance: float = 1e-8, iterations: int = 60) -> Mode:
+        """Return the white field of least U by Newton's method with conjugate gradients, from 0 on if from nowhere.
+
+        If the gradient ends at a saddle, it goes on below it; of several minima it is the one that it comes to.
+
+        Parameters
+        ----------
+        tolerance : of the gradient, as ``Mode.gradient``
+
+        Raises
+        ------
+        NumericalError
+            It has not come so far, U is not finite at the start, or has no lower bound.
+        """
+        x = np.zeros(self.mesh.half, complex) if start is None else np.array(start, complex)
+        mass = self.mass("fisher")
+        inverse = 1.0 if mass is None else 1.0 / mass
+        before, value = self.products, self.energy(x)
+        if not math.isfinite(value):
+            hint = "another start, or an energy that is finite there"
+            raise NumericalError(Problem("mode", f"U is {value} at the start", hint))
+        slope, highest = math.inf, value
+        for iteration in range(iterations + 1):
+            gradient = self.gradient(x)
+            slope = math.sqrt(self.mesh.product(gradient, inverse * gradient) / self.mesh.size)
+            if slope <= tolerance:
+                below = self._below_a_saddle(x, value, inverse)
+                if below is None:
+                    return Mode(x, value, iteration, self.products - before, slope)
+                x, value = below
+                continue
+            direction = self._newton_direction(x, gradient, inverse, min(0.1, math.sqrt(slope)))
+            descent, size = self.mesh.product(gradient, direction), 1.0
+            rounding = 1e-13 * abs(value)
+            for _ in range(_HALVINGS):
+                found = self.energy(x + size * direction)
+                if found <= value + _DECREASE * size * descent + rounding:
+                    break
+                size /= 2
+            else:
+                break
+            x, value = x + size * direction, found
+        if value < highest - _DEEP * self.mesh.size:
+            fault = f"Newton's method has come down to U = {value:.3g}: the energy of a cell has no lower bound"
+            hint = "an energy that grows on both sides, or falls slower than s^2"
+            raise NumericalError(Problem("mode", fault, hint))
+        fault = f"Newton's method has left a gradient of {slope:.3g}, above {tolerance:.3g}"
+        raise NumericalError(Problem("mode", fault, "more iterations, or a larger tolerance"))
+
+    def _below_a_saddle(self, x: Complex, value: float, inverse: Array | float) -> tuple[Complex, float] | None:
+        """Return a field of less U, and U there, beside one without a gradient; None if the latter is a minimum.
+
+        The Hessian is 1 + sum of A^T h'' A. Of one field it is positive if no cell has h'' below 0; else power
+        iterations look for its least eigenvalue with the inverse mass as metric, from the largest one down.
+        """
+        fields = [] if self.prior_alone else self._to_cells(x)
+        if not fields:
+            return None
+        if len(fields) == 1:
+            bent = np.ones(self.mesh.cells)
+            self._routines.lib.eomgen_field_curvature(
+                self.mesh.size, self._routines.pointers(fields), self._data, self._routines.pointers([bent])
+            )
+            if float(bent.min()) >= 0.0:
+                return None
+        hessian, root, product = self.hessian(x), np.sqrt(inverse), self.mesh.product
+        shift, least, along = 0.0, 0.0, x
+        for _ in range(2):  # the eigenvalue of largest size, then the other end
+            along = self.mesh.white(np.random.Generator(np.random.Philox(0)))
+            for _ in range(_PRODUCTS):
+                along = along / math.sqrt(product(along, along))
+                turned = root * hessian(root * along)
+                least = product(along, turned)
+                if shift > 0.0 and least < 0.0:
+                    break
+                along = turned - shift * along
+            if least < 0.0:
+                break
+            shift = least
+        if not least < 0.0:
+            return None
+        along = root * along
+        size = math.sqrt(self.mesh.size / product(along, along))
+        for _ in range(_HALVINGS):
+            for sign in (size, -size):
+                result = self.energy(x + sign * along)
+                if result < value - 1e-13 * abs(value):
+                    return x + sign * along, result
+            size /= 2
+        return None
+
+    def _newton_direction(self, x: Complex, gradient: Complex, inverse: Array | float, accuracy: float) -> Complex:
+        """Return the direction of Newton's method, or of as many conjugate gradients as see no negative curvature."""
+        product = self.mesh.product
+        hessian, result = self.hessian(x), np.zeros_like(x)
+        left = -gradient
+        ahead = inverse * left
+        along, size = ahead, product(left, ahead)
+        end = accuracy**2 * size
+        for _ in range(500):
+            changed = hessian(along)
+            curvature = product(along, changed)
+            if not curvature > 0.0:
+                return along if not np.any(result) else result
+            part = size / curvature
+            result, left = result + part * along, left - part * changed
+            ahead = inverse * left
+            size, last = product(left, ahead), size
+            if size <= end:
+                break
+            along = ahead + (size / last) * along
+        return result
+
+
+def _scaled(operator: LinearOperator, scale: float) -> Array | Complex | None:
+    """Return a copy of an operator's filter with the scale of transforms; None for 1."""
+    if scale == 1.0:
+        return None if operator.symbol is None else operator.symbol.copy()
+    symbol = np.ones(operator.mesh.half) if operator.symbol is None else operator.symbol
+    made: Array | Complex = scale * symbol
+    return made

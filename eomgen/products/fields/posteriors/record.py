@@ -1,0 +1,191 @@
+"""Records of chains: samples as they come, and their joint diagnostics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.products.fields.posteriors.diagnostics import (
+    autocorrelation_error,
+    autocorrelation_time,
+    largest,
+    split_r_hat,
+)
+from eomgen.products.fields.posteriors.mesh import Complex, Mesh
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples drawn by chains, first axes (chains, samples).
+
+    Attributes
+    ----------
+    accepted : whether the end of a trajectory was taken
+    energy_errors : dH of each trajectory; infinite if numbers ended
+    potential : U of the samples
+    gradients : evaluations of the gradient, of each trajectory
+    cells : values of the field that is watched in the cells that are watched, (chains, samples, cells)
+    power : mean |amplitude|^2 of it by bins of k, (chains, samples, bins)
+    wave_numbers : (bins,)
+    mean, deviation : of all samples of it in each cell, shape of the mesh
+    steps : size of a step of each chain, before it is varied
+    """
+
+    accepted: NDArray[np.bool_]
+    energy_errors: Array
+    potential: Array
+    gradients: NDArray[np.int64]
+    cells: Array
+    power: Array
+    wave_numbers: Array
+    mean: Array
+    deviation: Array
+    steps: Array
+
+    @property
+    def acceptance(self) -> float:
+        """Part of the trajectories whose ends were taken."""
+        return float(np.mean(self.accepted))
+
+    @property
+    def mean_energy_error(self) -> float:
+        """Mean of dH: not below 0, and half its variance for small steps."""
+        return float(np.mean(self.energy_errors))
+
+    @property
+    def mean_weight(self) -> tuple[float, float]:
+        """Mean of exp(-dH), and its standard error: 1 at stationarity, for any step."""
+        weights = np.exp(-np.maximum(self.energy_errors, -700.0)).ravel()
+        with np.errstate(over="ignore"):  # of an energy without a lower bound
+            return float(weights.mean()), float(weights.std(ddof=1) / math.sqrt(weights.size))
+
+    @property
+    def expected_acceptance(self) -> float:
+        """erfc(sqrt(mean dH)/2): the acceptance that normal errors of this mean give."""
+        return math.erfc(math.sqrt(max(self.mean_energy_error, 0.0)) / 2.0)
+
+    @property
+    def r_hat(self) -> float:
+        """Largest split R-hat of the cells and bins of k that are watched."""
+        return largest(np.concatenate([split_r_hat(self.cells), split_r_hat(self.power)]))
+
+    @property
+    def autocorrelation(self) -> tuple[float, float]:
+        """Integrated autocorrelation times in trajectories: mean of the cells, and of the worst bin of k.
+
+        The worst is the largest of as many estimates as there are bins, so if bins are alike it comes out one or two
+        of their ``autocorrelation_error`` above them.
+        """
+        return float(np.mean(autocorrelation_time(self.cells))), largest(autocorrelation_time(self.power))
+
+    @property
+    def autocorrelation_error(self) -> float:
+        """Standard error of the autocorrelation time of the worst bin of k, in parts of it."""
+        return float(autocorrelation_error(self.autocorrelation[1], self.accepted.size))
+
+    @property
+    def gradients_per_sample(self) -> tuple[float, float]:
+        """Gradients for each independent sample: of the cells, and of the worst bin of k."""
+        each = float(np.mean(self.gradients))
+        of_cells, worst = self.autocorrelation
+        return each * max(of_cells, 1.0), each * max(worst, 1.0)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a trajectory ended: dH, infinite if numbers ended; whether its end was taken; gradients that it took."""
+
+    error: float
+    accepted: bool
+    gradients: int
+
+
+class Record:
+    """Samples of chains, which come one by one.
+
+    Parameters
+    ----------
+    chains, samples : of each chain, when it is full
+    watched : cells, as numbers of the flattened mesh
+    bins : of wave numbers
+    """
+
+    def __init__(self, mesh: Mesh, chains: int, samples: int, watched: NDArray[np.int64], bins: int) -> None:
+        self.mesh, self.watched, self.bins = mesh, watched, bins
+        #: Samples of each chain so far.
+        self.counts = np.zeros(chains, np.int64)
+        self._arrays: dict[str, Array] = {}
+        self._mean, self._squares = np.zeros(mesh.cells), np.zeros(mesh.cells)
+        self._wave_numbers = np.empty(bins)
+        self._chains = chains
+        self.resize(samples)
+
+    @property
+    def size(self) -> int:
+        """Samples of each chain that there is place for."""
+        return len(self._arrays["energy_errors"][0])
+
+    def resize(self, samples: int) -> None:
+        """Make place for more samples of each chain."""
+        shapes = {"cells": (len(self.watched),), "power": (self.bins,)}
+        for name in ("energy_errors", "accepted", "gradients", "potential", "cells", "power"):
+            made = np.full((self._chains, samples, *shapes.get(name, ())), np.nan)
+            if name in self._arrays:
+                made[:, : self.size] = self._arrays[name]
+            self._arrays[name] = made
+
+    def add(
+        self, chain: int, outcome: Outcome, potential: float, values: Array, amplitudes: Complex | None = None
+    ) -> None:
+        """Take the next sample of a chain: how its trajectory ended, U, the field that is watched, and its spectrum if
+        that is known."""
+        at = (chain, int(self.counts[chain]))
+        arrays = self._arrays
+        arrays["energy_errors"][at], arrays["potential"][at] = outcome.error, potential
+        arrays["accepted"][at], arrays["gradients"][at] = outcome.accepted, outcome.gradients
+        arrays["cells"][at] = values.ravel()[self.watched]
+        self._wave_numbers, arrays["power"][at] = self.mesh.power(
+            self.mesh.spectrum(values) if amplitudes is None else amplitudes, self.bins
+        )
+        self.counts[chain] += 1
+        change = values - self._mean
+        self._mean += change / float(self.counts.sum())
+        change *= values - self._mean
+        self._squares += change
+
+    def samples(self, steps: Array) -> Samples:
+        """Return the samples that all chains have, and mean and deviation of samples that any has."""
+        done = int(self.counts.min())
+        cut = {name: array[:, :done] for name, array in self._arrays.items()}
+        return Samples(
+            cut["accepted"] > 0.0,
+            cut["energy_errors"],
+            cut["potential"],
+            cut["gradients"].astype(np.int64),
+            cut["cells"],
+            cut["power"],
+            self._wave_numbers,
+            self._mean.copy(),
+            np.sqrt(self._squares / max(int(self.counts.sum()) - 1, 1)),
+            steps,
+        )
+
+    def arrays(self) -> dict[str, Array]:
+        """Return all that there is, for a file."""
+        done = int(self.counts.max())
+        kept = {name: array[:, :done] for name, array in self._arrays.items()}
+        more = {"mean": self._mean, "squares": self._squares, "wave_numbers": self._wave_numbers}
+        return {**kept, **more, "counts": self.counts.astype(float)}
+
+    def take(self, arrays: Mapping[str, Array]) -> None:
+        """Continue from ``arrays`` of a record; there has to be place for it."""
+        self.counts[:] = arrays["counts"].astype(np.int64)
+        for name, array in self._arrays.items():
+            array[:, : int(self.counts.max())] = arrays[name]
+        self._mean, self._squares = arrays["mean"].copy(), arrays["squares"].copy()
+        self._wave_numbers = arrays["wave_numbers"].copy()

@@ -1,0 +1,425 @@
+"""From a file of fields to a posterior: memory first, then operators, data from files or drawn, and the energy."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import math
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.files import nearby, read_table
+from eomgen.base.text import counted, listed, nearest
+from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
+from eomgen.formula.evaluate import evaluate_batch, symbols
+from eomgen.formula.nodes import Formula
+from eomgen.products.fields.documents.fields import (
+    DRAWN,
+    OF_PLACES,
+    OF_WAVES,
+    VARIANCE,
+    Data,
+    FieldSystem,
+    Operator,
+    Table,
+)
+from eomgen.products.fields.posteriors import (
+    CellEnergy,
+    FieldPosterior,
+    LinearOperator,
+    Mesh,
+    amplitude,
+    check_transforms,
+    difference,
+    lognormal_amplitude,
+    mask,
+    smoothing,
+    white,
+)
+
+#: Message for files that NumPy cannot read; its own words are of pickles.
+_NO_ARRAY = ("this is no .npy file of numbers", "numpy.save of an array of real numbers")
+#: Remedy for overflow.
+_SMALLER = "a smaller power"
+#: Half spectra that a trajectory and Newton's method hold at most, besides the chains.
+_SPECTRA = 9
+#: Fields in a record of samples and its results: mean, squares, change, deviation, and one beside.
+_RECORD = 6
+#: Columns kept of each trajectory, besides cells and bins of a sample.
+TRAJECTORY = ("dH", "accepted", "gradients", "U")
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class FieldProblem:
+    """A posterior that a file describes.
+
+    Attributes
+    ----------
+    operators : all of the file, by name
+    truth : the white field, as a spectrum, that data were drawn about; None if there is none
+    memory : bytes that sampling takes, worked out before anything was made
+    digest : of all that determines the posterior, data among it
+    """
+
+    system: FieldSystem
+    posterior: FieldPosterior
+    operators: Mapping[str, LinearOperator]
+    truth: Complex | None
+    memory: int
+    digest: str
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.posterior.mesh
+
+    @property
+    def watched(self) -> str:
+        """The field whose samples are looked at."""
+        return self.system.sampling.field or self.system.fields[0]
+
+    @property
+    def notes(self) -> list[str]:
+        """Deviations of the fields of the energy from the requests of the file, by name."""
+        return [f"{name}: {note}" for name in self.system.fields if (note := self.operators[name].note)]
+
+    def true_field(self) -> Array | None:
+        """Return the field that is watched as the truth has it; None if there is none."""
+        return None if self.truth is None else self.operators[self.watched].apply(self.truth)
+
+
+def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
+    """Return the posterior that a file describes, for so many chains; 0: as many as the file says.
+
+    Raises
+    ------
+    ModelError
+        A mesh that does not fit the memory, negative power, data that cannot be.
+    DescriptionError, FileError
+        A file of data or of a power spectrum that cannot be taken.
+    UsageError
+        Transforms or a precision that there are not.
+    """
+    check_transforms(system.sampling.transforms, system.sampling.precision)
+    memory = memory_of(system, chains)
+    mesh = Mesh(system.cells, system.lengths)
+    made = _Making(system, mesh)
+    for item in system.data:
+        if item.kind not in DRAWN:
+            made.data[item.name] = made.given(item)
+    for operator in system.operators:
+        with _at(system, f"operators.{operator.name}"):
+            made.operators[operator.name] = made.operator(operator)
+    for name in system.fields:
+        with _at(system, f"operators.{name}"):
+            if made.operators[name].variance == 0.0:
+                fault = f"the field {name} is 0 in all cells, and so are all of its samples"
+                raise ModelError(Problem("operator", fault, "a power, a filter or a mask that is not 0 everywhere"))
+    truth = None
+    if system.truth is not None:
+        truth = mesh.white(np.random.Generator(np.random.Philox(system.truth)))
+        made.draw(system.truth, truth)
+    energy = CellEnergy(
+        system.energy,
+        system.where,
+        {**system.parameter_values, **made.variances()},
+        {item.name: item.minimum for item in system.data if item.minimum is not None},
+    )
+    with _at(system, "cell.energy"):
+        posterior = FieldPosterior(
+            mesh,
+            energy,
+            {name: made.operators[name] for name in system.fields},
+            {name: made.data[name] for name in system.columns},
+            transforms=system.sampling.transforms,
+            precision=system.sampling.precision,
+        )
+    digest = hashlib.sha256(system.content)
+    for values in made.data.values():
+        digest.update(np.ascontiguousarray(values).tobytes())
+    return FieldProblem(system, posterior, made.operators, truth, memory, digest.hexdigest())
+
+
+def memory_of(system: FieldSystem, chains: int = 0) -> int:
+    """Return the bytes that sampling takes at most, with so many chains; 0: the file's number. No array is made.
+
+    Raises
+    ------
+    ModelError
+        The machine has less memory.
+    """
+    chains = chains or system.sampling.chains
+    filters = sum(2 if item.kind == "difference" else 1 for item in system.operators)  # twice half a field each
+    masks = sum(2 for item in system.operators if item.kind == "mask")
+    single = system.sampling.precision == "single"  # a spectrum and fields beside the ones in double
+    fields = (3 if single else 2) * len(system.fields) + 2 * len(system.data) + filters + masks
+    fields += _RECORD + 2 * (system.truth is not None)
+    chosen = system.sampling
+    with _at(system, "mesh.cells"):
+        mesh = Mesh(system.cells, system.lengths)
+        slopes = 0 if chosen.first == "drift" else 1 + chains  # gradients if trajectories begin with kicks
+        watched = min(chosen.watched, mesh.size) + chosen.bins + len(TRAJECTORY)
+        numbers = chains * (chosen.samples * watched + chosen.warm_up * len(TRAJECTORY))
+        what = f"sampling with {counted(chains, 'chain')}"
+        return mesh.require_memory(_SPECTRA + chains + slopes + single, fields, what, numbers)
+
+
+#: Keys of ``[sampling]`` by the heads of messages about them.
+_SETTINGS = {
+    "transforms": "transforms",
+    "precision": "precision",
+    "composition": "method",
+    "Sampler: first": "first",
+    "Sampler: start": "start",
+}
+
+
+@contextlib.contextmanager
+def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[None]:
+    """Let errors of settings say the line of the file that has them; not of settings that a caller has given."""
+    try:
+        yield
+    except UsageError as error:
+        keys = [_SETTINGS.get(problem.where, "") for problem in error.problems]
+        if any(key in given or f"sampling.{key}" not in system.places for key in keys):
+            raise
+        places = [system.place(f"sampling.{key}") for key in keys]
+        problems = [Problem(place, item.what, item.hint) for place, item in zip(places, error.problems, strict=True)]
+        raise DescriptionError(problems) from None
+
+
+@contextlib.contextmanager
+def _at(system: FieldSystem, key: str) -> Iterator[None]:
+    """Add the place in the file to errors."""
+    try:
+        yield
+    except EomgenError as error:
+        if isinstance(error, FileError):
+            raise
+        said = set(system.places.values())
+        problems = []
+        for problem in error.problems:
+            where = problem.where if problem.where.startswith("data.") else key
+            where = problem.where if problem.where in said else system.place(where)
+            problems.append(Problem(where, problem.what, problem.hint))
+        kind = DescriptionError if isinstance(error, DescriptionError) else ModelError
+        raise kind(problems) from None
+
+
+class _Making:
+    """Objects made of a file on its mesh."""
+
+    def __init__(self, system: FieldSystem, mesh: Mesh) -> None:
+        self.system, self.mesh = system, mesh
+        self.values = system.parameter_values
+        self.data: dict[str, Array] = {}
+        self.operators: dict[str, LinearOperator] = {}
+
+    def variances(self) -> dict[str, float]:
+        """Return variances of the fields by the names that formulas have for them."""
+        return {f"{name}{VARIANCE}": operator.variance for name, operator in self.operators.items()}
+
+    # -- operators ---------------------------------------------------------------------------------------------------
+
+    def operator(self, item: Operator) -> LinearOperator:
+        """Return an operator, after the one that it follows."""
+        mesh = self.mesh
+        if item.kind == "white":
+            made = white(mesh)
+        elif item.kind == "difference":
+            made = difference(mesh, item.axis)
+        elif item.kind == "mask":
+            made = mask(mesh, np.broadcast_to(self.in_cells(item.formula, {}), mesh.cells))
+        elif item.kind == "smoothing":
+            made = smoothing(mesh, float(evaluate_batch(item.formula, lambda _: 0.0)))
+        elif item.kind == "filter":
+            made = LinearOperator("filter", mesh, self.filter(item))
+        else:
+            power = self.tabled(item.table) if item.table is not None else self.power(item)
+            made = amplitude(mesh, power) if item.kind == "power" else lognormal_amplitude(mesh, power, warn=False)
+        made = made @ self.operators[item.of] if item.of else made
+        if not math.isfinite(made.variance):
+            raise ModelError(Problem("operator", f"the variance of the field {item.name} is {made.variance}", _SMALLER))
+        return made
+
+    def power(self, item: Operator) -> Array:
+        """Return a power spectrum by formula, which has to be the same at k and at -k. Raises ModelError."""
+        values, turned = (self.of_waves(item, sign) for sign in (1.0, -1.0))
+        finite = np.isfinite(values) & np.isfinite(turned)
+        if not np.allclose(values[finite], turned[finite], rtol=1e-12, atol=1e-300):
+            fault = "the power is not the same at k and at -k, and that of a real field is"
+            raise ModelError(Problem("power", fault, "a formula of k, or of squares of kx"))
+        return values
+
+    def filter(self, item: Operator) -> Array:
+        """Return a real filter, which has to be the same at k and at -k. Raises ModelError."""
+        values, turned = (self.of_waves(item, sign) for sign in (1.0, -1.0))
+        if not np.all(np.isfinite(values)):
+            place = np.unravel_index(int(np.argmax(~np.isfinite(values))), values.shape)
+            fault = f"the filter has no finite value at k = {self.mesh.wave_numbers[place]:.6g}"
+            raise ModelError(Problem("filter", fault, "a formula with finite values, at k = 0 too"))
+        if not np.allclose(values, turned, rtol=1e-12, atol=1e-300):
+            fault = "the filter is not the same at k and at -k, so what it makes of a real field is not real"
+            raise ModelError(
+                Problem("filter", fault, 'a formula of k, or of squares of kx; difference = "x" for slopes')
+            )
+        return values
+
+    def of_waves(self, item: Operator, sign: float) -> Array:
+        """Return the values of an operator's formula at the wave numbers; of components with the sign."""
+        mesh = self.mesh
+        known: dict[str, Any] = {"k": mesh.wave_numbers, **self.values}
+        known |= {name: sign * part for name, part in zip(OF_WAVES[1:], mesh.wave_vectors, strict=False)}
+        for name, formula in item.where:
+            known[name] = evaluate_batch(formula, lambda symbol: known[symbol.name])
+        result = evaluate_batch(item.formula, lambda symbol: known[symbol.name])
+        return np.array(np.broadcast_to(result, mesh.half))
+
+    def tabled(self, table: Table) -> Array:
+        """Return the power of a table at the wave numbers, straight lines of logarithms; 0 at k = 0."""
+        path = self.system.folder / table.file
+        names, rows = read_table(path)
+        places = []
+        for which, name in enumerate(table.columns):
+            if name and name not in names:
+                fault = f"there is no column {name!r}"
+                raise FileError(Problem(str(path), fault, nearest(name, names) or listed(names)))
+            places.append(names.index(name) if name else which)
+        if len(names) < 2 or len(rows) < 2:
+            fault = f"a table of {counted(len(names), 'column')} and {counted(len(rows), 'row')} is no power spectrum"
+            raise FileError(Problem(str(path), fault, "two columns, k and P, and two rows at least"))
+        k, power = rows[:, places[0]], rows[:, places[1]]
+        wrong = ~(np.isfinite(k) & np.isfinite(power)) | (k <= 0.0) | (power <= 0.0)
+        if np.any(wrong) or np.any(np.diff(k) <= 0.0):
+            row = int(np.argmax(wrong)) if np.any(wrong) else int(np.argmax(np.diff(k) <= 0.0)) + 1
+            fault = f"k = {k[row]:.6g} and P = {power[row]:.6g} in row {row + 1} cannot be"
+            raise FileError(Problem(str(path), fault, "k above 0 that increases, and P above 0"))
+        numbers = self.mesh.wave_numbers
+        low, high = float(numbers[numbers > 0.0].min()), float(numbers.max())
+        if low < k[0] * (1.0 - 1e-9) or high > k[-1] * (1.0 + 1e-9):
+            fault = f"the table is from k = {k[0]:.6g} to {k[-1]:.6g}, and the mesh from {low:.6g} to {high:.6g}"
+            raise FileError(Problem(str(path), fault, "a table of all of these"))
+        values = np.zeros(self.mesh.half)
+        inside = numbers > 0.0
+        values[inside] = np.exp(np.interp(np.log(numbers[inside]), np.log(k), np.log(power)))
+        return values
+
+    # -- data --------------------------------------------------------------------------------------------------------
+
+    def in_cells(self, formula: Formula, more: Mapping[str, Any]) -> Array:
+        """Return the values of a formula at the centres of cells."""
+        mesh, known = self.mesh, {**self.values, **self.data, **more}
+        used = {symbol.name for symbol in symbols(formula)}
+        for axis, (name, count, length) in enumerate(zip(OF_PLACES, mesh.cells, mesh.lengths, strict=False)):
+            if name in used:
+                shape = [1] * len(mesh.cells)
+                shape[axis] = -1
+                known[name] = ((np.arange(count) + 0.5) * (length / count)).reshape(shape)
+        return evaluate_batch(formula, lambda symbol: known[symbol.name])
+
+    def given(self, item: Data) -> Array:
+        """Return numbers from a file or by a formula. Raises FileError, ModelError."""
+        if item.kind == "file":
+            return self.checked(item, self.read(item))
+        return self.checked(item, self.in_cells(item.formula, {}))
+
+    def checked(self, item: Data, values: Array) -> Array:
+        """Return numbers for all cells. Raises ModelError for impossible ones."""
+        made = np.array(np.broadcast_to(values, self.mesh.cells), dtype=float, order="C")
+        least = -math.inf if item.minimum is None else item.minimum
+        wrong = ~np.isfinite(made) | (made < least)
+        if np.any(wrong):
+            place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
+            bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
+            fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place}"
+            raise ModelError(Problem(self.system.place(f"data.{item.name}"), fault, bound))
+        return made
+
+    def read(self, item: Data) -> Array:
+        """Return the numbers of a file, of the shape of the mesh. Raises FileError, ModelError."""
+        path, cells = self.system.folder / item.file, self.mesh.cells
+        if path.suffix.lower() == ".csv":
+            names, rows = read_table(path)
+            column = item.column or (item.name if item.name in names else names[0] if len(names) == 1 else "")
+            if column not in names:
+                fault = f"there is no column {column!r}" if column else f"it has the columns {listed(names)}"
+                raise FileError(Problem(str(path), fault, f'column = "..." in data.{item.name}'))
+            numbers = rows[:, names.index(column)]
+            if len(numbers) != self.mesh.size:
+                fault = f"{path} has {counted(len(numbers), 'row')}, and the mesh {self.mesh.size} cells"
+                raise ModelError(Problem(self.system.place(f"data.{item.name}"), fault, "a row for each cell"))
+            return numbers.reshape(cells)
+        stored = _numbers_of(path)
+        if stored.shape != cells:
+            fault = f"{path} has the shape {stored.shape}, and the mesh {cells}"
+            raise ModelError(Problem(self.system.place(f"data.{item.name}"), fault, f"an array of {cells}"))
+        return np.asarray(stored, dtype=float)
+
+    def draw(self, seed: int, truth: Complex) -> None:
+        """Draw the data that are drawn about fields of the truth, each from a stream of its own."""
+        variances, fields = self.variances(), dict[str, Array]()
+        for number, item in enumerate(self.system.data):
+            if item.kind not in DRAWN:
+                continue
+            formulas = [item.formula] if item.spread is None else [item.formula, item.spread]
+            for name in {symbol.name for formula in formulas for symbol in symbols(formula)} & set(self.operators):
+                if name not in fields:
+                    fields[name] = self.operators[name].apply(truth)
+            mean, *spread = (
+                np.broadcast_to(self.in_cells(formula, {**variances, **fields}), self.mesh.cells)
+                for formula in formulas
+            )
+            least = -math.inf if item.kind == "normal" else 0.0
+            key = self.system.place(f"data.{item.name}")
+            for name, values, low in [("mean", mean, least), *((DRAWN[item.kind], values, 0.0) for values in spread)]:
+                above = name == "beta"  # 0 is no shape of a distribution
+                if not np.all(np.isfinite(values)) or float(values.min()) < low or (above and not values.all()):
+                    fault = f"the {name} of what is drawn is {float(values.min()):.6g} somewhere, or not finite"
+                    bound = " above 0" if above else "" if low else " from 0 on"
+                    raise ModelError(Problem(key, fault, f"a formula of finite values{bound}"))
+            stream = np.random.Generator(np.random.Philox(key=[seed, number + 1]))
+            with _at(self.system, f"data.{item.name}"):
+                self.data[item.name] = self.checked(item, _drawn(item, stream, mean, spread))
+
+
+def _drawn(item: Data, stream: np.random.Generator, mean: Array, spread: list[Array]) -> Array:
+    try:
+        if item.kind == "normal":
+            return mean + spread[0] * stream.standard_normal(mean.shape)
+        if item.kind == "negative_binomial":
+            return stream.poisson(stream.gamma(spread[0], mean / spread[0])).astype(float)
+        return stream.poisson(mean).astype(float)
+    except ValueError:  # of NumPy, whose whole numbers end there
+        fault = f"the mean of what is drawn is {float(mean.max()):.6g} somewhere, too large for whole numbers"
+        raise ModelError(Problem(f"data.{item.name}", fault, "a smaller mean")) from None
+
+
+def _numbers_of(path: Path) -> NDArray[Any]:
+    """Return the numbers of a ``.npy`` file, read as they are asked for. Raises FileError."""
+    try:
+        stored = np.load(path, mmap_mode="r", allow_pickle=False)
+    except OSError as error:
+        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
+    except (ValueError, EOFError, SyntaxError, MemoryError, OverflowError):
+        raise FileError(Problem(str(path), *_NO_ARRAY)) from None
+    if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "biuf":
+        kind = stored.dtype if isinstance(stored, np.ndarray) else "an archive"
+        raise FileError(Problem(str(path), f"{kind} are no real numbers", "an array of real numbers"))
+    return stored
+
+
+def start_fields(path: Path, problem: FieldProblem, chains: int) -> list[Complex]:
+    """Return spectra of the white fields of a file, of the shape of the mesh or one for each chain. Raises FileError,
+    ModelError."""
+    stored, cells = _numbers_of(path), problem.mesh.cells
+    if stored.shape not in (cells, (chains, *cells)) or not np.all(np.isfinite(stored)):
+        fault = f"it has the shape {stored.shape}, or numbers that are not finite"
+        raise ModelError(Problem(str(path), fault, f"finite numbers of the shape {cells}, or {(chains, *cells)}"))
+    fields = stored if stored.ndim > len(cells) else np.broadcast_to(stored, (chains, *cells))
+    return [problem.mesh.spectrum(np.asarray(values, float)) for values in fields]

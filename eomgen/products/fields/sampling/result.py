@@ -1,0 +1,281 @@
+"""Results of a run of sampling: samples, their diagnostics, and files of both."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.files import make_folder, write_arrays, write_table, write_text
+from eomgen.base.text import counted, json_text
+from eomgen.products.fields.documents.fields import Chains
+from eomgen.products.fields.posteriors import Samples, autocorrelation_time, split_r_hat
+from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem
+
+#: Samples of a chain from which on chains are held against one another.
+ENOUGH = 4
+#: Samples of a chain from which on a split R-hat above so much is said.
+DOUBTED, DOUBTFUL = 50, 1.3
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A bin of wave numbers.
+
+    Attributes
+    ----------
+    k : mean wave number, radians per length
+    prior, truth : mean |amplitude|^2 by the prior and of the truth; NaN if there is no truth
+    mean, deviation : of samples
+    of_mean : of the mean of samples
+    correlation : of the mean of samples with the truth
+    r_hat, autocorrelation : split R-hat, and integrated autocorrelation time in trajectories; NaN of few samples
+    """
+
+    k: float
+    prior: float
+    truth: float
+    mean: float
+    deviation: float
+    of_mean: float
+    correlation: float
+    r_hat: float
+    autocorrelation: float
+
+
+@dataclass(frozen=True)
+class FieldSamples:
+    """Samples of a field with their references.
+
+    Attributes
+    ----------
+    problem : FieldProblem
+    settings : Chains
+        How they were made.
+    mass : which mass
+    samples : Samples
+        Samples that all chains have.
+    warm_up : (chains, trajectories, 4)
+        dH, whether its end was taken, gradients and U of each trajectory before the samples.
+    largest_step, frequency : the step that the guard allows, and the largest angular frequency
+    seconds, gradients : of all chains, with the warm-up
+    interrupted : whether there should be more
+    """
+
+    problem: FieldProblem
+    settings: Chains
+    mass: str
+    samples: Samples
+    warm_up: Array
+    largest_step: float
+    frequency: float
+    seconds: float
+    gradients: int
+    interrupted: bool
+
+    @property
+    def name(self) -> str:
+        return self.problem.system.name
+
+    @property
+    def count(self) -> int:
+        """Samples of each chain."""
+        return int(self.samples.accepted.shape[1])
+
+    @property
+    def message(self) -> str:
+        """How it ended."""
+        chains, made = len(self.samples.accepted), f"{counted(self.count, 'sample')}"
+        before = counted(self.warm_up.shape[1], "trajectory", "trajectories")
+        whole = f"{made} of each of {counted(chains, 'chain')} after {before}"
+        if not self.interrupted:
+            notes = "".join(f"; {note}" for note in self.problem.notes)
+            return f"{whole} of warm-up{self.cut}{self.lost}{self.doubt}{notes}"
+        missing = f"of {self.settings.samples}" if self.warm_up.shape[1] >= self.settings.warm_up else "in the warm-up"
+        return f"interrupted: {whole} of warm-up, {missing}; --resume goes on to the same bits"
+
+    @property
+    def cut(self) -> str:
+        """A sentence if the guard has made a step smaller than requested; empty if it has not."""
+        step, taken = self.settings.step, float(np.min(self.samples.steps))
+        if step <= taken:
+            return ""
+        return f"; steps are {taken:.4g}, not {step:.4g}: the guard allows no larger ones where the chains are"
+
+    @property
+    def lost(self) -> str:
+        """A sentence on trajectories that ended since U is not finite; empty if there are none."""
+        errors = np.concatenate([self.warm_up[..., 0].ravel(), self.samples.energy_errors.ravel()])
+        count = int(np.sum(~np.isfinite(errors)))
+        if not count:
+            return ""
+        of = counted(errors.size, "trajectory", "trajectories")
+        hint = "smaller steps, or an energy that is finite everywhere and grows on both sides"
+        return f"; {count} of {of} ended where the energy is not finite, and were rejected; try: {hint}"
+
+    @property
+    def doubt(self) -> str:
+        """A sentence on chains that do not agree; empty if they do, or are too short to tell."""
+        if self.count < DOUBTED:
+            return ""
+        worst = {"a cell": _quantile(self.r_hats(), 1.0), "a bin of scales": self.r_hat_of_scales}
+        result = [f"{value:.3g} in {where}" for where, value in worst.items() if value > DOUBTFUL]
+        if not result:
+            return ""
+        hint = "more samples, a longer duration, or another mass"
+        return f"; chains do not agree yet: split R-hat is {' and '.join(result)}; try: {hint}"
+
+    @property
+    def calibration(self) -> tuple[float, float] | None:
+        """Mean and deviation over cells of (truth - mean)/deviation: 0 and 1 if deviations are right; None without a
+        truth or samples."""
+        truth = self.problem.true_field()
+        if truth is None or self.count < 2:
+            return None
+        seen = self.samples.deviation > 0.0
+        z = (truth - self.samples.mean)[seen] / self.samples.deviation[seen]
+        return float(z.mean()), float(z.std())
+
+    def r_hats(self) -> Array:
+        """Return split R-hat of each cell that is watched; empty for few samples."""
+        return split_r_hat(self.samples.cells) if self.count >= ENOUGH else np.empty(0)
+
+    @property
+    def r_hat_of_scales(self) -> float:
+        """The largest split R-hat of the bins that have wave numbers; NaN of few samples."""
+        return _quantile(split_r_hat(self.samples.power), 1.0) if self.count >= ENOUGH else math.nan
+
+    def scales(self) -> list[Scale]:
+        """Return the bins that have wave numbers; empty without samples."""
+        samples, problem = self.samples, self.problem
+        if not self.count:
+            return []
+        bins, mesh = samples.power.shape[2], problem.mesh
+        operator, truth = problem.operators[problem.watched], problem.true_field()
+        nothing = np.full(bins, np.nan)
+        enough = self.count >= ENOUGH
+        r_hat = split_r_hat(samples.power) if enough else nothing
+        times = autocorrelation_time(samples.power) if enough else nothing
+        mean = mesh.spectrum(samples.mean)
+        of_mean, of_truth, together = mesh.power(mean, bins)[1], nothing, nothing
+        if truth is not None:
+            seen = mesh.spectrum(truth)
+            of_truth = mesh.power(seen, bins)[1]
+            together = (mesh.power(seen + mean, bins)[1] - mesh.power(seen - mean, bins)[1]) / 4.0
+        if operator.mask is not None:  # the prior of a field with a mask has no power spectrum of its own
+            prior = nothing
+        elif operator.symbol is None:
+            prior = np.ones(bins)
+        else:
+            prior = mesh.power(np.asarray(operator.symbol, complex), bins)[1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            correlation = together / np.sqrt(of_truth * of_mean)
+        power = samples.power.reshape(-1, bins)
+        columns = (
+            samples.wave_numbers, prior, of_truth, power.mean(axis=0), power.std(axis=0), of_mean, correlation, r_hat,
+            times,
+        )  # fmt: skip  # as Scale has them
+        rows = (Scale(*map(float, row)) for row in zip(*columns, strict=True))
+        return [scale for scale in rows if not math.isnan(scale.k)]  # boxes with unequal sides leave bins empty
+
+    def summary(self) -> dict[str, Any]:
+        """Return figures for JSON."""
+        samples, problem, settings = self.samples, self.problem, self.settings
+        result: dict[str, Any] = {
+            "name": self.name,
+            "success": not self.interrupted,
+            "message": self.message,
+            "cells": list(problem.mesh.cells),
+            "lengths": list(problem.mesh.lengths),
+            "field": problem.watched,
+            "memory": problem.memory,
+            "settings": {**vars(settings), "mass": self.mass},
+            "chains": len(samples.accepted),
+            "samples": self.count,
+            "steps": samples.steps.tolist(),
+            "largest_step": self.largest_step,
+            "largest_frequency": self.frequency,
+            "seconds": self.seconds,
+            "gradients": self.gradients,
+        }
+        if self.count:
+            errors = samples.energy_errors
+            result |= {
+                "acceptance": samples.acceptance,
+                "expected_acceptance": samples.expected_acceptance,
+                "mean_energy_error": samples.mean_energy_error,
+                "half_variance_of_energy_errors": float(errors.var()) / 2.0 if np.isfinite(errors).all() else math.nan,
+                "mean_weight": samples.mean_weight[0] if errors.size > 1 else math.nan,
+                "mean_weight_error": samples.mean_weight[1] if errors.size > 1 else math.nan,
+                "gradients_per_trajectory": float(np.mean(samples.gradients)),
+            }
+        if self.count >= ENOUGH:
+            cells, worst = samples.autocorrelation
+            each = samples.gradients_per_sample
+            r_hats = self.r_hats()
+            result |= {
+                "r_hat_of_cells": _quantile(r_hats, 1.0),
+                "r_hat_of_cells_at_99_percent": _quantile(r_hats, 0.99),
+                "r_hat_of_scales": self.r_hat_of_scales,
+                "autocorrelation_of_cells": cells,
+                "autocorrelation_of_worst_scale": worst,
+                "autocorrelation_error": samples.autocorrelation_error,
+                "gradients_per_independent_sample_of_cells": each[0],
+                "gradients_per_independent_sample_of_worst_scale": each[1],
+            }
+        if self.calibration is not None:
+            result["truth_over_deviation"] = {"mean": self.calibration[0], "deviation": self.calibration[1]}
+        return result
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the figures of ``summary`` and the scales."""
+        return {**self.summary(), "scales": [vars(scale) for scale in self.scales()]}
+
+    def trajectories(self) -> Array:
+        """Return a row for each trajectory: chain, number from the start, whether it is a sample, dH, whether its end
+        was taken, gradients, U."""
+        samples, rows = self.samples, []
+        for chain in range(len(samples.accepted)):
+            drawn = [
+                getattr(samples, name)[chain].astype(float)
+                for name in ("energy_errors", "accepted", "gradients", "potential")
+            ]
+            both = np.concatenate([self.warm_up[chain], np.stack(drawn, axis=1)])
+            number = np.arange(len(both), dtype=float)
+            kept = (number >= len(self.warm_up[chain])).astype(float)
+            rows.append(np.column_stack([np.full(len(both), float(chain)), number, kept, both]))
+        return np.concatenate(rows)
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write samples.npz, trajectories.csv, scales.csv and summary.json into a folder, and return their paths.
+
+        Raises
+        ------
+        FileError
+        """
+        target = make_folder(Path(folder))
+        samples, truth = self.samples, self.problem.true_field()
+        names = ("energy_errors", "potential", "cells", "power", "wave_numbers", "mean", "deviation", "steps")
+        arrays = {name: getattr(samples, name) for name in names}
+        arrays |= {name: getattr(samples, name).astype(float) for name in ("accepted", "gradients")}
+        arrays |= {"warm_up": self.warm_up} | ({} if truth is None else {"truth": truth})
+        summary, scales = self.to_dict(), self.scales()
+        files = [target / name for name in ("samples.npz", "trajectories.csv", "scales.csv", "summary.json")]
+        write_arrays(files[0], arrays, {"name": self.name, "field": self.problem.watched})
+        write_table(files[1], ["chain", "trajectory", "sample", *TRAJECTORY], self.trajectories())
+        columns = list(Scale.__dataclass_fields__)
+        table = np.array([[getattr(scale, name) for name in columns] for scale in scales]).reshape(-1, len(columns))
+        write_table(files[2], columns, table)
+        write_text(files[3], json_text(summary) + "\n")
+        return files
+
+
+def _quantile(values: Array, share: float) -> float:
+    """Return a quantile of the values that are numbers; NaN if none is, as of chains that stand still."""
+    numbers = values[~np.isnan(values)]
+    with np.errstate(invalid="ignore"):  # between two that are infinite
+        return float(np.quantile(numbers, share)) if numbers.size else math.nan

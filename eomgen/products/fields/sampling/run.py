@@ -1,0 +1,246 @@
+"""Runs of sampling: a warm-up, then samples, with a checkpoint in a folder from which they go on to the same bits."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.files import make_folder, read_arrays, write_arrays
+from eomgen.base.progress import Interrupts, Progress, shown
+from eomgen.base.text import listed, nearest
+from eomgen.base.text import shown as quoted
+from eomgen.errors import FileError, Problem, UsageError
+from eomgen.products.fields.documents.field_reading import fields_from_data, load_fields
+from eomgen.products.fields.documents.fields import Chains, FieldSystem
+from eomgen.products.fields.posteriors import Outcome, Sampler
+from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem, at_settings, field_problem, start_fields
+from eomgen.products.fields.sampling.result import FieldSamples
+
+#: The file of a folder from which a run goes on.
+CHECKPOINT = "checkpoint.npz"
+#: Seconds between checkpoints.
+CHECKPOINT_EVERY = 60.0
+#: Settings that may differ if a run goes on.
+_OPEN = ("samples", "field")
+_GOLDEN = 0.6180339887498949
+
+
+def sample(
+    described: FieldSystem | str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    folder: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    mass: str | None = None,
+    progress: Progress | bool | None = None,
+    checkpoint_every: float = CHECKPOINT_EVERY,
+    **settings: Any,
+) -> FieldSamples:
+    """Sample the fields of a file by Hamiltonian Monte Carlo.
+
+    Ctrl-C ends the run with its results so far; a second one stops at once.
+
+    Parameters
+    ----------
+    described : path of a file with ``kind = "hamiltonian"`` and a ``[mesh]``, the data of such a file, or a FieldSystem
+    folder : path, optional
+        For the checkpoint, which is written once a minute, when the run ends, and when it is interrupted.
+    resume : bool
+        Go on from the checkpoint of the folder; ``samples`` may be larger than it was.
+    mass : {"fisher", "prior", "unit"}
+        The file's by default.
+    progress : callable or True
+        A function of (trajectories done, all of them), or a bar.
+    checkpoint_every : float
+        Seconds.
+    settings
+        In place of the settings in ``[sampling]``: ``method``, ``step`` (0: found by the warm-up), ``duration`` of a
+        trajectory, ``first`` (``random``, ``drift``, ``kick``), ``jitter``, ``guard``, ``chains``, ``start`` (``mode``,
+        ``prior``, ``zero``, or the path of a ``.npy`` file with white fields), ``warm_up`` and ``samples`` of each
+        chain, ``seed``, ``field``, ``watched`` (number of cells whose values are kept), ``bins`` of wave numbers,
+        ``transforms`` (``scipy``, or ``fftw`` by the package pyfftw) and ``precision`` of gradients (``double``,
+        ``single``).
+
+    Raises
+    ------
+    DescriptionError, FileError, ModelError, NumericalError, UsageError
+    """
+    system = _system(described)
+    chosen = _settings(system.sampling, settings)
+    if resume and folder is None:
+        raise UsageError(Problem("resume", "a run goes on from the checkpoint of a folder", 'folder="out"'))
+    with at_settings(system, settings):
+        problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
+        run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
+    with shown(progress, system.name) as bar, Interrupts() as interrupts:
+        return run.go(bar, interrupts, checkpoint_every)
+
+
+def _system(described: FieldSystem | str | os.PathLike[str] | Mapping[str, Any]) -> FieldSystem:
+    if isinstance(described, FieldSystem):
+        return described
+    return fields_from_data(described) if isinstance(described, Mapping) else load_fields(described)
+
+
+def _settings(standard: Chains, given: Mapping[str, Any]) -> Chains:
+    """Return the settings of a run. Raises UsageError."""
+    known = [item.name for item in dataclasses.fields(Chains)]
+    for name, value in given.items():
+        if name not in known:
+            raise UsageError(Problem(f"sample: {name}", "there is no such setting", nearest(name, known)))
+        wanted = type(getattr(standard, name))
+        fine = isinstance(value, int | float if wanted is float else wanted) and not isinstance(value, bool)
+        if not fine:
+            kind = {int: "a whole number", float: "a number", str: "a text"}[wanted]
+            fault = f"{kind} is needed, not {quoted(value)}"
+            raise UsageError(Problem(f"sample: {name}", fault, f"{getattr(standard, name)!r}"))
+    made = dataclasses.replace(standard, **given)
+    for name, least in (("samples", 0), ("warm_up", 0), ("chains", 1), ("watched", 1), ("bins", 1)):
+        if getattr(made, name) < least:
+            raise UsageError(Problem(f"sample: {name}", f"{getattr(made, name)} cannot be", f"from {least} on"))
+    return made
+
+
+class _Run:
+    """A warm-up and samples, from their start or from a checkpoint."""
+
+    def __init__(self, problem: FieldProblem, settings: Chains, mass: str, folder: Path | None, resume: bool) -> None:
+        self.problem, self.settings, self.mass, self.folder = problem, settings, mass, folder
+        self.warm_up = np.full((settings.chains, settings.warm_up, len(TRAJECTORY)), np.nan)
+        self.warmed = np.zeros(settings.chains, int)
+        self.seconds, self.gradients = 0.0, 0
+        stored = self.read(folder) if resume and folder is not None else None
+        self.sampler = self.started(stored is not None)
+        self.record = self.sampler.record(settings.samples)
+        if stored is not None:
+            self.take(*stored)
+
+    def started(self, resume: bool) -> Sampler:
+        settings = self.settings
+        start: Any = settings.start
+        if resume:
+            start = None
+        elif Path(start).suffix == ".npy":
+            start = start_fields(Path(start), self.problem, settings.chains)
+        size = self.problem.mesh.size
+        count = min(settings.watched, size)
+        stride = next(step for step in range(round(size * _GOLDEN), 2 * size) if math.gcd(step, size) == 1)
+        spread = np.sort(np.arange(count) * stride % size)
+        return Sampler(
+            self.problem.posterior,
+            method=settings.method,
+            step=settings.step,
+            duration=settings.duration,
+            mass=self.mass,
+            first=settings.first,  # type: ignore[arg-type]  # its value is checked there
+            jitter=settings.jitter,
+            guard=settings.guard,
+            chains=settings.chains,
+            start=start,
+            seed=settings.seed,
+            watched=spread,
+            bins=settings.bins,
+        )
+
+    def go(self, bar: Progress | None, interrupts: Interrupts, every: float) -> FieldSamples:
+        """Make missing parts, and return all."""
+        began, settings = time.perf_counter(), self.settings
+        spent, saved = self.seconds, began
+        total = settings.chains * (settings.warm_up + settings.samples)
+
+        def stop() -> bool:
+            return interrupts.heard
+
+        def counted(outcome: Outcome) -> None:
+            nonlocal saved
+            now = time.perf_counter()
+            self.gradients += outcome.gradients
+            self.seconds = spent + now - began
+            if bar is not None:
+                bar(int(self.warmed.sum() + self.record.counts.sum()), total)
+            if self.folder is not None and now - saved > every:
+                self.save(self.folder)
+                saved = now
+
+        def warmed(chain: int, outcome: Outcome, potential: float) -> None:
+            row = (outcome.error, outcome.accepted, outcome.gradients, potential)
+            self.warm_up[chain, self.warmed[chain]] = row
+            self.warmed[chain] += 1
+            counted(outcome)
+
+        def drawn(_: int, outcome: Outcome, __: float) -> None:
+            counted(outcome)
+
+        if bar is not None:
+            bar(int(self.warmed.sum() + self.record.counts.sum()), total)
+        whole = True
+        if not self.record.counts.any():
+            adapt = settings.step == 0.0
+            whole = self.sampler.warm_up(settings.warm_up, adapt=adapt, goes_on=True, stop=stop, seen=warmed)
+        if whole:
+            whole = self.sampler.fill(self.record, self.problem.watched, stop=stop, seen=drawn)
+        self.seconds = spent + time.perf_counter() - began
+        if self.folder is not None:
+            self.save(self.folder)
+        return FieldSamples(
+            self.problem,
+            settings,
+            self.mass,
+            self.record.samples(self.sampler.steps),
+            self.warm_up[:, : int(self.warmed.min())],
+            self.sampler.largest_step,
+            self.sampler.frequency,
+            self.seconds,
+            self.gradients,
+            not whole,
+        )
+
+    # -- checkpoints -------------------------------------------------------------------------------------------------
+
+    def fixed(self) -> dict[str, Any]:
+        """Return the settings that have to be the same if a run goes on."""
+        settings = {name: value for name, value in vars(self.settings).items() if name not in _OPEN}
+        return {**settings, "mass": self.mass, "field": self.problem.watched, "posterior": self.problem.digest}
+
+    def save(self, folder: Path) -> None:
+        arrays, metadata = self.sampler.state()
+        record = {f"record.{name}": array for name, array in self.record.arrays().items()}
+        more = {"warm_up": self.warm_up, "warmed": self.warmed.astype(float)}
+        told = {"settings": self.fixed(), "chains": metadata, "seconds": self.seconds, "gradients": self.gradients}
+        write_arrays(folder / CHECKPOINT, {**arrays, **record, **more}, told)
+
+    def read(self, folder: Path) -> tuple[dict[str, Array], dict[str, Any]]:
+        """Return the contents of a checkpoint. Raises FileError, UsageError."""
+        path = folder / CHECKPOINT
+        arrays, told = read_arrays(path, "checkpoint of chains", "a folder of eomgen sample --out")
+        missing = [name for name in ("settings", "chains", "seconds", "gradients") if name not in told]
+        missing += [name for name in ("warm_up", "warmed", "record.counts") if name not in arrays]
+        if missing:
+            fault = f"this is no checkpoint of chains: {listed(missing)} is missing"
+            raise FileError(Problem(str(path), fault, "a folder of eomgen sample --out"))
+        own, theirs = self.fixed(), told["settings"]
+        for name, value in own.items():
+            if name not in theirs or theirs[name] != value:
+                fault = f"it is of a run with {name} = {theirs.get(name)!r}, and here it is {value!r}"
+                if name == "posterior":
+                    fault = "it is of another posterior: the file or its data have changed since"
+                hint = "the same settings, or another folder"
+                raise UsageError(Problem(str(path), fault, hint))
+        done = int(arrays["record.counts"].max())
+        if done > self.settings.samples:
+            fault = f"it has {done} samples of each chain, and {self.settings.samples} are asked for"
+            raise UsageError(Problem(str(path), fault, f"samples from {done} on"))
+        return arrays, told
+
+    def take(self, arrays: Mapping[str, Array], told: Mapping[str, Any]) -> None:
+        self.sampler.take(arrays, told["chains"], str(self.folder))
+        self.record.take({name.removeprefix("record."): values for name, values in arrays.items()})
+        self.warm_up, self.warmed = arrays["warm_up"].copy(), arrays["warmed"].astype(int)
+        self.seconds, self.gradients = float(told["seconds"]), int(told["gradients"])

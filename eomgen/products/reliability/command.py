@@ -1,0 +1,152 @@
+"""``eomgen random``: the distribution of an output under the random processes of a scene."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.base.text import told_apart
+from eomgen.cli.options import (
+    arguments_of,
+    debug_option,
+    derivable_stepper_options,
+    end_option,
+    folder_option,
+    initial_option,
+    input_option,
+    json_option,
+    profile_option,
+    scene_options,
+    set_option,
+)
+from eomgen.cli.printing import building, print_json, say
+from eomgen.cli.running import read_scene
+from eomgen.cli.tables import print_table
+
+if TYPE_CHECKING:
+    from eomgen.products.studies import RandomVibration
+
+#: Results of methods in tables, in their order.
+_SHOWN = (
+    "first_order",
+    "second_order",
+    "projected",
+    "hermite",
+    "form",
+    "quadratic",
+    "corrected",
+    "importance_sampling",
+    "monte_carlo",
+)
+
+_option = arguments_of("eomgen.studies:random_vibration")
+
+
+@click.command()
+@scene_options
+@folder_option
+@click.option("--output", required=True, metavar="NAME", help="An output, or a component of it: tip[0].")
+@_option("--threshold", "thresholds", multiple=True, type=float, metavar="Y")
+@_option("--points/--no-points", default=True, show_default=True)
+@_option("--projected", type=float, default=None, metavar="SHARE")
+@_option("--whole/--no-whole", default=True, show_default=True)
+@_option("--monte-carlo", "samples", type=int, metavar="N")
+@_option("--tail-samples", type=int, metavar="N")
+@_option("--hermite", "pairs", type=int, metavar="N")
+@_option("--covariance-at", "times", multiple=True, type=float, metavar="T")
+@_option("--level", "levels", multiple=True, type=float, metavar="Y")
+@_option("--seed", type=int, metavar="N")
+@click.option("--plots/--no-plots", default=True, show_default=True, help="Draw distribution, covariance and modes.")
+@end_option
+@derivable_stepper_options
+@set_option
+@initial_option
+@input_option
+@profile_option
+@json_option
+@debug_option
+def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) -> int:
+    """Find the distribution of an output of a SCENE with random processes at the end of a run.
+
+    Writes random.json, distribution.csv, autocovariance.csv and plots.
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.products.studies import random_vibration  # noqa: PLC0415
+
+    words = ("output", "points", "projected", "whole", "samples", "tail_samples", "pairs", "times", "levels", "seed")
+    own = {name: options.pop(name) for name in words}
+    thresholds = options.pop("thresholds") or None
+    described = read_scene(scene, options)
+    profile = options.pop("profile")
+    with building(described.name):
+        model = pipeline.built_for_run(described, options["method"], profile=profile)
+    end, step = options.pop("t_end"), options.pop("step")
+    given = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
+    found = random_vibration(model, own.pop("output"), end, step, thresholds=thresholds, **own, **given)
+    files = found.save(folder) + (found.plot(folder) if plots else [])
+    if as_json:
+        print_json(found.to_dict() | {"files": [file.name for file in files], "folder": str(folder)})
+    else:
+        _print(found)
+    say(f"{found.message}\nwritten to {folder}: {', '.join(file.name for file in files)}")
+    return 0
+
+
+def _print(found: RandomVibration) -> None:
+    rows = [(name, *(f"{value:.6g}" for value in values)) for name, values in found.moments.items()]
+    title = f"{found.scene}: {found.output}{f' in {found.unit}' if found.unit else ''} at t = {found.t:.6g} s"
+    print_table(
+        title,
+        ("by", "mean", "standard deviation", "skewness", "excess kurtosis"),
+        [(name.replace("_", " "), *cells) for name, *cells in rows],
+        numeric=(1, 2, 3, 4),
+    )
+    kept = [
+        (one.name, one.kind.replace("_", " "), f"{one.variables}", f"{100.0 * one.captured:.4g}")
+        for one in found.processes
+    ]
+    title = "; ".join(["random processes", *found.truncation]).replace(
+        "its variance", f"the variance of {found.output}"
+    )
+    print_table(title, ("process", "kind", "variables", "% of its variance"), kept, numeric=(2, 3))
+    names = [name for name in _SHOWN if name in found.distributions]
+    table, texts = [], told_apart(found.thresholds.tolist())
+    for k in range(len(texts)):
+        cells = []
+        upper = found.distributions[names[min(1, len(names) - 1)]].below[k] > 0.5
+        for name in names:
+            one = found.distributions[name]
+            value = float(one.above[k] if upper else one.below[k])
+            cells.append("-" if math.isnan(value) else f"{value:.4g}")
+        table.append((texts[k], ">" if upper else "<=", *cells))
+    heads = ("threshold", "y is", *(name.replace("_", " ") for name in names))
+    print_table("probabilities", heads, table, numeric=(0, *range(2, len(heads))))
+    if found.autocovariance:
+        order = sorted(range(len(found.times)), key=lambda k: float(found.times[k]))
+        covariances = [
+            (f"{found.times[k]:.6g}", *(f"{values[k]:.6g}" for values in found.autocovariance.values())) for k in order
+        ]
+        heads = ("at t in s", *(name.replace("_", " ") for name in found.autocovariance))
+        title = f"covariance with the output at t = {found.t:.6g} s"
+        print_table(title, heads, covariances, numeric=tuple(range(len(heads))))
+    if found.first_passage:
+        levels = told_apart(list(found.first_passage))
+        passage = [
+            (
+                text,
+                *(f"{values[name]:.4g}" if name in values else "-" for name in ("crossing_rate", "monte_carlo")),
+            )
+            for text, values in zip(levels, found.first_passage.values(), strict=True)
+        ]
+        print_table(
+            "first passage from below", ("level", "rate of crossings", "monte carlo"), passage, numeric=(0, 1, 2)
+        )
+    costs = [
+        (name.replace("_", " "), f"{cost.runs}", f"{cost.adjoints}", f"{cost.tangents}")
+        for name, cost in found.costs.items()
+    ]
+    print_table(
+        "solutions of the equations of motion", ("for", "runs", "adjoint runs", "tangents"), costs, numeric=(1, 2, 3)
+    )

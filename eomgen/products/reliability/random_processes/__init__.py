@@ -1,0 +1,59 @@
+"""Stationary random processes: covariances with their spectra, and their expansions in standard normal variables."""
+
+from eomgen.products.reliability.random_processes.coherence import (
+    Coherence,
+    CoherenceTable,
+    CrossCovariance,
+    ExponentialCoherence,
+    least_eigenvalue,
+)
+from eomgen.products.reliability.random_processes.correlation import nearest_correlation
+from eomgen.products.reliability.random_processes.covariance import (
+    Band,
+    Covariance,
+    CovarianceTable,
+    DampedCosine,
+    Exponential,
+    KanaiTajimi,
+    Oscillator,
+    RoadProfile,
+    SpectrumTable,
+    SquaredExponential,
+)
+from eomgen.products.reliability.random_processes.draws import WAVES, standard_normals
+from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
+from eomgen.products.reliability.random_processes.translation import (
+    BEYOND,
+    quantile_map,
+    translated_correlation,
+    underlying,
+)
+
+__all__ = [
+    "BEYOND",
+    "MOST_MODES",
+    "WAVES",
+    "Band",
+    "Coherence",
+    "CoherenceTable",
+    "Covariance",
+    "CovarianceTable",
+    "CrossCovariance",
+    "DampedCosine",
+    "Expansion",
+    "Exponential",
+    "ExponentialCoherence",
+    "KanaiTajimi",
+    "Oscillator",
+    "RoadProfile",
+    "SpectrumTable",
+    "SquaredExponential",
+    "expand",
+    "expand_jointly",
+    "least_eigenvalue",
+    "nearest_correlation",
+    "quantile_map",
+    "standard_normals",
+    "translated_correlation",
+    "underlying",
+]

@@ -1,0 +1,180 @@
+"""Coherence of processes of one spectrum G: their cross spectra are c(f) G(f), real, c between 0 and 1.
+
+c^2 is the magnitude-squared coherence that is estimated from samples.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.road_classes import FREQUENCY_RANGE
+from eomgen.errors import Problem, UsageError
+from eomgen.products.reliability.random_processes.covariance import Band, Covariance, RoadProfile, SpectrumTable
+from eomgen.solvers.quadrature import gauss_legendre
+
+#: Nodes of a panel of frequencies; most of them in all.
+_NODES, _MOST_NODES = 16, 40_000
+#: Part of the variance that may be left out beyond the last frequency; error of the integral by the same measure.
+_LEFT, _ERROR = 1e-11, 1e-10
+#: Degree of the spline over lags, points of it for the shortest wave, and beyond both ends.
+_DEGREE, _OF_WAVE, _BEYOND = 9, 12, 12
+#: Lags at which the integral is looked at.
+_LAGS = 33
+
+
+class Coherence(Protocol):
+    """c at frequencies from 0 on.
+
+    Attributes
+    ----------
+    edges : frequencies at which c is not smooth
+    """
+
+    @property
+    def edges(self) -> tuple[float, ...]: ...
+
+    def at(self, frequency: Array) -> Array: ...
+
+
+@dataclass(frozen=True)
+class ExponentialCoherence:
+    """c = exp(-decay f): of gusts at two places (Davenport 1961), decay = C distance / speed; of the tracks of a road,
+    decay a length."""
+
+    decay: float
+    edges = ()
+
+    def at(self, frequency: Array) -> Array:
+        return np.asarray(np.exp(-self.decay * frequency))
+
+
+@dataclass(frozen=True, eq=False)
+class CoherenceTable:
+    """c through points (n,), linear between frequencies, held before the first of them, 0 beyond the last."""
+
+    frequencies: Array
+    values: Array
+
+    @property
+    def edges(self) -> tuple[float, ...]:
+        return tuple(float(f) for f in self.frequencies)
+
+    def at(self, frequency: Array) -> Array:
+        return np.interp(frequency, self.frequencies, self.values, right=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class CrossCovariance:
+    """int_0^inf c G cos(2 pi f tau) df up to lags of ``window``: the covariance of two processes whose spectra are G.
+
+    Raises
+    ------
+    UsageError
+        By ``at``: if c G falls too slowly for the integral.
+    """
+
+    covariance: Covariance
+    coherence: Coherence
+    window: float
+    smooth = True
+
+    def at(self, lag: Array) -> Array:
+        return np.asarray(self._spline(np.abs(lag)))
+
+    @cached_property
+    def _spline(self) -> Callable[[Array], Array]:
+        """The integral through so many lags for each of the shortest waves that it is met to rounding."""
+        from scipy.interpolate import make_interp_spline  # noqa: PLC0415  # slow to import; most processes have none
+
+        frequencies, shares = self._rule
+        apart = 1.0 / (_OF_WAVE * frequencies[-1])
+        lags = apart * np.arange(-_BEYOND, math.ceil(self.window / apart) + _BEYOND + 1)
+        found = np.empty(lags.size)
+        for begin in range(0, lags.size, 1024):
+            waves = np.multiply.outer(2.0 * math.pi * lags[begin : begin + 1024], frequencies)
+            found[begin : begin + 1024] = np.cos(waves) @ shares
+        spline: Callable[[Array], Array] = make_interp_spline(lags, found, k=_DEGREE)
+        return spline
+
+    def density(self, frequency: Array) -> Array:
+        return np.asarray(self.coherence.at(frequency) * self.covariance.density(frequency))
+
+    @cached_property
+    def _rule(self) -> tuple[Array, Array]:
+        """Frequencies, and weights times c G."""
+        variance = float(self.covariance.at(np.zeros(1))[0])
+        edges = sorted({edge for edge in (*_edges(self.covariance), *self.coherence.edges) if edge > 0.0})
+        bounded = bool(_edges(self.covariance)) or bool(self.coherence.edges)
+        last = edges[-1] if bounded else self._last(variance)
+        borders = np.array([0.0, *edges] if bounded else [0.0, *edges, last])
+        lags, before, waves = np.linspace(0.0, self.window, _LAGS), np.full(_LAGS, np.inf), 4.0
+        while True:
+            frequencies, weights = _panels(borders, waves / self.window)
+            if len(frequencies) > _MOST_NODES:
+                fault = f"the cross spectrum up to {last:.3g} cycles needs more than {_MOST_NODES} frequencies"
+                raise UsageError(Problem("", fault, "a shorter window, a coherence that falls faster"))
+            shares = weights * self.density(frequencies)
+            found = np.cos(2.0 * math.pi * np.multiply.outer(lags, frequencies)) @ shares
+            if np.max(np.abs(found - before)) <= _ERROR * variance:
+                return frequencies, shares
+            before, waves = found, 0.5 * waves
+
+    def _last(self, variance: float) -> float:
+        """Return the frequency beyond which c G has no part of the variance."""
+        last = 1.0 / self.window
+        while float(self.density(np.array([last]))[0]) * last > _LEFT * variance or last < 4.0 / self.window:
+            last *= 2.0
+            if last * self.window > _MOST_NODES:
+                fault = "the coherence falls too slowly: at high frequencies the processes are one and the same"
+                raise UsageError(Problem("", fault, "a larger decay, or a correlation, the same at all frequencies"))
+        return last
+
+
+def _edges(covariance: Covariance) -> Sequence[float]:
+    """Return the frequencies between which a spectrum has all of its variance and is smooth; none if it has no
+    such."""
+    if isinstance(covariance, Band):
+        return covariance.low, covariance.high
+    if isinstance(covariance, RoadProfile):
+        return FREQUENCY_RANGE
+    if isinstance(covariance, SpectrumTable):
+        return [float(f) for f in covariance.frequencies]
+    return ()
+
+
+def _panels(borders: Array, widest: float) -> tuple[Array, Array]:
+    """Return nodes and weights of Gauss's rule in panels between borders, none wider than a width."""
+    counts = [max(1, math.ceil((end - start) / widest)) for start, end in pairwise(borders)]
+    if sum(counts) * _NODES > _MOST_NODES:
+        return np.zeros(_MOST_NODES + 1), np.zeros(_MOST_NODES + 1)
+    parts = [
+        np.linspace(start, end, count + 1) for start, end, count in zip(borders[:-1], borders[1:], counts, strict=True)
+    ]
+    nodes, weights = gauss_legendre(np.concatenate([*(part[:-1] for part in parts), borders[-1:]]), _NODES)
+    return nodes.ravel(), weights.ravel()
+
+
+def least_eigenvalue(coherences: Sequence[Sequence[Coherence | None]]) -> tuple[float, float]:
+    """Return the least eigenvalue of a matrix of coherences over frequencies, and the frequency at which it is; None
+    stands for none."""
+    known = [one for row in coherences for one in row if one is not None]
+    edges = np.array(sorted({edge for one in known for edge in one.edges}))
+    decays = [one.decay for one in known if isinstance(one, ExponentialCoherence)]
+    spread = np.concatenate([np.geomspace(1e-3, 30.0, 200) / decay for decay in decays]) if decays else np.zeros(0)
+    frequencies = np.concatenate([np.zeros(1), edges, 0.5 * (edges[1:] + edges[:-1]), spread])
+    matrices = np.tile(np.eye(len(coherences)), (len(frequencies), 1, 1))
+    for i, row in enumerate(coherences):
+        for j, one in enumerate(row):
+            if one is not None:
+                matrices[:, i, j] = one.at(frequencies)
+    values = np.linalg.eigvalsh(matrices)[:, 0]
+    worst = int(np.argmin(values))
+    return float(values[worst]), float(frequencies[worst])

@@ -1,0 +1,235 @@
+"""Covariances of stationary random processes, each with its exact power spectral density.
+
+R(tau) is the covariance at the lag tau, G(f) the one-sided density over the frequency f in cycles per unit of the lag:
+R(tau) = int_0^inf G(f) cos(2 pi f tau) df, so R(0), the variance, is the area under G. The lag is a time in s, or a
+distance in m.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.road_classes import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
+from eomgen.formula.curves import Curve
+from eomgen.solvers.quadrature import gauss_legendre
+
+
+class Covariance(Protocol):
+    """A covariance with its power spectral density.
+
+    Attributes
+    ----------
+    smooth : whether R has all derivatives at lag 0; if not, samples of the process have a kink everywhere
+    """
+
+    @property
+    def smooth(self) -> bool: ...
+
+    def at(self, lag: Array) -> Array:
+        """Return R at lags of any sign and shape, in the square of the process's unit."""
+        ...
+
+    def density(self, frequency: Array) -> Array:
+        """Return G at frequencies from 0 on, in cycles per unit of the lag."""
+        ...
+
+
+@dataclass(frozen=True)
+class SquaredExponential:
+    """R = s^2 exp(-tau^2 / (2 l^2)), s ``standard_deviation``, l ``scale``."""
+
+    standard_deviation: float
+    scale: float
+    smooth = True
+
+    def at(self, lag: Array) -> Array:
+        return np.asarray(self.standard_deviation**2 * np.exp(-0.5 * (lag / self.scale) ** 2))
+
+    def density(self, frequency: Array) -> Array:
+        size = 2.0 * math.sqrt(2.0 * math.pi) * self.scale * self.standard_deviation**2
+        return np.asarray(size * np.exp(-2.0 * (math.pi * self.scale * frequency) ** 2))
+
+
+@dataclass(frozen=True)
+class Exponential:
+    """R = s^2 exp(-abs(tau) / l): white noise behind a filter of first order."""
+
+    standard_deviation: float
+    scale: float
+    smooth = False
+
+    def at(self, lag: Array) -> Array:
+        return np.asarray(self.standard_deviation**2 * np.exp(-np.abs(lag) / self.scale))
+
+    def density(self, frequency: Array) -> Array:
+        size = 4.0 * self.scale * self.standard_deviation**2
+        return np.asarray(size / (1.0 + (2.0 * math.pi * self.scale * frequency) ** 2))
+
+
+@dataclass(frozen=True)
+class DampedCosine:
+    """R = s^2 exp(-d abs(tau)) cos(w tau), d ``decay`` per unit of the lag, w ``frequency`` in rad per unit of the
+    lag."""
+
+    standard_deviation: float
+    decay: float
+    frequency: float
+    smooth = False
+
+    def at(self, lag: Array) -> Array:
+        damped = self.standard_deviation**2 * np.exp(-self.decay * np.abs(lag))
+        return np.asarray(damped * np.cos(self.frequency * lag))
+
+    def density(self, frequency: Array) -> Array:
+        w, d = 2.0 * math.pi * frequency, self.decay
+        peaks = sum(d / (d**2 + (w + sign * self.frequency) ** 2) for sign in (-1.0, 1.0))
+        return np.asarray(2.0 * self.standard_deviation**2 * peaks)
+
+
+@dataclass(frozen=True)
+class _Filter(ABC):
+    """White noise behind a filter of second order of natural frequency w0 (rad per unit of the lag), damping ratio z:
+    R = s^2 exp(-z w0 abs(tau)) (cos w tau + c sin w abs(tau)), w = w0 sqrt(1 - z^2)."""
+
+    standard_deviation: float
+    frequency: float
+    damping: float
+    smooth = False
+
+    @property
+    @abstractmethod
+    def of_sine(self) -> float:
+        """c."""
+
+    def at(self, lag: Array) -> Array:
+        lag = np.abs(lag)
+        phase = self.frequency * math.sqrt(1.0 - self.damping**2) * lag
+        damped = self.standard_deviation**2 * np.exp(-self.damping * self.frequency * lag)
+        return np.asarray(damped * (np.cos(phase) + self.of_sine * np.sin(phase)))
+
+
+@dataclass(frozen=True)
+class Oscillator(_Filter):
+    """The deflection of an oscillator under white noise: c = z / sqrt(1 - z^2), and samples have a rate."""
+
+    @property
+    def of_sine(self) -> float:
+        return self.damping / math.sqrt(1.0 - self.damping**2)
+
+    def density(self, frequency: Array) -> Array:
+        ratio = (2.0 * math.pi * frequency / self.frequency) ** 2
+        size = 8.0 * self.damping / self.frequency * self.standard_deviation**2
+        return np.asarray(size / ((1.0 - ratio) ** 2 + 4.0 * self.damping**2 * ratio))
+
+
+@dataclass(frozen=True)
+class KanaiTajimi(_Filter):
+    """The acceleration of soil over shaken rock (Kanai 1957, Tajimi 1960): G ~ (1 + 4 z^2 r^2) / ((1 - r^2)^2 + 4 z^2
+    r^2) with r = w / w0; c = z (1 - 4 z^2) / ((1 + 4 z^2) sqrt(1 - z^2))."""
+
+    @property
+    def of_sine(self) -> float:
+        square = 4.0 * self.damping**2
+        return self.damping * (1.0 - square) / ((1.0 + square) * math.sqrt(1.0 - self.damping**2))
+
+    def density(self, frequency: Array) -> Array:
+        ratio, square = (2.0 * math.pi * frequency / self.frequency) ** 2, 4.0 * self.damping**2
+        size = 8.0 * self.damping / (self.frequency * (1.0 + square)) * self.standard_deviation**2
+        return np.asarray(size * (1.0 + square * ratio) / ((1.0 - ratio) ** 2 + square * ratio))
+
+
+@dataclass(frozen=True)
+class Band:
+    """White noise between two frequencies, cycles per unit of the lag."""
+
+    standard_deviation: float
+    low: float
+    high: float
+    smooth = True
+
+    def at(self, lag: Array) -> Array:
+        middle, width = 0.5 * (self.low + self.high), self.high - self.low
+        return np.asarray(self.standard_deviation**2 * np.cos(2.0 * math.pi * middle * lag) * np.sinc(width * lag))
+
+    def density(self, frequency: Array) -> Array:
+        inside = (frequency >= self.low) & (frequency <= self.high)
+        return np.where(inside, self.standard_deviation**2 / (self.high - self.low), 0.0)
+
+
+@dataclass(frozen=True)
+class RoadProfile:
+    """The elevation of a road of a class of ISO 8608:2016 over distance, between 0.011 and 2.83 cycles/m: G(n) = G(n0)
+    (n / n0)^-2."""
+
+    road_class: str
+    smooth = True
+
+    def at(self, lag: Array) -> Array:
+        from scipy.special import sici  # noqa: PLC0415 - most processes need none
+
+        scale = ROUGHNESS[self.road_class] * REFERENCE_FREQUENCY**2
+        wave = 2.0 * math.pi * np.abs(lag)
+
+        def below(n: float) -> Array:  # int cos(wave n) / n^2 dn
+            return np.asarray(-np.cos(wave * n) / n - wave * sici(wave * n)[0])
+
+        low, high = FREQUENCY_RANGE
+        return np.asarray(scale * (below(high) - below(low)))
+
+    def density(self, frequency: Array) -> Array:
+        low, high = FREQUENCY_RANGE
+        inside = (frequency >= low) & (frequency <= high)
+        n = np.where(inside, frequency, 1.0)
+        return np.where(inside, ROUGHNESS[self.road_class] * (REFERENCE_FREQUENCY / n) ** 2, 0.0)
+
+
+@dataclass(frozen=True)
+class CovarianceTable:
+    """R through points, a spline over lags from 0 on; 0 beyond the last of them."""
+
+    curve: Curve
+    smooth = False
+
+    def at(self, lag: Array) -> Array:
+        inside = np.abs(lag) <= self.curve.end
+        return np.where(inside, self.curve(np.where(inside, np.abs(lag), 0.0)), 0.0)
+
+    def density(self, frequency: Array) -> Array:
+        """Return 4 int_0^L R cos(2 pi f tau) d tau, L the last lag, by Gauss's rule on each piece."""
+        breaks = self.curve.breaks
+        waves = float(np.max(frequency, initial=0.0)) * float(np.max(np.diff(breaks)))
+        lag, weight = gauss_legendre(np.asarray(breaks), 8 + math.ceil(4.0 * waves))
+        share = np.asarray(4.0 * weight * self.at(lag)).ravel()
+        return np.asarray(np.cos(2.0 * math.pi * np.multiply.outer(frequency, lag.ravel())) @ share)
+
+
+@dataclass(frozen=True, eq=False)
+class SpectrumTable:
+    """G through points (n,), linear between frequencies, 0 outside of them."""
+
+    frequencies: Array
+    densities: Array
+    smooth = True
+
+    def at(self, lag: Array) -> Array:
+        """Return the exact integral of each linear piece."""
+        f, G = self.frequencies, self.densities
+        middle, half = 0.5 * (f[1:] + f[:-1]), 0.5 * np.diff(f)
+        mean, rise = 0.5 * (G[1:] + G[:-1]), 0.5 * np.diff(G)
+        wave = 2.0 * math.pi * np.abs(np.asarray(lag))[..., np.newaxis]
+        x = wave * half
+        # int_-1^1 u sin(x u) du / 2, by its series if the closed form cancels
+        small = np.abs(x) < 0.1
+        safe = np.where(small, 1.0, x)
+        odd = np.where(small, x / 3.0 - x**3 / 30.0 + x**5 / 840.0, (np.sin(safe) - safe * np.cos(safe)) / safe**2)
+        parts = 2.0 * half * (mean * np.sinc(x / math.pi) * np.cos(wave * middle) - rise * odd * np.sin(wave * middle))
+        return np.asarray(parts.sum(axis=-1))
+
+    def density(self, frequency: Array) -> Array:
+        return np.interp(frequency, self.frequencies, self.densities, left=0.0, right=0.0)

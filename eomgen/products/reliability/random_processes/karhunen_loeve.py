@@ -1,0 +1,356 @@
+"""Karhunen-Loeve expansion of a stationary process on a window [0, T]: g(t) = sum sqrt(lambda_i) phi_i(t) z_i.
+
+The z_i are independent standard normal variables, lambda_i and phi_i the eigenvalues and orthonormal eigenfunctions of
+int_0^T R(t - s) phi(s) ds = lambda phi(t), the largest first. Of all expansions in as many variables this one has the
+largest part of the variance: the sum of its lambda_i over R(0) T.
+
+Nystrom's method with Gauss-Legendre nodes on equal panels gives them. If R has a kink at lag 0 the integrand has one
+at s = t; there the kernel is integrated on both sides of t against Lagrange's polynomials of the panel, so the
+eigenvalues converge as fast as with smooth kernels. R is the same from both ends of the window, so every phi_i is
+even or odd about its middle, and the two kinds are found apart: eigenvalues that lie side by side are of different
+kinds, and do not mix. Of R = s^2 exp(-abs(tau)/l) they are known in closed form (Ghanem and Spanos 1991).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.products.reliability.random_processes.covariance import Covariance, CovarianceTable, Exponential
+from eomgen.solvers.quadrature import gauss_legendre
+
+#: Most modes: each is a table, and a variable. Loading grows with the cube of their number (9 s of processor time for
+#: 659); a step grows in proportion.
+MOST_MODES = 1024
+#: Nodes of a panel.
+_NODES = 16
+#: Most nodes of the window.
+_MOST_NODES = 4096
+#: So many nodes for each of the most modes tell whether more are needed.
+_ENOUGH = 4
+#: Frequencies of a spectrum, by the window's own, and their number; part of the variance that these have to hold, and
+#: modes, in part and in number, by which a spectrum may be off.
+_LOWEST, _HIGHEST, _FREQUENCIES = 1e-3, 1e15, 40_000
+_HELD, _MARGIN, _FEW_MODES = 0.9, 0.1, 8
+#: The least share that is suggested.
+_USEFUL = 0.05
+#: Change of an eigenvalue by twice as many panels, measured by the largest, by which it is taken as found.
+_CONVERGED = 1e-10
+#: The same of several processes together, whose tables of modes are no closer.
+_CONVERGED_JOINTLY = 1e-7
+#: The same after which a window at the largest number of nodes is refused.
+_DOUBTFUL = 1e-5
+#: A negative eigenvalue below this part of the largest is rounding, or the error of a spline through a table.
+_NEGATIVE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """The first modes of a process on a window.
+
+    Attributes
+    ----------
+    duration : T, s or m
+    eigenvalues : (n,), the largest first
+    total : R(0) T, the sum of all eigenvalues; of joint processes, over all of them
+    function : returns all phi_i (n, m) at times (m,) in the window
+    shares : int phi_i^2 dt, (n,): share of each mode in one of several processes, 1 in one alone
+    repaired : by how much of its norm the covariance was changed, so that it is positive
+    """
+
+    duration: float
+    eigenvalues: Array
+    total: float
+    function: Callable[[Array], Array]
+    shares: Array | float = 1.0
+    repaired: float = 0.0
+
+    @property
+    def captured(self) -> Array:
+        """Part of the variance in the first mode, in the first two, ...: (n,)."""
+        return np.asarray(np.cumsum(self.eigenvalues) / self.total)
+
+    def modes(self, times: Array) -> Array:
+        """Return sqrt(lambda_i) phi_i at times (m,): (n, m)."""
+        return np.asarray(np.sqrt(self.eigenvalues)[:, np.newaxis] * self.function(times))
+
+
+def expand(
+    covariance: Covariance,
+    duration: float,
+    *,
+    share: float | None = None,
+    modes: int | None = None,
+    repair: bool = False,
+) -> Expansion:
+    """Return the modes that have a share of the variance, or as many as are asked for.
+
+    ``repair``: a covariance with negative eigenvalues is replaced by the nearest positive one on the window, that
+    without them.
+
+    Raises
+    ------
+    UsageError
+        Neither a share nor a number; a covariance with a negative eigenvalue; a share that the modes cannot have; more
+        modes than there are.
+    """
+    if (
+        modes is None and share is not None and not isinstance(covariance, CovarianceTable)
+    ):  # it integrates its spectrum
+        _refuse_far(covariance, duration, share)
+    if isinstance(covariance, Exponential):
+        return _chosen(_closed_form(covariance, duration), share, modes)
+    return _converged([[covariance]], duration, share, modes, repair)[0]
+
+
+def expand_jointly(
+    covariances: Sequence[Sequence[Covariance]],
+    duration: float,
+    *,
+    share: float | None = None,
+    modes: int | None = None,
+    repair: bool = False,
+) -> list[Expansion]:
+    """Return the modes of processes with a matrix of covariances and cross covariances, for each process.
+
+    All have the same variables: g_p(t) = sum sqrt(lambda_i) phi_pi(t) z_i, the phi_i orthonormal over all processes
+    together, so eigenvalues, total and share belong to all of them.
+
+    Raises
+    ------
+    UsageError
+        As of ``expand``.
+    """
+    return _converged(covariances, duration, share, modes, repair)
+
+
+def _converged(
+    covariances: Sequence[Sequence[Covariance]], duration: float, share: float | None, modes: int | None, repair: bool
+) -> list[Expansion]:
+    """Return the expansion of each process, with as many panels as it takes."""
+    count, panels, before = len(covariances), 2, np.zeros(0)
+
+    def of_each(found: Expansion) -> list[Expansion]:
+        function, total, values = found.function, found.total, found.eigenvalues
+        if count == 1:
+            return [Expansion(duration, values, total, lambda t: function(t)[:, 0], repaired=found.repaired)]
+        edges = np.linspace(0.0, duration, panels + 1)
+        nodes, weights = gauss_legendre(edges, _NODES + 1)  # none of these is one of the modes' nodes
+        shares = function(nodes.ravel()) ** 2 @ weights.ravel()
+
+        def one(own: int) -> Expansion:
+            return Expansion(duration, values, total, lambda t: function(t)[:, own], shares[:, own], found.repaired)
+
+        return [one(own) for own in range(count)]
+
+    while True:
+        resolved, refused = np.zeros(0), None
+        try:
+            found = _nystrom(covariances, duration, panels, repair)
+            resolved = found.eigenvalues
+            chosen = _chosen(found, share, modes)
+            values = chosen.eigenvalues
+            change = math.inf
+            if len(values) <= len(before):
+                change = float(np.max(np.abs(values - before[: len(values)]))) / values[0]
+            if change <= (_CONVERGED if count == 1 else _CONVERGED_JOINTLY):
+                return of_each(chosen)
+        except UsageError as error:
+            if panels * _NODES >= _ENOUGH * MOST_MODES:
+                raise
+            change, refused = math.inf, error
+        if 2 * panels * _NODES * count > _MOST_NODES:
+            if refused is not None:
+                raise refused
+            if change <= _DOUBTFUL:
+                return of_each(chosen)
+            fault = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes"
+            raise UsageError(Problem("", fault, "a shorter window, a longer correlation"))
+        panels, before = 2 * panels, resolved
+
+
+def _refuse_far(covariance: Covariance, duration: float, share: float) -> None:
+    """Raise UsageError for a share that needs far more modes than there may be, without looking for them.
+
+    In long windows eigenvalues are G(f) / 2 at frequencies 1 / (2 T) apart, so n modes have the largest part of the
+    spectrum on n / (2 T) of frequencies; Nystrom's nodes do not resolve correlations that are as short.
+
+    References
+    ----------
+    Grenander, Szegoe: Toeplitz Forms and Their Applications (1958), 8.6.
+    """
+    edges = np.concatenate([[0.0], np.geomspace(_LOWEST, _HIGHEST, _FREQUENCIES) / duration])
+    widths = np.diff(edges)
+    density = covariance.density(0.5 * (edges[1:] + edges[:-1]))
+    variance = float(covariance.at(np.zeros(1))[0])
+    if not float(density @ widths) > _HELD * variance:
+        return
+
+    def captured(modes: float) -> float:
+        order = np.argsort(-density, kind="stable")
+        room = np.cumsum(widths[order])
+        taken = np.clip(0.5 * modes / duration - (room - widths[order]), 0.0, widths[order])
+        return float(density[order] @ taken) / variance
+
+    if captured((1.0 + _MARGIN) * MOST_MODES + _FEW_MODES) < share:
+        raise UsageError(_too_many(share, MOST_MODES, captured(MOST_MODES)))
+
+
+def _too_many(share: float, modes: int, has: float) -> Problem:
+    fault = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {modes} have {has:.4g}"
+    least = math.floor(has * 1e4) / 1e4
+    hint = f"share = {least:g}, or a shorter window" if least >= _USEFUL else "a shorter window, a longer correlation"
+    return Problem("", fault, hint)
+
+
+def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansion:
+    """Return the first modes of an expansion: as many as are asked for, or as have the share."""
+    if modes is None:
+        if share is None:
+            raise UsageError(
+                Problem("", "neither a share of the variance nor a number of modes is given", "share = 0.99")
+            )
+        reached = np.flatnonzero(found.captured >= share)
+        count = int(reached[0]) + 1 if len(reached) else math.inf
+        if count > MOST_MODES:
+            most = min(MOST_MODES, len(found.eigenvalues))
+            raise UsageError(_too_many(share, most, float(found.captured[most - 1])))
+        modes = int(count)
+    if modes > MOST_MODES:
+        raise UsageError(Problem("", f"{modes} modes are asked for, and {MOST_MODES} are the most", "fewer modes"))
+    if modes > len(found.eigenvalues):
+        fault = (
+            f"the process has {len(found.eigenvalues)} modes in this window beyond rounding, and {modes} are asked for"
+        )
+        raise UsageError(Problem("", fault, "fewer modes, or a share"))
+    function = found.function
+    values = found.eigenvalues[:modes]
+    return Expansion(found.duration, values, found.total, lambda t: function(t)[:modes], repaired=found.repaired)
+
+
+def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panels: int, repair: bool) -> Expansion:
+    """Return all modes of processes that an even number of panels resolves beyond rounding; the function has a row for
+    each process, (n, processes, m)."""
+    width, count = duration / panels, len(covariances)
+    own, own_weights = (rule[0] for rule in gauss_legendre(np.array([0.0, width]), _NODES))
+    starts = width * np.arange(panels)
+    root = np.sqrt(np.tile(own_weights, panels))
+    half = panels * _NODES // 2
+    near, far = (np.empty((count, half, count, half)) for _ in range(2))
+    for i, row in enumerate(covariances):
+        for j, covariance in enumerate(row[: i + 1]):
+            kernel = _kernel(covariance, width, own, own_weights, panels)
+            near[i, :, j] = near[j, :, i] = kernel[:, :half]
+            far[i, :, j] = far[j, :, i] = kernel[:, half:][:, ::-1]
+    first, second = (part.reshape(count * half, count * half) for part in (near, far))
+    total = sum(float(covariances[k][k].at(np.zeros(1))[0]) for k in range(count)) * duration
+    values, vectors = [], []
+    for sign in (1.0, -1.0):
+        value, found = np.linalg.eigh(first + sign * second)
+        ahead = found.reshape(count, half, -1)
+        values.append(value)
+        vectors.append(np.concatenate([ahead, sign * ahead[:, ::-1]], axis=1) / math.sqrt(2.0))
+    every, vector = np.concatenate(values), np.concatenate(vectors, axis=2)
+    order = np.argsort(-every, kind="stable")
+    every, vector = every[order], vector[:, :, order]
+    removed = 0.0
+    if every[-1] < -_NEGATIVE * every[0]:
+        part, removed = every[-1] / every[0], float(np.linalg.norm(every[every < 0.0]) / np.linalg.norm(every))
+        if not repair:
+            fault = (
+                f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the largest;"
+            )
+            fault += f" the nearest positive one differs from it by {removed:.2g} of its norm"
+            hint = "a covariance that some process has: its spectrum is nowhere negative; or covariance_repair = "
+            raise UsageError(Problem("", fault, f'{hint}"nearest"'))
+        total = float(np.sum(every[every > 0.0]))
+    kept = min(int(np.sum(every > 1e-13 * every[0])), MOST_MODES)
+    shape = vector[:, :, :kept] / root[:, np.newaxis]
+    shape *= np.where(shape[0, 0] < 0.0, -1.0, 1.0)
+
+    def function(at: Array) -> Array:
+        panel = np.clip((at / width).astype(int), 0, panels - 1)
+        result = np.empty((kept, count, len(at)))
+        for index in np.unique(panel):
+            here = panel == index
+            places = slice(index * _NODES, (index + 1) * _NODES)
+            result[:, :, here] = (_lagrange(own, at[here] - starts[index]) @ shape[:, places]).transpose(2, 0, 1)
+        return result
+
+    return Expansion(duration, every[:kept], total, function, repaired=removed)
+
+
+def _kernel(covariance: Covariance, width: float, own: Array, own_weights: Array, panels: int) -> Array:
+    """Return a covariance between the nodes of the first half of the window and all of them, (half, nodes), times the
+    roots of their weights."""
+    # the kernel of two panels depends on how far they are apart
+    offset = width * np.arange(1 - panels // 2, panels)[:, np.newaxis, np.newaxis]
+    apart = covariance.at(own[:, np.newaxis] - own - offset)
+    ratio = np.sqrt(own_weights)
+    apart = apart * ratio[:, np.newaxis] * ratio
+    if not covariance.smooth:
+        block = _across_the_kink(covariance, width, own) * ratio[:, np.newaxis] / ratio
+        apart[panels // 2 - 1] = 0.5 * (block + block.T)
+    which = np.arange(panels) - np.arange(panels // 2)[:, np.newaxis] + panels // 2 - 1
+    half = panels * len(own) // 2
+    return np.asarray(apart[which].transpose(0, 2, 1, 3).reshape(half, 2 * half))
+
+
+def _across_the_kink(covariance: Covariance, width: float, own: Array) -> Array:
+    """Return int_0^width R(t_i - s) L_j(s) ds, (nodes, nodes), L_j Lagrange's polynomials of a panel's nodes."""
+    rows = []
+    for time in own:
+        row = np.zeros(len(own))
+        for s, weight in zip(*gauss_legendre(np.array([0.0, time, width]), 2 * _NODES), strict=True):
+            row += (weight * covariance.at(time - s)) @ _lagrange(own, s)
+        rows.append(row)
+    return np.array(rows)
+
+
+def _lagrange(nodes: Array, at: Array) -> Array:
+    """Return Lagrange's polynomials of nodes (n,) at places (m,): (m, n), by the barycentric formula."""
+    scale = nodes[-1] - nodes[0]
+    apart = (nodes[:, np.newaxis] - nodes) / scale
+    np.fill_diagonal(apart, 1.0)
+    weights = 1.0 / apart.prod(axis=1)
+    distance = (at[:, np.newaxis] - nodes) / scale
+    row, column = np.nonzero(distance == 0.0)
+    distance[row] = 1.0
+    terms = weights / distance
+    result = terms / terms.sum(axis=1, keepdims=True)
+    result[row] = 0.0
+    result[row, column] = 1.0
+    return np.asarray(result)
+
+
+def _closed_form(covariance: Exponential, duration: float) -> Expansion:
+    """Return the modes of the exponential covariance: cosines and sines about the middle of the window."""
+    half, rate = 0.5 * duration, 1.0 / covariance.scale
+    k = np.arange(MOST_MODES)
+    # x = w half: the even ones solve x tan x = rate half in (k pi, k pi + pi/2), the odd ones -x cot x = rate half in
+    # (k pi + pi/2, k pi + pi): both are x = k pi/2 + atan(rate half / x) with the next quarter for each mode
+    base = 0.5 * math.pi * k
+    low, high = base, base + 0.5 * math.pi
+    for _ in range(200):
+        x = 0.5 * (low + high)
+        above = (x - base) > np.arctan2(rate * half, x)
+        low, high = np.where(above, low, x), np.where(above, x, high)
+    x = 0.5 * (low + high)
+    frequency = x / half
+    variance = covariance.standard_deviation**2
+    values = variance * 2.0 * rate / (frequency**2 + rate**2)
+    even = k % 2 == 0
+    norms = np.sqrt(half + np.where(even, 1.0, -1.0) * np.sin(2.0 * x) / (2.0 * frequency))
+
+    def function(at: Array) -> Array:
+        phase = np.multiply.outer(frequency, at - half)
+        shape = np.where(even[:, np.newaxis], np.cos(phase), np.sin(phase)) / norms[:, np.newaxis]
+        first = np.where(even, np.cos(x), -np.sin(x))
+        return np.asarray(shape * np.where(first < 0.0, -1.0, 1.0)[:, np.newaxis])
+
+    return Expansion(duration, values, variance * duration, function)

@@ -1,0 +1,171 @@
+"""Reading of the covariance of a random process: its type, and the keys of the type."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.formula.curves import Curve
+from eomgen.products.reliability.random_processes import (
+    Band,
+    Covariance,
+    CovarianceTable,
+    DampedCosine,
+    Exponential,
+    KanaiTajimi,
+    Oscillator,
+    RoadProfile,
+    SpectrumTable,
+    SquaredExponential,
+)
+from eomgen.products.reliability.section import schema as written
+from eomgen.scene.reading.values import Values
+from eomgen.scene.signals.curves import Curves
+from eomgen.scene.signals.schema import Shape
+
+
+@dataclass(frozen=True)
+class _Type:
+    """Keys of a type of process.
+
+    Attributes
+    ----------
+    over_time, over_distance : its keys over time, over distance; None if the type is not defined over it
+    made : returns the covariance, given the values of the keys and the standard deviation
+    deviation : whether the standard deviation is given
+    """
+
+    over_time: tuple[str, ...] | None
+    over_distance: tuple[str, ...] | None
+    made: Callable[..., Covariance]
+    deviation: bool = True
+
+
+_TABLE = ("points",)
+TYPES: dict[str, _Type] = {
+    "squared_exponential": _Type(("correlation_time",), ("correlation_length",), SquaredExponential),
+    "exponential": _Type(("correlation_time",), ("correlation_length",), Exponential),
+    "damped_cosine": _Type(("decay", "frequency"), None, DampedCosine),
+    "oscillator": _Type(("frequency", "damping"), None, Oscillator),
+    "kanai_tajimi": _Type(("frequency", "damping"), None, KanaiTajimi),
+    "band": _Type(("band",), None, lambda s, ends: Band(s, *ends)),
+    "road": _Type(None, ("road_class",), RoadProfile, deviation=False),
+    "covariance": _Type(_TABLE, _TABLE, CovarianceTable, deviation=False),
+    "spectrum": _Type(_TABLE, _TABLE, lambda curve: SpectrumTable(curve.x, curve.y), deviation=False),
+}
+#: Keys that some types take, as they are written.
+_KEYS = {
+    **dict.fromkeys(("correlation_time", "correlation_length", "decay", "frequency", "damping", "band")),
+    "road_class": "class",
+    "points": "points or table",
+}
+
+
+class Covariances:
+    """Reads covariances and reports their faults.
+
+    Parameters
+    ----------
+    values : Values
+    curves : Curves
+        Reads points and tables.
+    """
+
+    def __init__(self, values: Values, curves: Curves) -> None:
+        self.values = values
+        self.report = values.report
+        self.curves = curves
+
+    def read(self, key: str, name: str, entry: written.RandomProcess, kind: str) -> Covariance | None:
+        """Return the covariance of an entry of a type; None for a fault, which is reported."""
+        row = TYPES[kind]
+        over, other = ("time", "distance") if entry.speed is None else ("distance", "time")
+        wanted = row.over_time if entry.speed is None else row.over_distance
+        if wanted is None:
+            self.report.add(
+                f"{key}.type", f"{kind} is a process over {other}", "speed = 20" if over == "time" else "no speed"
+            )
+            return None
+        given = {word: getattr(entry, word) for word in _KEYS}
+        if entry.table is not None:
+            given["points"] = entry.points or ()
+        missing = [_KEYS[word] or word for word in wanted if given[word] is None]
+        if missing:
+            self.report.add(
+                key, f"{kind} over {over} needs {' and '.join(missing)}", f"{missing[0].partition(' ')[0]} = ..."
+            )
+        for word, value in given.items():
+            if value is not None and word not in wanted and not missing:
+                written_as = _KEYS[word] or word
+                fault = f"{kind} over {over} takes no {written_as}"
+                self.report.add(f"{key}.{written_as.partition(' ')[0]}", fault, " and ".join(wanted))
+        deviation = []
+        if row.deviation:
+            written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
+            value = self.values.constant(f"{key}.standard_deviation", written_value)
+            if not value > 0.0:
+                fault = f"the standard deviation {value:.6g} is not positive"
+                self.report.add(f"{key}.standard_deviation", fault, "standard_deviation = 1")
+            deviation = [value]
+        elif entry.standard_deviation is not None:
+            fault = f"{kind} says the variance itself, and takes no standard deviation"
+            self.report.add(f"{key}.standard_deviation", fault, "without it")
+        if missing:
+            return None
+        before = len(self.report.noted)
+        arguments = [self._argument(key, name, entry, word) for word in wanted]
+        unknown = len(self.report.noted) > before or any(one is None for one in arguments)
+        return None if unknown else row.made(*deviation, *arguments)
+
+    def _argument(self, key: str, name: str, entry: written.RandomProcess, word: str) -> object:
+        """Return the value of a key of a covariance."""
+        if word == "road_class":
+            return entry.road_class
+        if word == "points":
+            return self._points(key, name, entry)
+        place, value = f"{key}.{word}", getattr(entry, word)
+        if word == "band":
+            low, high = self.values.constants(place, value)
+            if not 0.0 <= low < high:
+                fault = f"the band from {low:.6g} to {high:.6g} Hz is none"
+                self.report.add(place, fault, 'band = ["0.5 Hz", "20 Hz"]')
+            return low, high
+        number = self.values.constant(place, value)
+        if np.isnan(number):  # reported by its reader
+            return None
+        if not number > 0.0:
+            self.report.add(place, f"{word.replace('_', ' ')} {number:.6g} is not positive", f"{word} = 1")
+        elif word == "damping" and not number < 1.0:
+            self.report.add(place, f"the damping ratio {number:.6g} is not below 1", "damping = 0.6")
+        return number
+
+    def _points(self, key: str, name: str, entry: written.RandomProcess) -> Curve:
+        """Return the points of a covariance or a spectrum; faults are reported."""
+        spectrum = entry.type == "spectrum"
+        shape = (
+            Shape(points=entry.points, table=entry.table, interpolation="linear", outside="hold")
+            if spectrum
+            else Shape(points=entry.points, table=entry.table, interpolation="quintic", outside="error")
+        )
+        before = len(self.report.noted)
+        curve = self.curves.through_points(key, name, shape)
+        if len(self.report.noted) > before or self.report.concerns(key):
+            return curve
+        place = f"{key}.{'points' if entry.points is not None else 'table'}"
+        if curve.start < 0.0:
+            fault = f"the first {'frequency' if spectrum else 'lag'} {curve.start:.6g} is negative"
+            self.report.add(place, fault, "the half from 0 on: the other is the same")
+        elif curve.start > 0.0 and not spectrum:
+            fault = f"the first lag is {curve.start:.6g}, so the variance is not known"
+            self.report.add(place, fault, "a first point at lag 0")
+        elif not spectrum and not curve.y[0] > 0.0:
+            self.report.add(place, f"the variance {curve.y[0]:.6g}, at lag 0, is not positive", "a larger one")
+        if spectrum and np.any(curve.y < 0.0):
+            worst = int(np.argmin(curve.y))
+            fault = f"the density {curve.y[worst]:.6g} at {curve.x[worst]:.6g} is negative"
+            self.report.add(place, fault, "a one-sided power spectral density")
+        elif spectrum and not np.any(curve.y > 0.0):
+            self.report.add(place, "the spectrum is zero everywhere", "a positive density somewhere")
+        return curve

@@ -1,0 +1,348 @@
+"""Reading of random processes: groups that go together, and their modes on the window."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from eomgen.base.random_roads import FASTEST
+from eomgen.base.text import key_of
+from eomgen.errors import UsageError
+from eomgen.products.reliability.random_processes import Coherence, expand, expand_jointly, nearest_correlation
+from eomgen.products.reliability.section import schema as written
+from eomgen.products.reliability.section.coherence import Coherences, crossed
+from eomgen.products.reliability.section.covariances import Covariances
+from eomgen.products.reliability.section.mode_tables import mode_tables
+from eomgen.products.reliability.section.process_inputs import input_of, variables_as_parameters
+from eomgen.products.reliability.section.translations import Translations
+from eomgen.scene.reading.report import check_reference
+from eomgen.scene.reading.values import Values
+from eomgen.scene.signals.curves import Curves
+from eomgen.system.random_processes import RandomProcess, variables_of
+from eomgen.system.signals import Input, Parameter
+
+#: An eigenvalue of a correlation matrix up to which it is taken for singular.
+_SINGULAR = 1e-12
+
+
+class Processes:
+    """Reads random processes and reports their faults.
+
+    Parameters
+    ----------
+    values : Values
+    curves : Curves
+        Reads points and tables.
+    duration : of runs, s: of windows that do not say theirs
+    """
+
+    def __init__(self, values: Values, curves: Curves, duration: float) -> None:
+        self.values = values
+        self.report = values.report
+        self.duration = duration
+        self._covariances, self._translations = Covariances(values, curves), Translations(values)
+
+    def read(self, entries: Mapping[str, written.RandomProcess]) -> tuple[list[Input], list[Parameter]]:
+        """Return processes as inputs, and the variables of processes that follow no other; faults are reported."""
+        lags = {name: lag for name, entry in entries.items() if (lag := self._lag(name, entry, entries)) is not None}
+        first_of = {name: self._first(name, entry, entries) for name, entry in entries.items() if name in lags}
+        result: dict[str, Input] = {}
+        variables: list[Parameter] = []
+        for name in entries:
+            if first_of.get(name) == name:
+                group = [other for other, first in first_of.items() if first == name and entries[other].follows is None]
+                behind = [lag for other, lag in lags.items() if entries[other].follows in group]
+                ends = max(behind, default=0.0), min(behind, default=0.0)
+                for process in self._grouped([name, *(one for one in group if one != name)], entries, ends):
+                    variables += variables_as_parameters(process)
+                    result[process.name] = input_of(process, entries[process.name])
+        for name, entry in entries.items():
+            leader = result.get(entry.follows or "")
+            if leader is not None and leader.random is not None and name in lags:
+                process = replace(
+                    leader.random,
+                    name=name,
+                    lag=lags[name],
+                    follows=leader.name,
+                    translation=self._translations.read(name, entry),
+                )
+                self._translations.check(process)
+                result[name] = input_of(process, entry)
+        return [result[name] for name in entries if name in result], variables
+
+    def _first(
+        self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
+    ) -> str | None:
+        """Return the process whose covariance a process has: itself, or the one it is correlated with; None if it is
+        unknown, which is reported, and for a process that follows another."""
+        key = key_of("random", name)
+        if entry.follows is not None:
+            return None
+        if entry.correlation is None and entry.coherence is None:
+            return name
+        if entry.correlation is not None and entry.coherence is not None:
+            fault = "both correlation and coherence say how it goes with others"
+            self.report.add(f"{key}.coherence", fault, "one of them")
+            return None
+        how, with_others = ("correlation", "correlated") if entry.coherence is None else ("coherence", "coherent")
+        others = list(entry.correlation or entry.coherence or {})
+        for other in others:
+            if other == name:
+                self.report.add(f"{key}.{how}", f"it is {with_others} with itself", f"{how} with another process")
+                return None
+            if not check_reference(f"{key}.{how}", other, entries, "random process", self.report):
+                return None
+
+        def leads(one: written.RandomProcess) -> bool:
+            return one.correlation is None and one.coherence is None and one.follows is None
+
+        own = [other for other in others if leads(entries[other])]
+        if len(own) != 1 or name in others or any(entries[other].follows is not None for other in others):
+            fault = "it names one process with a type of its own, and besides only processes that are"
+            fault += f" {with_others} with it"
+            self.report.add(f"{key}.{how}", fault, "one of them with a type")
+            return None
+        for word in written.SHARED if entry.coherence is None else (*written.SHARED, "seed"):
+            if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
+                self.report.add(
+                    f"{key}.{word}", f"{word} is that of {own[0]}, with which it is {with_others}", "without it"
+                )
+                return None
+        return own[0]
+
+    def _grouped(
+        self, names: Sequence[str], entries: Mapping[str, written.RandomProcess], lag: tuple[float, float]
+    ) -> list[RandomProcess]:
+        """Return the first process and all correlated or coherent with it; empty for a fault."""
+        first, others = names[0], names[1:]
+        coherences = None
+        if any(entries[name].coherence is not None for name in others):
+            mixed = [name for name in others if entries[name].coherence is None]
+            if mixed:
+                fault = f"it is correlated with {first}, with which others are coherent"
+                self.report.add(f"{key_of('random', mixed[0])}.correlation", fault, "coherence for all of them")
+                return []
+            coherences = Coherences(self.values).read(names, entries)
+            if coherences is None:
+                return []
+        made = self._leader(first, entries[first], *lag, coherences)
+        if not made:
+            return []
+        if coherences is None:
+            return self._group(made[0], names, entries)
+        return [
+            made[0],
+            *(self._coherent(made[0], one, name, entries[name]) for one, name in zip(made[1:], others, strict=True)),
+        ]
+
+    def _coherent(
+        self, first: RandomProcess, own: RandomProcess, name: str, entry: written.RandomProcess
+    ) -> RandomProcess:
+        """Return a process with the variables of the first of its group, and modes of its own."""
+        scale = self._scale(first, name, entry)
+        process = replace(
+            own,
+            name=name,
+            mean=self.values.constant(f"{key_of('random', name)}.mean", entry.mean),
+            weights=(scale,) * len(own.modes),
+            eigenvalues=tuple(scale**2 * value for value in own.eigenvalues),
+            total=scale**2 * own.total,
+            translation=self._translations.read(name, entry),
+            coherent_with=tuple(entry.coherence or {}),
+        )
+        self._translations.check(process)
+        return process
+
+    def _scale(self, first: RandomProcess, name: str, entry: written.RandomProcess) -> float:
+        """Return the standard deviation of a process relative to the first process of its group."""
+        if entry.standard_deviation is None:
+            return 1.0
+        key = f"{key_of('random', name)}.standard_deviation"
+        scale = self.values.constant(key, entry.standard_deviation) / first.standard_deviation
+        if not scale > 0.0:
+            self.report.add(key, "the standard deviation is not positive", "standard_deviation = 1")
+        return scale
+
+    def _group(
+        self, first: RandomProcess, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
+    ) -> list[RandomProcess]:
+        """Return a process and all correlated with it: sums of the variables of all, by Cholesky's factor of their
+        correlation matrix."""
+        if len(names) == 1:
+            return [first]
+        matrix = np.eye(len(names))
+        for i, name in enumerate(names):
+            for other, value in (entries[name].correlation or {}).items():
+                j = names.index(other) if other in names else i
+                key = f"{key_of('random', name)}.correlation"
+                if i != j and matrix[i, j] not in (0.0, value):
+                    fault = f"its correlation with {other} is {value:.6g} here and {matrix[i, j]:.6g} there"
+                    self.report.add(key, fault, "one of them")
+                    return [first]
+                matrix[i, j] = matrix[j, i] = value if i != j else 1.0
+        least = float(np.linalg.eigvalsh(matrix)[0])
+        if least <= _SINGULAR:
+            fault = f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is"
+            nearest = nearest_correlation(matrix)
+            away = float(np.linalg.norm(nearest - matrix))
+            key = f"{key_of('random', names[-1])}.correlation"
+            if entries[first.name].covariance_repair is None:
+                hint = "coefficients closer to 0, follows for one that is the same, or covariance_repair = "
+                fault += f" {least:.3g}, not positive; the nearest ones that some have are {away:.2g} away"
+                self.report.add(key, fault, f'{hint}"nearest" of {first.name}')
+                return [first]
+            self.values.note([f"{key}: no processes have these; the nearest ones, {away:.2g} away, take their place"])
+            matrix = nearest
+        factor = np.linalg.cholesky(matrix)
+        made = [first]
+        for i, name in enumerate(names[1:], 1):
+            entry = entries[name]
+            scale = self._scale(first, name, entry)
+            count, weights = len(first.modes), [scale * float(w) for w in factor[i, : i + 1]]
+            used = [(names[j], weight) for j, weight in enumerate(weights) if weight]
+            process = replace(
+                first,
+                name=name,
+                mean=self.values.constant(f"{key_of('random', name)}.mean", entry.mean),
+                variables=tuple(variable for of, _ in used for variable in variables_of(of, count)),
+                weights=tuple(weight for _, weight in used for _ in range(count)),
+                modes=first.modes * len(used),
+                eigenvalues=tuple(weight**2 * value for _, weight in used for value in first.eigenvalues),
+                total=scale**2 * first.total,
+                seed=entry.seed,
+                translation=self._translations.read(name, entry),
+                correlation=tuple((entry.correlation or {}).items()),
+            )
+            self._translations.check(process)
+            made.append(process)
+        return made
+
+    def _lag(
+        self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
+    ) -> float | None:
+        """Return the lag of a process behind the process that it follows, 0 for one that follows none; None if it is
+        unknown, which is reported."""
+        key = key_of("random", name)
+        if entry.follows is None:
+            for word in ("offset", "delay"):
+                if getattr(entry, word) is not None:
+                    self.report.add(f"{key}.{word}", f"{word} is of processes that follow another", 'follows = "NAME"')
+                    return None
+            return 0.0
+        known = [other for other in entries if other != name or other == entry.follows] or list(entries)
+        if not check_reference(f"{key}.follows", entry.follows, known, "random process", self.report):
+            return None
+        leader = entries[entry.follows]
+        if leader.follows is not None:
+            own = [other for other, one in entries.items() if one.follows is None]
+            first = own[0] if leader.follows not in own and own else leader.follows
+            hint = f'follows = "{first}"' if first in own else 'type = "squared_exponential", for one of its own'
+            fault = f"{entry.follows} itself follows {leader.follows}" if entry.follows != name else "it follows itself"
+            self.report.add(f"{key}.follows", fault, hint)
+            return None
+        for word in written.OWN:
+            if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
+                self.report.add(f"{key}.{word}", f"{word} is that of {entry.follows}, which it follows", "without it")
+                return None
+        right, wrong = ("delay", "offset") if leader.speed is None else ("offset", "delay")
+        value = getattr(entry, right)
+        if getattr(entry, wrong) is not None or value is None:
+            over = "time" if leader.speed is None else "distance"
+            fault = f"it follows a process over {over}, and needs {right} alone"
+            self.report.add(key, fault, f"{right} = {'0.1' if right == 'delay' else '2.5'}")
+            return None
+        return self.values.constant(f"{key}.{right}", value)
+
+    def _leader(
+        self,
+        name: str,
+        entry: written.RandomProcess,
+        latest: float,
+        earliest: float,
+        coherences: Sequence[Sequence[Coherence | None]] | None,
+    ) -> list[RandomProcess]:
+        """Return a process with a covariance of its own, and a process for each coherent one, with the coherent one's
+        modes; empty for a fault.
+
+        ``latest``, ``earliest`` : the largest and the smallest lag of processes that follow one of them.
+        """
+        key = key_of("random", name)
+        before = len(self.report.noted)
+        if entry.type is None:
+            self.report.add(key, "a random process needs its type, or what it follows", 'type = "squared_exponential"')
+            return []
+        speed, duration = self._along(key, entry)
+        covariance = self._covariances.read(key, name, entry, entry.type)
+        mean = self.values.constant(f"{key}.mean", entry.mean)
+        self._check_extent(key, entry)
+        translation = self._translations.read(name, entry)
+        if len(self.report.noted) > before or covariance is None:
+            return []
+        start = min(-latest, 0.0)
+        end = duration * (speed or 1.0) + max(-earliest, 0.0)
+        repair = entry.covariance_repair is not None
+        share = None if entry.modes is not None else written.SHARE if entry.share is None else entry.share
+        try:
+            if entry.covariance_of == "translated":
+                covariance = self._translations.underlying(key, entry, covariance, translation, end - start)
+            if coherences is None:
+                expansions = [expand(covariance, end - start, share=share, modes=entry.modes, repair=repair)]
+            else:
+                between = crossed(covariance, coherences, end - start)
+                expansions = expand_jointly(between, end - start, share=share, modes=entry.modes, repair=repair)
+        except UsageError as error:
+            (problem,) = error.problems
+            fault, hint = problem.what, problem.hint
+            if entry.covariance_of == "translated" and fault.startswith("the covariance is not positive"):
+                fault = f"no Gaussian process is translated to this covariance: its own would not be one: {fault}"
+                hint = "a translation nearer to a straight one, or the covariance of g itself"
+            self.report.add(key, fault, hint)
+            return []
+        result = []
+        for expansion in expansions:
+            modes = mode_tables(name, expansion, start)
+            process = RandomProcess(
+                name,
+                entry.type,
+                mean,
+                variables_of(name, len(modes)),
+                (1.0,) * len(modes),
+                modes,
+                tuple(float(value) for value in expansion.eigenvalues * expansion.shares),
+                expansion.total / len(expansions),
+                entry.seed,
+                speed,
+                translation=translation,
+                covariance=None if coherences is not None or expansion.repaired else covariance.at,
+            )
+            result.append(process)
+        if expansions[0].repaired:
+            fault = (
+                f"the covariance is not positive, and the nearest one that is, {expansions[0].repaired:.2g} of its norm"
+            )
+            self.values.note([f"{key}: {fault} from it, takes its place"])
+        self._translations.check(result[0])
+        return result
+
+    def _along(self, key: str, entry: written.RandomProcess) -> tuple[float, float]:
+        """Return speed, 0 over time, and duration of the window."""
+        speed, duration = 0.0, self.duration
+        if entry.speed is not None:
+            speed = self.values.constant(f"{key}.speed", entry.speed)
+            if not 0.0 < speed <= FASTEST:
+                fault = f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}"
+                self.report.add(f"{key}.speed", fault, "a speed such as 20")
+        if entry.duration is not None:
+            duration = self.values.constant(f"{key}.duration", entry.duration)
+            if not duration > 0.0:
+                self.report.add(f"{key}.duration", f"the duration {duration:.6g} s is not positive", "15")
+        return speed, duration
+
+    def _check_extent(self, key: str, entry: written.RandomProcess) -> None:
+        if entry.share is not None and entry.modes is not None:
+            self.report.add(f"{key}.modes", "both share and modes say how many modes there are", "one of them")
+        if entry.share is not None and not 0.0 < entry.share < 1.0:
+            fault = f"the share {entry.share:.6g} is not between 0 and 1"
+            self.report.add(f"{key}.share", fault, "share = 0.99")

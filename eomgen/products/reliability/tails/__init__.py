@@ -1,0 +1,52 @@
+"""Distributions of responses to standard normal variables: quadratic forms, most probable points, tails."""
+
+from __future__ import annotations
+
+from eomgen.products.reliability.tails.distribution import INVERSIONS, Tails
+from eomgen.products.reliability.tails.most_probable_point import (
+    JUMPING,
+    MostProbablePoint,
+    Unreached,
+    breitung,
+    first_order,
+    hohenbichler_rackwitz,
+    most_probable_points,
+    points_on_curve,
+    rivals,
+)
+from eomgen.products.reliability.tails.projection import (
+    Projected,
+    hermite_projection,
+    leading_directions,
+    projected_hessian,
+)
+from eomgen.products.reliability.tails.quadratic_form import QuadraticForm
+from eomgen.products.reliability.tails.response import Counted, Expansion, Multiplied, Response
+from eomgen.products.reliability.tails.tail_samples import Draws, Estimate, corrected_tail, importance_sampling
+
+__all__ = [
+    "INVERSIONS",
+    "JUMPING",
+    "Counted",
+    "Draws",
+    "Estimate",
+    "Expansion",
+    "MostProbablePoint",
+    "Multiplied",
+    "Projected",
+    "QuadraticForm",
+    "Response",
+    "Tails",
+    "Unreached",
+    "breitung",
+    "corrected_tail",
+    "first_order",
+    "hermite_projection",
+    "hohenbichler_rackwitz",
+    "importance_sampling",
+    "leading_directions",
+    "most_probable_points",
+    "points_on_curve",
+    "projected_hessian",
+    "rivals",
+]

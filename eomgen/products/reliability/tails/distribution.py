@@ -1,0 +1,294 @@
+"""Distribution of a quadratic form of standard normal variables: three inversions of its characteristic function.
+
+With eigenvalues l and the gradient d along their eigenvectors, the cumulant generating function is
+
+    K(s) = s value - sum ln(1 - s l) / 2 + sum s^2 d^2 / (2 (1 - s l)),
+
+analytic off the real axis. ``steepest_descent`` is exact to rounding, relative to the smaller of both tails, however
+far out; ``imhof`` is exact to rounding relative to 1; ``lugannani_rice`` is the first reduced to its
+saddle point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special
+
+from eomgen.base.arrays import Array
+from eomgen.errors import NumericalError
+from eomgen.products.reliability.tails.quadratic_form import QuadraticForm
+from eomgen.solvers.quadrature import gauss_legendre
+
+Complex = NDArray[np.complex128]
+#: One quadratic form, or one for each threshold.
+Forms = QuadraticForm | Sequence[QuadraticForm]
+
+#: Distance of nodes along the path, in standard deviations of the Gaussian that the integrand is there, and their
+#: number: the next one is exp(-8.6^2 / 2) = 9e-17 of the first.
+_APART, _NODES = 1.0 / 16.0, 138
+#: Corrections of a node by Newton's method, at most.
+_CORRECTIONS = 20
+#: Halvings of an interval with a saddle, and Newton's steps behind them.
+_HALVINGS, _POLISHED = 40, 3
+#: Difference to a third of the nodes, relative, beyond which the integral is refused.
+_DIFFERENCE = 1e-6
+#: Panels of Imhof's integral, at most.
+_PANELS = 20_000
+#: A saddle so near to zero, in standard deviations, that the formula of Lugannani and Rice takes its limit.
+_AT_THE_MEAN = 1e-4
+
+
+class Tails(NamedTuple):
+    """P(Y <= y) and P(Y > y), each accurate by itself; shapes of the thresholds."""
+
+    below: Array
+    above: Array
+
+
+class _Generating:
+    """K - s y and its derivatives for thresholds (m,), each with its own form or all with the same, at s (m,)."""
+
+    def __init__(self, forms: Sequence[QuadraticForm], thresholds: Array) -> None:
+        scales = np.array([form.standard_deviation or 1.0 for form in forms])
+        # standardised, so that steps and tolerances need no units
+        values, slopes = (np.stack([form.principal[k] for form in forms]) / scales[:, None] for k in (0, 1))
+        self.values, self.slopes = (
+            np.broadcast_to(part, (thresholds.size, part.shape[1])) for part in (values, slopes)
+        )
+        self.offsets = (np.array([form.value for form in forms]) - thresholds) / scales
+
+    def __call__(self, s: Complex | Array, rows: NDArray[np.intp]) -> Complex:
+        bent = 1.0 - s[:, None] * self.values[rows]
+        half = -0.5 * np.log(bent) + 0.5 * (s[:, None] * self.slopes[rows]) ** 2 / bent
+        return np.asarray(s * self.offsets[rows] + half.sum(axis=1))
+
+    def first(self, s: Complex | Array, rows: NDArray[np.intp]) -> Complex:
+        values, z = self.values[rows], s[:, None]
+        bent = 1.0 - z * values
+        parts = 0.5 * values / bent + self.slopes[rows] ** 2 * z * (1.0 - 0.5 * z * values) / bent**2
+        return np.asarray(self.offsets[rows] + parts.sum(axis=1))
+
+    def second(self, s: Complex | Array, rows: NDArray[np.intp]) -> Complex:
+        values = self.values[rows]
+        bent = 1.0 - s[:, None] * values
+        parts = 0.5 * values**2 / bent**2 + self.slopes[rows] ** 2 / bent**3
+        return np.asarray(parts.sum(axis=1))
+
+    def third(self, s: Array, rows: NDArray[np.intp]) -> Array:
+        values = self.values[rows]
+        bent = 1.0 - s[:, None] * values
+        parts = values**3 / bent**3 + 3.0 * values * self.slopes[rows] ** 2 / bent**4
+        return np.asarray(parts.sum(axis=1))
+
+    def beside(self, u: Complex, s: Array, rows: NDArray[np.intp]) -> tuple[Complex, Complex]:
+        """Return K(s + u) - K(s) and its derivative, s saddles, whose slope is left out with its rounding."""
+        values, at = self.values[rows], u[:, None]
+        bent = 1.0 - s[:, None] * values
+        ahead, x = bent - at * values, at * values / bent
+        squares = (self.slopes[rows] / bent) ** 2
+        rise = -0.5 * (np.log1p(-x) + x) + 0.5 * squares * at**2 / ahead
+        slope = 0.5 * x * values / ahead + 0.5 * squares * at * (bent + ahead) / ahead**2
+        return np.asarray(rise.sum(axis=1)), np.asarray(slope.sum(axis=1))
+
+    def saddles(self) -> Array:
+        """Return s (m,) between the poles where K' = y; an infinity where y is no value of the form.
+
+        K' rises all along the strip between the poles, so the interval about a saddle is halved.
+        """
+        rows = np.arange(self.offsets.size)
+        at_zero = np.real(self.first(np.zeros(rows.size), rows))
+        sign = np.where(at_zero > 0.0, -1.0, 1.0)
+        poles = np.maximum(np.max(sign[:, None] * self.values, axis=1), 0.0)
+        with np.errstate(divide="ignore", over="ignore"):
+            edge = sign / poles
+        result = np.where(at_zero == 0.0, 0.0, sign * np.inf)
+        inner, outer = np.zeros(rows.size), sign * 1.0
+        ahead, held = np.flatnonzero(at_zero), []
+        for _ in range(200):
+            beyond = np.abs(outer) >= np.abs(edge)
+            outer = np.where(beyond, 0.5 * (inner + np.where(beyond, edge, 0.0)), outer)
+            passed = np.real(self.first(outer[ahead], ahead)) * np.sign(at_zero[ahead]) <= 0.0
+            held.append(ahead[passed])
+            ahead = ahead[~passed]
+            if not ahead.size:
+                break
+            inner[ahead] = outer[ahead]
+            # a pole may be far beyond the saddle: forms that are nearly planes have such
+            near, far = 2.0 * outer[ahead], 0.5 * (outer[ahead] + edge[ahead])
+            outer[ahead] = np.where(np.abs(near) < np.abs(far), near, far)
+            ahead = ahead[np.abs(outer[ahead]) <= 1e12]
+        inside = np.concatenate(held) if held else ahead
+        if inside.size:
+            result[inside] = self._halved(inner[inside], outer[inside], inside, at_zero[inside])
+        return result
+
+    def _halved(self, inner: Array, outer: Array, rows: NDArray[np.intp], at_zero: Array) -> Array:
+        """Return saddles between ``inner``, at which K' - y has its sign at zero, and ``outer``."""
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (inner + outer)
+            before = np.real(self.first(middle, rows)) * np.sign(at_zero) > 0.0
+            inner, outer = np.where(before, middle, inner), np.where(before, outer, middle)
+        s = 0.5 * (inner + outer)
+        for _ in range(_POLISHED):
+            s = s - np.real(self.first(s, rows) / self.second(s, rows))
+        return np.asarray(s)
+
+
+def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
+    """Return both tails at thresholds (m,): the inversion integral along the path of steepest descent.
+
+    On that path from the saddle point the exponent falls as t^2 / 2 by its parameter t, so the integrand is a Gaussian
+    by a smooth factor, and the trapezoidal rule is exact to rounding. The pole at s = 0, which lies at t = i w, is
+    subtracted; its part is the normal distribution at w.
+
+    Raises
+    ------
+    NumericalError
+        If a third of the nodes gives another number.
+
+    References
+    ----------
+    Daniels: Saddlepoint approximations in statistics, Ann. Math. Stat. 25 (1954); Rice: Distribution of quadratic forms
+    in normal random variables, SIAM J. Sci. Stat. Comput. 1 (1980).
+    """
+    y, shape = _flat(thresholds)
+    generating, saddles, below, above = _begun(forms, y)
+    rows = np.flatnonzero(np.isfinite(saddles))
+    if not rows.size:
+        return Tails(below.reshape(shape), above.reshape(shape))
+    s0 = saddles[rows]
+    depth = np.real(generating(s0, rows))
+    w = np.sign(s0) * np.sqrt(np.maximum(-2.0 * depth, 0.0))
+    curvature = np.real(generating.second(s0, rows))
+    integral, thirds = np.zeros(rows.size), np.zeros(rows.size)
+    u, t = np.zeros(rows.size, dtype=complex), 0.0
+    direction = 1j / np.sqrt(curvature)
+    for node in range(_NODES):
+        ahead = (node + 0.5) * _APART
+        u, slope = _on_path(generating, s0, rows, u + direction * (ahead - t), ahead)
+        t, direction = ahead, -ahead / slope
+        # the path is symmetric about the real axis: the real parts of both halves of the integral cancel
+        part = np.imag(direction / (s0 + u) - 1.0 / (ahead - 1j * w)) * np.exp(-0.5 * ahead**2)
+        integral += part * _APART
+        if node % 3 == 1:
+            thirds += 3.0 * part * _APART
+    rest, other = (np.exp(-0.5 * w**2) * each / np.pi for each in (integral, thirds))
+    smaller = np.maximum(special.ndtr(-np.abs(w)), np.finfo(float).tiny)
+    off = np.abs(rest - other) / smaller
+    if np.any(off > _DIFFERENCE):
+        worst = int(np.argmax(off))
+        fault = f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives"
+        fault += f" a part of {off[worst]:.1e} more or less"
+        raise NumericalError(fault, "Imhof's inversion")
+    below[rows], above[rows] = special.ndtr(w) - rest, special.ndtr(-w) + rest
+    return Tails(below.reshape(shape), above.reshape(shape))
+
+
+def _on_path(
+    generating: _Generating, saddles: Array, rows: NDArray[np.intp], guess: Complex, t: float
+) -> tuple[Complex, Complex]:
+    """Return u next to a guess at which K has fallen by t^2 / 2 from a saddle, and the slope of K there."""
+    u = guess
+    for _ in range(_CORRECTIONS):
+        rise, slope = generating.beside(u, saddles, rows)
+        step = (rise + 0.5 * t**2) / slope
+        u = u - step
+        if np.all(np.abs(step) <= 1e-9 * np.abs(u)):  # Newton's next step is its square
+            break
+    return u, generating.beside(u, saddles, rows)[1]
+
+
+def lugannani_rice(forms: Forms, thresholds: ArrayLike) -> Tails:
+    """Return both tails at thresholds (m,) by the saddle point alone.
+
+    References
+    ----------
+    Lugannani, Rice: Saddle point approximation for the distribution of the sum of independent random variables, Adv.
+    Appl. Prob. 12 (1980), eq. 2.
+    """
+    y, shape = _flat(thresholds)
+    generating, saddles, below, above = _begun(forms, y)
+    rows = np.flatnonzero(np.isfinite(saddles))
+    s0 = saddles[rows]
+    w = np.sign(s0) * np.sqrt(np.maximum(-2.0 * np.real(generating(s0, rows)), 0.0))
+    second = np.real(generating.second(s0, rows))
+    u = s0 * np.sqrt(second)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        between = np.exp(-0.5 * w**2) / np.sqrt(2.0 * np.pi) * (1.0 / w - 1.0 / u)
+    limit = generating.third(s0, rows) / (6.0 * np.sqrt(2.0 * np.pi) * second**1.5)
+    between = np.where(np.abs(w) < _AT_THE_MEAN, limit, between)
+    below[rows], above[rows] = special.ndtr(w) + between, special.ndtr(-w) - between
+    return Tails(below.reshape(shape), above.reshape(shape))
+
+
+def imhof(forms: Forms, thresholds: ArrayLike) -> Tails:
+    """Return both tails at thresholds (m,) by the integral along the imaginary axis; small tails lose their digits.
+
+    Raises
+    ------
+    NumericalError
+        If the characteristic function falls too slowly, as it does for a few variables.
+
+    References
+    ----------
+    Imhof: Computing the distribution of quadratic forms in normal variables, Biometrika 48 (1961), eq. 3.2.
+    """
+    y, shape = _flat(thresholds)
+    generating, saddles, below, above = _begun(forms, y)
+    rows = np.flatnonzero(np.isfinite(saddles))
+    with np.errstate(over="ignore", under="ignore"):
+        for row in rows:
+            edge = _where_it_ends(generating, int(row))
+            panels = max(64, int(np.ceil(edge * (1.0 + abs(generating.offsets[row])) / np.pi)))
+            if panels > _PANELS:
+                fault = f"the characteristic function of {generating.values.shape[1]} variables falls too slowly"
+                fault += " for Imhof's integral"
+                raise NumericalError(fault, "inversion by steepest_descent")
+            nodes, weights = _panels(edge, panels)
+            turned = generating(np.asarray(1j * nodes, dtype=complex), np.full(nodes.size, row))
+            below[row] = 0.5 - np.sum(weights * np.imag(np.exp(turned)) / nodes) / np.pi
+            above[row] = 1.0 - below[row]
+    return Tails(below.reshape(shape), above.reshape(shape))
+
+
+def _where_it_ends(generating: _Generating, number: int) -> float:
+    """Return u from which on the characteristic function of a row, by u, is below rounding."""
+    edge, row = 1.0, np.array([number])
+    while edge < 1e8 and np.exp(np.real(generating(np.array([1j * edge]), row)))[0] / edge > 1e-17:
+        edge *= 1.25
+    return edge
+
+
+def _panels(edge: float, panels: int) -> tuple[Array, Array]:
+    """Return nodes and weights of Gauss and Legendre's rule in equal panels of (0, edge)."""
+    nodes, weights = gauss_legendre(np.linspace(0.0, edge, panels + 1), 10)
+    return nodes.ravel(), weights.ravel()
+
+
+def _flat(thresholds: ArrayLike) -> tuple[Array, tuple[int, ...]]:
+    y = np.asarray(thresholds, dtype=float)
+    return y.ravel(), y.shape
+
+
+def _begun(given: Forms, y: Array) -> tuple[_Generating, Array, Array, Array]:
+    """Return the generating function, saddles, and the tails if a form has no spread or never comes."""
+    forms = [given] if isinstance(given, QuadraticForm) else list(given)
+    generating = _Generating(forms, y)
+    spread = np.broadcast_to([form.standard_deviation > 0.0 for form in forms], y.shape)
+    fixed = np.broadcast_to([form.value for form in forms], y.shape)
+    saddles = np.where(spread, generating.saddles(), np.inf)
+    below = np.where(saddles > 0.0, 1.0, 0.0)
+    below = np.where(spread, below, np.where(y >= fixed, 1.0, 0.0))
+    return generating, saddles, below, 1.0 - below
+
+
+#: How a distribution of a quadratic form is found, by name.
+INVERSIONS: Mapping[str, Callable[[Forms, ArrayLike], Tails]] = {
+    "steepest_descent": steepest_descent,
+    "imhof": imhof,
+    "lugannani_rice": lugannani_rice,
+}

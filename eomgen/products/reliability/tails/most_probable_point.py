@@ -1,0 +1,387 @@
+"""The most probable points at which a response takes given values: those nearest to the mean."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+from eomgen.base.arrays import Array
+from eomgen.errors import NumericalError
+from eomgen.products.reliability.tails.quadratic_form import QuadraticForm
+from eomgen.products.reliability.tails.response import Expansion, Response
+
+#: The first step along the curve of most probable points, and the longest one, in standard deviations; it grows if
+#: Newton's method needs no more iterations than these.
+_STRIDE, _LONGEST, _EASY = 0.25, 1.0, 3
+#: Newton's iterations at a threshold; distance of z at which they end.
+_ITERATIONS, _CLOSE = 25, 1e-10
+#: Tolerances of a point, along the limit state and across it, in standard deviations.
+_ASIDE, _OFF = 3e-8, 1e-9
+#: The same tolerances for points next to a jump of the gradient, which stalls the iteration, and the stride, relative
+#: to the first one, below which such points are accepted.
+_ROUGHLY_ASIDE, _ROUGHLY_OFF, _ROUGH = 2e-2, 1e-3, 0.3
+#: Relative rounding error of a value of a run.
+_ROUNDED = 1e-14
+#: Test for a jump of the gradient: distance from the point, in standard deviations, and part of the gradient's change
+#: that the Hessian does not explain; reason for the end of a curve.
+_BESIDE, _JUMPS = 1e-3, 0.5
+JUMPING = "where the gradient of the response jumps, as it does if slopes of the forces jump"
+#: Iterations after which the Hessian is taken anew.
+_RENEWED = 6
+#: Steps by the one before, beyond which curve and Hessian are not continued by both of their ends.
+_AHEAD = 10.0
+#: Distance from the mean, in standard deviations, beyond which no point is sought: P = 8e-24.
+FARTHEST = 10.0
+
+
+@dataclass(frozen=True)
+class MostProbablePoint:
+    """The point nearest to the mean at which a response takes a value.
+
+    Attributes
+    ----------
+    threshold : the value
+    point : (n,)
+    multiplier : of the condition y = threshold
+    expansion : of the response there
+    iterations : of Newton's method from the point before
+    aside : distance to the point that has the direction of the gradient exactly, in standard deviations; 0 but for
+        responses whose gradient jumps
+    """
+
+    threshold: float
+    point: Array
+    multiplier: float
+    expansion: Expansion
+    iterations: int
+    aside: float = 0.0
+
+    @property
+    def index(self) -> float:
+        """Distance from the mean, positive if the threshold is above the response there (reliability index)."""
+        distance = float(np.linalg.norm(self.point))
+        return distance if self.multiplier <= 0.0 else -distance
+
+    @property
+    def curvatures(self) -> Array:
+        """Principal curvatures (n - 1,) of the limit state, positive if it bends away from the mean, times its
+        distance: curvatures of y above the threshold if the index is positive."""
+        n = len(self.point)
+        gradient = self.expansion.gradient
+        length = float(np.linalg.norm(gradient))
+        normal = gradient / length
+        basis = np.linalg.svd(normal[None])[2][1:] if n > 1 else np.zeros((0, n))
+        result = np.linalg.eigvalsh(basis @ self.expansion.hessian @ basis.T) / length
+        return np.asarray(-result, dtype=float)
+
+    @property
+    def nearest(self) -> bool:
+        """Whether no point near by has the threshold and lies nearer to the mean."""
+        return bool(np.all(1.0 + self.index * self.curvatures > -1e-9))
+
+    @property
+    def form(self) -> QuadraticForm:
+        """The quadratic form that has the response's value, gradient and Hessian at the point."""
+        result = self.expansion
+        return QuadraticForm(result.value, result.gradient, result.hessian).about(self.point, result.value)
+
+
+def first_order(found: MostProbablePoint) -> float:
+    """Return P(y > threshold) if the limit state is a plane.
+
+    References
+    ----------
+    Hasofer, Lind: Exact and invariant second-moment code format, J. Eng. Mech. Div. 100 (1974).
+    """
+    return float(special.ndtr(-found.index))
+
+
+def breitung(found: MostProbablePoint) -> float:
+    """Return P(y > threshold) by the curvatures of the limit state, for a large index.
+
+    References
+    ----------
+    Breitung: Asymptotic approximations for multinormal integrals, J. Eng. Mech. 110 (1984), eq. 17.
+    """
+    return _curved(found, abs(found.index))
+
+
+def hohenbichler_rackwitz(found: MostProbablePoint) -> float:
+    """Return P(y > threshold) by the curvatures of the limit state, for smaller indices too.
+
+    References
+    ----------
+    Hohenbichler, Rackwitz: Improvement of second-order reliability estimates by importance sampling, J. Eng. Mech. 114
+    (1988).
+    """
+    distance = abs(found.index)
+    density = np.exp(-0.5 * distance**2) / np.sqrt(2.0 * np.pi)
+    return _curved(found, float(density / special.ndtr(-distance)))
+
+
+def _curved(found: MostProbablePoint, weight: float) -> float:
+    sign = 1.0 if found.index >= 0.0 else -1.0
+    bent = 1.0 + weight * sign * found.curvatures
+    if np.any(bent <= 0.0):
+        return float("nan")
+    tail = float(special.ndtr(-abs(found.index)) / np.sqrt(np.prod(bent)))
+    return tail if sign > 0 else 1.0 - tail
+
+
+def most_probable_points(response: Response, thresholds: Sequence[float]) -> list[MostProbablePoint]:
+    """Return the most probable points of thresholds, in their order.
+
+    Raises
+    ------
+    NumericalError
+        If the response has no slope at the mean, or the curve of most probable points does not come to a threshold.
+    """
+    result, missed = points_on_curve(response, thresholds)
+    if missed:
+        raise missed[min(missed)]
+    return [result[k] for k in range(len(thresholds))]
+
+
+def points_on_curve(
+    response: Response, thresholds: Sequence[float], kinked: Callable[[], bool] = bool
+) -> tuple[dict[int, MostProbablePoint], dict[int, Unreached]]:
+    """Return the most probable points by indices of thresholds, and the reasons for missing points.
+
+    From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
+    deviation or more; each point solves z + m g = 0, y = threshold by Newton's method, from the extrapolation of two
+    points before it and the curve's slopes. Its Hessian is theirs, continued and corrected by gradients
+    (symmetric, of rank one); each point found has its exact Hessian, taken once. ``kinked`` is called if no point is
+    found, and returns whether the gradient may jump, so that points count that are off by little.
+
+    References
+    ----------
+    Allgower, Georg: Introduction to Numerical Continuation Methods (2003), 2 and 7; Conn, Gould, Toint: Convergence of
+    quasi-Newton matrices generated by the symmetric rank one update, Math. Prog. 50 (1991).
+
+    Raises
+    ------
+    NumericalError
+        If the response has no slope at the mean.
+    """
+    start = response.expansion(np.zeros(response.size))
+    slope = float(np.linalg.norm(start.gradient))
+    if not slope > 1e-12 * np.linalg.norm(start.hessian):
+        fault = "the response has no slope at the mean, so no direction leads to its most probable points"
+        raise NumericalError(fault, "Monte Carlo, or a mean that is not an extremum of the response")
+    origin = MostProbablePoint(start.value, np.zeros(response.size), 0.0, start, 0)
+    order = np.argsort(thresholds)
+    result: dict[int, MostProbablePoint] = {}
+    missed: dict[int, Unreached] = {}
+    before: MostProbablePoint | None
+    for side in (1.0, -1.0):
+        before, last, ended = None, origin, ""
+        chosen = [int(k) for k in order if side * (thresholds[k] - start.value) > 0.0]
+        for k in chosen if side > 0 else reversed(chosen):
+            if ended:
+                missed[k] = Unreached(last, float(thresholds[k]), ended)
+                continue
+            try:
+                before, last = _followed(response, before, last, float(thresholds[k]), kinked)
+                result[k] = last
+            except Unreached as error:
+                last, missed[k], ended = error.last, error, error.why
+    for k, threshold in enumerate(thresholds):
+        if threshold == start.value:
+            result[k] = origin
+    return result, missed
+
+
+def _why_it_ends(response: Response, last: MostProbablePoint) -> str:
+    """Return why the curve of most probable points is followed no farther than to one."""
+    if np.linalg.norm(last.point) > FARTHEST:
+        return "beyond which nothing is so probable as 1e-23"
+    ahead = _BESIDE * last.expansion.gradient / np.linalg.norm(last.expansion.gradient)
+    change = response.gradient(last.point + ahead)[1] - response.gradient(last.point - ahead)[1]
+    missed = np.linalg.norm(change - 2.0 * last.expansion.hessian @ ahead)
+    if missed > _JUMPS * np.linalg.norm(change):
+        return JUMPING
+    return "where the response has its bound or folds"
+
+
+class Unreached(NumericalError):
+    """The curve of most probable points ends before a threshold; ``last``: at which point, ``why``."""
+
+    def __init__(self, last: MostProbablePoint, threshold: float, why: str) -> None:
+        far = float(np.linalg.norm(last.point))
+        what = f"the curve of most probable points from the mean does not come to {threshold:.6g}: it ends at "
+        what += f"{last.threshold:.6g}, {far:.3g} standard deviations out, {why}"
+        super().__init__(what, "a threshold nearer to the mean, or Monte Carlo without most probable points")
+        self.last, self.why = last, why
+
+
+def _followed(
+    response: Response,
+    before: MostProbablePoint | None,
+    last: MostProbablePoint,
+    threshold: float,
+    kinked: Callable[[], bool],
+) -> tuple[MostProbablePoint, MostProbablePoint]:
+    """Follow the curve of most probable points from one to the next threshold; return the one before that, too."""
+    stride = _STRIDE
+    while True:
+        slope = float(np.linalg.norm(last.expansion.gradient))
+        rest = threshold - last.threshold
+        ahead = np.sign(rest) * min(abs(rest), stride * slope)
+        wanted = last.threshold + ahead if abs(ahead) < abs(rest) else threshold
+        rough = last.aside > 0.0 or (stride < _ROUGH * _STRIDE and kinked())
+        reached = _newton(response, before, last, wanted, rough=rough)
+        if reached is None:
+            stride *= 0.5
+            if stride < 1e-3 * _STRIDE:
+                raise Unreached(last, threshold, _why_it_ends(response, last))
+            continue
+        if reached.threshold == threshold:
+            return last, reached
+        if np.linalg.norm(reached.point) > FARTHEST:
+            raise Unreached(reached, threshold, _why_it_ends(response, reached))
+        before, last = last, reached
+        if reached.aside:
+            stride = _STRIDE
+        elif reached.iterations <= _EASY:
+            stride = min(2.0 * stride, _LONGEST)
+
+
+def _rates(at: MostProbablePoint) -> Array:
+    """Return the derivatives of the point and its multiplier by the threshold, (n + 1,)."""
+    n = len(at.point)
+    system = _system(at.multiplier, at.expansion.gradient, at.expansion.hessian)
+    return np.linalg.solve(system, np.append(np.zeros(n), 1.0))
+
+
+def _system(multiplier: float, gradient: Array, hessian: Array) -> Array:
+    """Return the matrix of Newton's steps of z + m g = 0, y = threshold, (n + 1, n + 1)."""
+    n = len(gradient)
+    system = np.zeros((n + 1, n + 1))
+    system[:n, :n] = np.eye(n) + multiplier * hessian
+    system[:n, n] = system[n, :n] = gradient
+    return system
+
+
+def _continued(
+    before: MostProbablePoint | None, last: MostProbablePoint, threshold: float
+) -> tuple[Array, float, Array]:
+    """Return the point, multiplier and Hessian to which the curve leads: by its value and slope at both points
+    (Hermite), the Hessian by a straight line."""
+    here, rate = np.append(last.point, last.multiplier), _rates(last)
+    hessian = last.expansion.hessian.copy()
+    ahead = threshold - last.threshold
+    span = 0.0 if before is None else last.threshold - before.threshold
+    if before is None or not 0.0 < ahead / span <= _AHEAD:
+        result = here + ahead * rate
+        return result[:-1], float(result[-1]), hessian
+    t, there, slope = 1.0 + ahead / span, np.append(before.point, before.multiplier), _rates(before)
+    of_end, of_start = t * t * (3.0 - 2.0 * t), (t - 1.0) ** 2 * (1.0 + 2.0 * t)
+    result = of_start * there + of_end * here + span * t * (t - 1.0) * ((t - 1.0) * slope + t * rate)
+    return result[:-1], float(result[-1]), hessian + (t - 1.0) * (hessian - before.expansion.hessian)
+
+
+def _newton(
+    response: Response,
+    before: MostProbablePoint | None,
+    last: MostProbablePoint,
+    threshold: float,
+    *,
+    rough: bool = False,
+) -> MostProbablePoint | None:
+    """Return the most probable point of a threshold, continued from another; None if Newton's method fails.
+
+    ``rough``: whether to accept the larger tolerances of points next to jumps of the gradient.
+
+    A gradient costs a run and its adjoint, a Hessian as many tangents as there are variables: so it is corrected on the
+    way by the change of the gradient along each step, and evaluated anew after many iterations.
+    """
+    n = len(last.point)
+    at, slope = last.point, last.expansion.gradient
+    try:
+        z, multiplier, hessian = _continued(before, last, threshold)
+        for iteration in range(1, _ITERATIONS + 1):
+            moved = z - at
+            length = float(np.linalg.norm(moved))
+            if not length <= 2.0 * _LONGEST:
+                return None
+            value, gradient = response.gradient(z)
+            close = iteration > 1 and length <= _CLOSE * (1.0 + np.linalg.norm(z))
+            if close or _solved(z, multiplier, value, threshold, gradient):
+                return MostProbablePoint(threshold, z, multiplier, response.expansion(z), iteration)
+            aside = float(np.linalg.norm(z + multiplier * gradient))
+            hit = abs(value - threshold) <= _ROUGHLY_OFF * float(np.linalg.norm(gradient))
+            if rough and hit and aside <= _ROUGHLY_ASIDE:
+                return MostProbablePoint(threshold, z, multiplier, response.expansion(z), iteration, aside)
+            if iteration % _RENEWED == 0:
+                hessian = response.expansion(z).hessian.copy()
+            else:
+                missed = gradient - slope - hessian @ moved
+                along = float(missed @ moved)
+                if abs(along) > 1e-8 * length * float(np.linalg.norm(missed)):
+                    hessian += np.outer(missed, missed) / along
+            at, slope = z, gradient
+            system = _system(multiplier, gradient, hessian)
+            step = np.linalg.solve(system, -np.append(z + multiplier * gradient, value - threshold))
+            z, multiplier = z + step[:n], multiplier + float(step[n])
+    except np.linalg.LinAlgError:
+        return None
+    return None
+
+
+def _solved(z: Array, multiplier: float, value: float, threshold: float, gradient: Array) -> bool:
+    """Whether both conditions hold, in standard deviations: the distance is off by the square of the lateral part.
+
+    Rounding of values counts, too, if they are large beside their spread.
+    """
+    slope = float(np.linalg.norm(gradient))
+    aside = float(np.linalg.norm(z + multiplier * gradient))
+    return aside <= _ASIDE and abs(value - threshold) <= _OFF * slope + _ROUNDED * abs(threshold)
+
+
+def rivals(response: Response, found: MostProbablePoint, starts: int, seed: int) -> list[MostProbablePoint]:
+    """Return other points with the same threshold that lie nearer to the mean than one standard deviation behind it.
+
+    A bistable system has several, and the probability is then some sum of theirs. They are looked for from the mirrored
+    point and from random directions at the same distance, by the method of Hasofer and Lind with Newton's at its end;
+    that none is found is no proof.
+    """
+    random = np.random.default_rng(seed)
+    directions = random.standard_normal((starts, len(found.point)))
+    distance = np.linalg.norm(found.point)
+    begins = [-found.point, *(distance * directions / np.linalg.norm(directions, axis=1)[:, None])]
+    others: list[MostProbablePoint] = []
+    for begin in begins:
+        point = _descended(response, begin, found.threshold, [found, *others])
+        if point is None or np.linalg.norm(point.point) > distance + 1.0:
+            continue
+        if all(np.linalg.norm(point.point - other.point) > _STRIDE for other in (found, *others)):
+            others.append(point)
+    return sorted(others, key=lambda one: float(np.linalg.norm(one.point)))
+
+
+def _descended(
+    response: Response, begin: Array, threshold: float, known: Sequence[MostProbablePoint]
+) -> MostProbablePoint | None:
+    """Return the most probable point to which steps of at most one standard deviation lead; None if these come to a
+    known one, or settle too far behind the first of these."""
+    z = begin
+    for _ in range(_ITERATIONS):
+        value, gradient = response.gradient(z)
+        square = float(gradient @ gradient)
+        if not square:
+            return None
+        step = (gradient @ z - value + threshold) / square * gradient - z
+        length = float(np.linalg.norm(step))
+        z = z + step * min(1.0, 1.0 / max(length, 1e-300))
+        if any(np.linalg.norm(z - one.point) < _STRIDE for one in known):
+            return None
+        if length < _STRIDE:
+            break
+    if np.linalg.norm(z) > np.linalg.norm(known[0].point) + 1.0 + _STRIDE:
+        return None
+    here = response.expansion(z)
+    multiplier = -float(here.gradient @ z) / float(here.gradient @ here.gradient)
+    return _newton(response, None, MostProbablePoint(here.value, z, multiplier, here, 0), threshold)

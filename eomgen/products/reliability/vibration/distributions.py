@@ -1,0 +1,300 @@
+"""Distributions by each method: of quadratic forms, at most probable points, of samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import special
+
+from eomgen.base.arrays import Array
+from eomgen.products.reliability.tails import (
+    INVERSIONS,
+    JUMPING,
+    Draws,
+    MostProbablePoint,
+    QuadraticForm,
+    Response,
+    Unreached,
+    breitung,
+    corrected_tail,
+    first_order,
+    hohenbichler_rackwitz,
+    importance_sampling,
+    rivals,
+)
+from eomgen.products.reliability.vibration.findings import Distribution
+from eomgen.products.reliability.vibration.run_response import RunResponse
+
+#: Samples about the mean at least.
+_FEW = 200
+#: Directions in which a second most probable point is looked for.
+_DIRECTIONS = 2
+#: Accuracy of probabilities that samples correct, relative; samples about a most probable point and about the mean at
+#: most. A form that is good needs 200.
+ACCURACY, _MOST, _MOST_ABOUT_MEAN = 0.1, 4000, 8000
+#: Largest distance of a most probable point from the mean for an estimate by samples about the mean.
+_NEAREST = 1.5
+#: Probability of samples about the mean below which they contradict a probability.
+_CHANCE = 1e-4
+#: Standard errors of samples, and share of the probability, by which a form may be off.
+_SURE, _LIKE = 3.0, 0.2
+_NONE: Array = np.zeros(0)
+
+
+def moments_of(form: QuadraticForm) -> tuple[float, float, float, float]:
+    return form.mean, form.standard_deviation, form.skewness, form.excess_kurtosis
+
+
+def of_form(form: QuadraticForm, thresholds: Array) -> Distribution:
+    tails = INVERSIONS["steepest_descent"](form, thresholds)
+    return Distribution(tails.below, tails.above, _NONE, _NONE)
+
+
+def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
+    forms, thresholds = [one.form for one in reached], [one.threshold for one in reached]
+    result = {
+        "form": _of_upper([first_order(one) for one in reached]),
+        "breitung": _of_upper([breitung(one) for one in reached]),
+        "hohenbichler_rackwitz": _of_upper([hohenbichler_rackwitz(one) for one in reached]),
+    }
+    for name, inversion in (("lugannani_rice", "lugannani_rice"), ("quadratic", "steepest_descent")):
+        tails = INVERSIONS[inversion](forms, thresholds)
+        result[name] = Distribution(tails.below, tails.above, _NONE, _NONE)
+    return result
+
+
+def _of_upper(above: Sequence[float]) -> Distribution:
+    upper = np.array(above)
+    return Distribution(1.0 - upper, upper, _NONE, _NONE)
+
+
+def doubts_of(response: Response, reached: Sequence[MostProbablePoint], seed: int) -> list[str]:
+    """Return notes on most probable points that are not the nearest ones, or not the only ones."""
+    notes = []
+    for one in reached:
+        if not one.nearest and not one.aside:  # Hessians miss jumps of the gradient
+            notes.append(f"the most probable point of {one.threshold:.6g} is no nearest one: trust samples there")
+    for one in {id(one): one for one in (reached[0], reached[-1])}.values():
+        others = rivals(response, one, _DIRECTIONS, seed)
+        if others:
+            far = float(np.linalg.norm(others[0].point))
+            notes.append(
+                f"{one.threshold:.6g} has another most probable point, {far:.3g} standard deviations out beside"
+                f" {abs(one.index):.3g}: probabilities of one point are too small there, samples count both"
+            )
+    return notes
+
+
+def why_gradient_changes(kinks: Sequence[str]) -> str:
+    """Return why a curve ends beside which the gradient changes more than the Hessian tells.
+
+    Parameters
+    ----------
+    kinks : operations of the scene at which slopes jump, in words
+    """
+    if kinks:
+        return f"{JUMPING}: by {', '.join(kinks)}"
+    return (
+        "where the gradient of the response changes more than its Hessian tells, as beside a saddle from which motions"
+        " part (no jump of slopes was found in formulas)"
+    )
+
+
+def unreached(missed: Mapping[int, Unreached], thresholds: Array, kinks: Callable[[], Sequence[str]]) -> list[str]:
+    """Return notes on thresholds that have no most probable point, one for each end of the curve of these.
+
+    ``kinks``: returns the operations of the scene at which slopes jump, in words.
+    """
+    ends: dict[int, list[int]] = {}
+    for k in sorted(missed, key=lambda k: float(thresholds[k])):
+        ends.setdefault(id(missed[k].last), []).append(k)
+    notes = []
+    for places in ends.values():
+        last, why = missed[places[0]].last, missed[places[0]].why
+        if why == JUMPING:
+            why = why_gradient_changes(kinks())
+        names = ", ".join(f"{thresholds[k]:.6g}" for k in places)
+        far = float(np.linalg.norm(last.point))
+        notes.append(
+            f"the curve of most probable points ends at {last.threshold:.6g}, {far:.3g} standard deviations out,"
+            f" {why}: {names} have none, trust samples there"
+        )
+    return notes
+
+
+def corrected(
+    response: RunResponse, reached: Sequence[MostProbablePoint], form: Distribution, about_mean: Draws, seed: int
+) -> Distribution:
+    """Return probabilities of quadratic forms corrected by samples, with bounds of 95 % confidence.
+
+    Samples are drawn about each most probable point; about the mean for points near to it, whose regions are too wide
+    for samples elsewhere, the same samples for all of these.
+    """
+    count = len(reached)
+    below, above, low, high = (np.empty(count) for _ in range(4))
+    for k, one in sorted(enumerate(reached), key=lambda pair: abs(pair[1].index)):  # near points first
+        upper, near = one.index >= 0.0, abs(one.index) < _NEAREST
+        draws = about_mean if near else Draws(lambda z: (response.values(z),), one.point, seed + k)
+        of_form = float((form.above if upper else form.below)[k])
+        most = _MOST_ABOUT_MEAN if near else _MOST
+        threshold = one.threshold
+        found = corrected_tail(draws, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=most)
+        if found.standard_error > 0.5 * ACCURACY * found.probability and not near:
+            other = corrected_tail(about_mean, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_FEW)
+            found = min(found, other, key=lambda estimate: estimate.standard_error)
+        tail, bound = min(found.probability, 1.0), 1.96 * found.standard_error
+        above[k] = tail if upper else 1.0 - tail
+        below[k] = 1.0 - tail if upper else tail
+        low[k], high[k] = max(below[k] - bound, 0.0), min(below[k] + bound, 1.0)
+    return Distribution(below, above, low, high)
+
+
+def counted_instead(wanted: Array, found: Distribution, about_mean: Draws) -> tuple[Distribution, list[str]]:
+    """Replace probabilities of a corrected distribution by counts of samples about the mean if the counts contradict
+    the probabilities; return the distribution and notes."""
+    z, y, *_ = about_mean.first(_FEW)
+    count, notes = len(z), []
+    below, above, low, high = (part.copy() for part in (found.below, found.above, found.low, found.high))
+    for k, threshold in enumerate(wanted.tolist()):
+        if np.isnan(below[k]) or np.isnan(y).any():
+            continue
+        upper = above[k] <= 0.5
+        seen = int(np.count_nonzero(y > threshold) if upper else np.count_nonzero(y <= threshold))
+        least, most = (1.0 - high[k], 1.0 - low[k]) if upper else (low[k], high[k])
+        more = special.bdtrc(seen - 1, count, most) if seen else 1.0
+        fewer = special.bdtr(seen, count, least)
+        if min(more, fewer) > _CHANCE:
+            continue
+        sign, told = (">", above[k]) if upper else ("<=", below[k])
+        share = seen / count
+        notes.append(
+            f"P(y {sign} {threshold:.6g}) is {told:.3g} by samples about its most probable point and {share:.3g} by"
+            f" {count} samples about the mean, which is taken: there are other regions that lead there"
+        )
+        below[k], above[k] = (1.0 - share, share) if upper else (share, 1.0 - share)
+        under = count - seen if upper else seen
+        low[k], high[k] = _bounds(under, count)
+    return Distribution(below, above, low, high), notes
+
+
+def relative_errors(one: Distribution, true: Distribution) -> Array:
+    """Return the error of a distribution at each threshold, relative to the true one on its less probable side."""
+    upper = true.above <= 0.5
+    ours, theirs = np.where(upper, one.above, one.below), np.where(upper, true.above, true.below)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray((ours - theirs) / theirs)
+
+
+def disagreements(thresholds: Sequence[float], form: Distribution, true: Distribution) -> dict[int, str]:
+    """Return, by index, the thresholds whose quadratic form is far from its correction by samples."""
+    sides = ["above" if above <= 0.5 else "below" for above in true.above]
+    result = _apart(thresholds, sides, form, true)
+    ending = "samples: the response is no quadratic form there, which is left out; take `corrected`"
+    return {k: f"{text} by {ending}" for k, text in result.items()}
+
+
+def doubts_of_forms(thresholds: Array, errors: Mapping[str, Array], true: Distribution) -> list[str]:
+    """Return notes on quadratic forms that are off by more than a tenth, and on corrections that are not accurate."""
+    notes = []
+    off, of_form = np.nan_to_num(np.abs(errors["quadratic"])), errors["form"]
+    tail = np.fmin(true.below, true.above)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spread = 0.5 * (true.high - true.low) / tail
+    worst = int(np.argmax(off))
+    if off[worst] > ACCURACY and off[worst] > spread[worst]:
+        notes.append(
+            f"probabilities of `quadratic` are off by up to {100.0 * off[worst]:.2g} %, at {thresholds[worst]:.6g}"
+            f" ({100.0 * errors['quadratic'][worst]:+.2g} %; `form` {100.0 * of_form[worst]:+.2g} %): take `corrected`"
+        )
+    vague = [k for k in range(len(spread)) if spread[k] > 1.5 * ACCURACY]
+    if vague:
+        names = ", ".join(f"{thresholds[k]:.6g} (+- {100.0 * spread[k]:.2g} %)" for k in vague)
+        hint = "samples=... or tail_samples=... (--monte-carlo, --tail-samples)"
+        notes.append(f"`corrected` probabilities are known less well at {names}; try: {hint}")
+    return notes
+
+
+def against_samples(wanted: Array, form: Distribution, counted: Distribution) -> dict[int, str]:
+    """Return by place the thresholds whose quadratic form gives another probability than samples of the whole
+    distribution, on the side if there are fewer."""
+    sides = ["above" if above <= 0.5 else "below" for above in counted.above]
+    result = _apart(wanted.tolist(), sides, form, counted)
+    return {k: f"{text} by Monte Carlo: the form is left out, trust samples" for k, text in result.items()}
+
+
+def _apart(
+    thresholds: Sequence[float], sides: Sequence[str], form: Distribution, counted: Distribution
+) -> dict[int, str]:
+    """Return by place the values of a form and of samples, if these differ."""
+    result = {}
+    for k, (threshold, side) in enumerate(zip(thresholds, sides, strict=True)):
+        ours, theirs = float(getattr(form, side)[k]), float(getattr(counted, side)[k])
+        error = 0.5 * float(counted.high[k] - counted.low[k]) / 1.96
+        if abs(ours - theirs) > _SURE * error + _LIKE * max(ours, theirs):
+            sign = ">" if side == "above" else "<="
+            result[k] = (
+                f"P(y {sign} {threshold:.6g}) is {ours:.3g} by the quadratic form and {theirs:.2g} +- {error:.1g}"
+            )
+    return result
+
+
+def without(one: Distribution, places: Collection[int]) -> Distribution:
+    """Return a distribution that is not a number at some thresholds."""
+    below, above = one.below.copy(), one.above.copy()
+    below[list(places)] = above[list(places)] = np.nan
+    return Distribution(below, above, one.low, one.high)
+
+
+def spread(one: Distribution, places: Sequence[int], count: int) -> Distribution:
+    """Return a distribution of all thresholds, not a number if one has no point."""
+
+    def wide(values: Array) -> Array:
+        result = np.full(count, np.nan)
+        result[list(places)] = values
+        return result
+
+    return Distribution(*(wide(part) if len(part) else part for part in (one.below, one.above, one.low, one.high)))
+
+
+def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], samples: int, seed: int) -> Distribution:
+    """Return probabilities by samples about most probable points."""
+    below, above, low, high = (np.empty(len(reached)) for _ in range(4))
+    for k, one in enumerate(reached):
+        upper = one.index >= 0.0
+        estimate = importance_sampling(response, one.point, one.threshold, above=upper, samples=samples, seed=seed + k)
+        tail, spread = estimate.probability, 1.96 * estimate.standard_error
+        above[k] = tail if upper else 1.0 - tail
+        below[k] = 1.0 - tail if upper else tail
+        low[k], high[k] = below[k] - spread, below[k] + spread
+    return Distribution(below, above, low, high)
+
+
+def of_samples(y: Array, thresholds: Array) -> tuple[Distribution, tuple[float, float, float, float]]:
+    """Return the empirical distribution with bounds of Clopper and Pearson, and moments."""
+    count = len(y)
+    under = np.array([np.count_nonzero(y <= threshold) for threshold in thresholds])
+    low, high = _bounds(under, count)
+    below = under / count
+    mean, deviation = float(y.mean()), float(y.std())
+    shape = (np.nan, np.nan)
+    if np.ptp(y) > 0.0:
+        scaled = (y - mean) / deviation
+        shape = float(np.mean(scaled**3)), float(np.mean(scaled**4)) - 3.0
+    moments = mean, deviation, *shape
+    return Distribution(below, 1.0 - below, low, high), moments
+
+
+def _bounds(under: ArrayLike, count: int) -> tuple[Array, Array]:
+    """Return bounds of 95 % confidence of a probability whose event came ``under`` times among ``count`` samples.
+
+    References
+    ----------
+    Clopper, Pearson: The use of confidence or fiducial limits, Biometrika 26 (1934).
+    """
+    under = np.asarray(under, dtype=float)
+    with np.errstate(invalid="ignore"):
+        low = np.where(under > 0, special.betaincinv(under, count - under + 1.0, 0.025), 0.0)
+        high = np.where(under < count, special.betaincinv(under + 1.0, count - under, 0.975), 1.0)
+    return low, high

@@ -1,0 +1,250 @@
+"""Arguments of a study of random vibration, checked: its processes, its output, its time, its thresholds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy import special
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import check_options
+from eomgen.base.text import shown
+from eomgen.compiled.arguments import number_of
+from eomgen.errors import Problem, UsageError
+from eomgen.products.reliability.vibration.findings import Process
+from eomgen.simulation.option_types import SensitivityOptions
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+    from eomgen.system.random_processes import RandomProcess
+
+#: Samples at least, if any are requested.
+FEWEST = 20
+#: Standard deviations of an output, by its mean, of which the rounding of runs leaves few digits.
+_FAINT = 1e-9
+#: Divisor for the number of last modes; share of the output's variance in the last modes that gives a note; share of a
+#: process above which its modes count as complete.
+_LAST, _TRUNCATED, _ALL = 10, 0.01, 1.0 - 1e-9
+#: Part of a step, and of the run, by which an end may miss the end of a step.
+_WHOLE = 1e-9
+#: Options of ``simulate`` that runs with derivatives do not have, and their substitutes.
+_OF_OTHER_RUNS = {
+    **dict.fromkeys(("tolerance", "order"), "step=..., for fixed steps"),
+    "start": "initial=..., or start in the scene",
+    "controllers": "simulate(...), one run",
+    **dict.fromkeys(("t_end", "duration"), "at"),
+    **dict.fromkeys(("n_samples", "monte_carlo"), "samples"),
+}
+#: The study's own arguments, which come first among the near ones of a name that is none.
+OWN = (
+    *("output", "at", "step", "thresholds", "points", "projected", "whole", "samples", "tail_samples", "pairs"),
+    *("times", "levels", "seed"),
+)
+#: Probabilities of a distribution requested without thresholds: of a normal distribution of the same mean and spread.
+SHARES = (1e-4, 1e-3, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999, 0.9999)
+
+
+def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
+    """Return the random processes of a scene, and the parameters that are their variables. Raises UsageError."""
+    result, variables = [], []
+    for item in model.description.inputs:
+        process = item.random
+        if process is None:
+            continue
+        captured = process.captured[-1]
+        result.append(Process(process.name, process.kind, len(process.variables), captured, tuple(process.eigenvalues)))
+        variables += [name for name in process.variables if name not in variables]
+    for waves in model.description.waves:
+        names = list(waves.variables)
+        if names:
+            energies = [wave.amplitude**2 for wave in waves.components[: waves.free]]
+            twice = tuple(sorted([*energies, *energies], reverse=True))
+            result.append(Process(waves.name, "waves", len(names), 1.0, twice))
+            variables += names
+    if not variables:
+        hint = '[random.force] type = "squared_exponential", correlation_time = "1 s", and force in a formula'
+        if seas := [waves.name for waves in model.description.waves]:
+            hint = f"variables = true in [waves.{seas[0]}], where it has a spectrum"
+        raise UsageError(Problem(model.name, "the scene has no random process", hint))
+    return tuple(result), variables
+
+
+def cut_processes(model: Model) -> list[RandomProcess]:
+    """Return the random processes of a scene that share an expansion of which modes are left out, or follow one."""
+    processes = [item.random for item in model.description.inputs if item.random is not None]
+    return processes if any(one.captured[-1] <= _ALL for one in processes) else []
+
+
+def doubts_of_truncation(lost: float, processes: Sequence[RandomProcess], *, linear: bool) -> list[str]:
+    """Return a note on the share of the output's variance that is lost with the modes left out, if it matters."""
+    if lost <= _TRUNCATED:
+        return []
+    least = min(one.captured[-1] for one in processes)
+    percent, low = f"{100.0 * lost:.2g}", f"{100.0 * (1.0 - math.sqrt(1.0 - lost)):.2g}"
+    about = "" if linear else ", to first order about the mean motion"
+    return [
+        f"the modes left out, with {100.0 * (1.0 - least):.2g} % of a process's variance, have {percent} % of the"
+        f" output's{about}: its standard deviation is {low} % low; try: share = {1.0 - 0.1 * (1.0 - least):.6g} or more"
+    ]
+
+
+def truncated_processes(model: Model, variables: Sequence[str], gradient: Array) -> list[str]:
+    """Return notes on processes whose last modes have much of the output's variance, so that modes left out may, too.
+
+    Parameters
+    ----------
+    variables : names of the standard normal variables
+    gradient : (n,), of the output by these, about the mean
+    """
+    slopes, whole = dict(zip(variables, (gradient**2).tolist(), strict=True)), float(gradient @ gradient)
+    notes = []
+    for item in model.description.inputs:
+        process = item.random
+        own = () if process is None else process.own_variables
+        if process is None or process.captured[-1] > _ALL or not own:
+            continue
+        last = own[-max(1, len(own) // _LAST) :]
+        share = sum(slopes.get(name, 0.0) for name in last) / whole if whole > 0.0 else 0.0
+        if share > _TRUNCATED:
+            count = f"{len(last)} of {len(own)} modes" if len(last) > 1 else f"mode of {len(own)}"
+            left = 1.0 - process.captured[-1]
+            notes.append(
+                f"the last {count} of {process.name} have {100.0 * share:.2g} % of the output's variance, to first"
+                f" order: the modes that are left out, with {100.0 * left:.2g} % of the process's, may have as much;"
+                f" try: share = {1.0 - 0.1 * left:.6g}"
+            )
+    return notes
+
+
+def check_counts(**counts: int) -> None:
+    for name, count in counts.items():
+        if isinstance(count, bool) or not isinstance(count, int) or count < 0:
+            raise UsageError(Problem(name, f"a whole number from 0 on is needed, not {count!r}", f"{name}=1000"))
+
+
+def check_samples(**counts: int) -> None:
+    """Raise UsageError for too few samples for any estimate of their errors."""
+    for name, count in counts.items():
+        if 0 < count < FEWEST:
+            fault = f"of {count} samples no error is known: {FEWEST} are the least"
+            raise UsageError(Problem(name, fault, f"{name}=1000, or 0 for none"))
+
+
+def checked_options(given: Mapping[str, Any], variables: Collection[str], processes: Collection[str]) -> dict[str, Any]:
+    """Return options of runs, which record every step: crossings, largest values and directions are looked for in rows.
+
+    Raises UsageError for options that runs with derivatives do not have, for rows that are farther apart, and for
+    values that the study varies itself.
+    """
+    check_options("random_vibration", given, SensitivityOptions.__annotations__, _OF_OTHER_RUNS, OWN)
+    if given.get("record_every") not in (None, 1):
+        fault = "crossings, largest values and gradients are looked for at every step"
+        raise UsageError(Problem("record_every", fault, "without it"))
+    parameters = given.get("parameters")
+    if not (parameters is None or isinstance(parameters, Mapping)):
+        fault = f"values by name are needed, not {shown(parameters)}"
+        raise UsageError(Problem("parameters", fault, 'parameters={"mass": 1.5}'))
+    held = [name for name in parameters or () if name in variables]
+    if held:
+        fault = f"{held[0]} is a variable of a random process, and the study goes over all its values"
+        hint = f'simulate(parameters={{"{held[0]}": ...}}) (eomgen simulate --set {held[0]}=...), one run'
+        raise UsageError(Problem("parameters", fault, hint))
+    inputs = given.get("inputs")
+    replaced = [name for name in inputs if name in processes] if isinstance(inputs, Mapping) else []
+    if replaced:
+        fault = f"{replaced[0]} is a random process, and the study goes over all its values"
+        raise UsageError(Problem("inputs", fault, f'without it; simulate(inputs={{"{replaced[0]}": ...}}), one run'))
+    return {**given, "record_every": 1}
+
+
+def numbers_of(name: str, given: Any, hint: str, *, least: int = 1) -> Array:
+    """Return a list of finite numbers, (n,). Raises UsageError."""
+    try:
+        result = np.asarray(given)
+    except ValueError:  # rows of different lengths
+        result = np.asarray(None)
+    if result.ndim != 1 or len(result) < least or (len(result) and result.dtype.kind not in "iuf"):
+        raise UsageError(Problem(name, f"a list of numbers is needed, not {shown(given)}", hint))
+    if not np.isfinite(result).all():
+        bad = result[~np.isfinite(result)][0]
+        raise UsageError(Problem(name, f"{bad} is not a finite number", hint))
+    return result.astype(float)
+
+
+def span_of(model: Model, at: float | None, step: float | None, t_start: float = 0.0) -> tuple[float, float]:
+    """Return the time and the step, of the scene if they are not given. Raises UsageError."""
+    simulation = model.description.simulation
+    end = t_start + simulation.duration if at is None else number_of("at", at)
+    size = simulation.step if step is None else number_of("step", step)
+    if not size > 0.0:
+        raise UsageError(Problem("step", f"the step must be positive, not {size:.6g}", f"step={simulation.step:.6g}"))
+    if not end > t_start:
+        fault = f"there is no run from {t_start:.6g} s to t = {end:.6g} s"
+        raise UsageError(
+            Problem("at", fault, f"at={t_start + simulation.duration:.6g} (--t-end), a time behind the start")
+        )
+    count = (end - t_start) / size
+    if count < 1.0 - _WHOLE:
+        fault = f"the run to t = {end:.6g} s has no whole step of {size:.6g} s"
+        swapped = at is not None and step is not None
+        shorter = 0.01 * (end - t_start)
+        hint = f"at={size:.6g}, step={end:.6g}: the end comes first" if swapped else f"step={shorter:.2g}"
+        raise UsageError(Problem("step", fault, hint))
+    if abs(count - round(count)) > _WHOLE * max(1.0, count):
+        fault = f"t = {end:.9g} s is no whole number of steps of {size:.6g} s"
+        whole = t_start + round(count) * size
+        raise UsageError(Problem("at", fault, f"at={whole:.9g} (--t-end {whole:.9g})"))
+    return end, size
+
+
+def check_output(model: Model, output: str) -> None:
+    sizes = {str(item["name"]): int(item["size"]) for item in model.library.layout["outputs"]}
+    known = f"one of {', '.join(sizes)}" if sizes else "[outputs.x] in the scene"
+    if not isinstance(output, str):
+        raise UsageError(Problem("output", f"a name is needed, not {type(output).__name__}", known))
+    name, bracket, rest = output.partition("[")
+    if name not in sizes:
+        raise UsageError(Problem("output", f"there is no output {name!r}", known))
+    size = sizes[name]
+    place = rest.rstrip("]")
+    if bool(bracket) != (size > 1) or (bracket and not (place.isdigit() and int(place) < size)):
+        hint = name if size == 1 else f"{name}[0] to {name}[{size - 1}]"
+        raise UsageError(Problem("output", f"{output!r} is no single component of {name}", hint))
+
+
+def thresholds_of(
+    mean: float, deviation: float, given: Sequence[float] | None, *, needs_spread: bool, varies: bool
+) -> Array:
+    """Return the thresholds. Raises UsageError if the output has no spread.
+
+    Parameters
+    ----------
+    mean, deviation : of the output
+    needs_spread : whether an output without spread is refused, in any case if no thresholds are given
+    varies : whether samples differ
+    """
+    if (needs_spread or given is None) and not deviation > 0.0:
+        hint = "another output, a later time; samples alone: thresholds=[...], points=False (--threshold, --no-points)"
+        raise UsageError(Problem("output", _without_spread(varies=varies), hint))
+    if given is None:
+        return mean + deviation * special.ndtri(np.array(SHARES))
+    return np.array(given)
+
+
+def _without_spread(*, varies: bool) -> str:
+    if varies:
+        return "about the mean the output has neither slope nor bend, though samples differ: a kink, as of abs at 0"
+    return "to second order about the mean the output does not depend on the random processes at this time"
+
+
+def doubts_of_spread(mean: float, deviation: float, *, varies: bool) -> list[str]:
+    """Return a note on an output that is constant, or nearly so."""
+    if not deviation > 0.0:
+        return [_without_spread(varies=varies)]
+    if deviation < _FAINT * abs(mean):
+        part = deviation / abs(mean)
+        return [f"the output's standard deviation is {part:.1g} of its mean: rounding of runs leaves few of its digits"]
+    return []

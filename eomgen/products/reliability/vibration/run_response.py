@@ -1,0 +1,250 @@
+"""An output of a run at one time as a response to the standard normal variables of the scene's random processes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.errors import NumericalError, UsageError
+from eomgen.products.derivatives.functionals import component
+from eomgen.products.derivatives.linearise import newton_settings
+from eomgen.products.reliability.tails import Expansion
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+    from eomgen.products.derivatives.run_sensitivities import Sensitivities
+    from eomgen.products.derivatives.stationary_run import StationaryRun
+    from eomgen.products.ensembles import Ensemble
+    from eomgen.results.sample_errors import SampleErrors
+
+Derived = TypeVar("Derived")
+
+#: Steps of z by which gradients are differenced: the third derivative of a response of order 1 leaves 2e-9 of it.
+_APART = 1e-4
+
+
+@dataclass
+class RunResponse:
+    """One output at the end of runs.
+
+    Attributes
+    ----------
+    variables : tunable parameters that are standard normal
+    output : name of an output, or of a component of it, ``tip[0]``
+    span : t_end and step, s
+    options : of ``simulate``
+    runs, adjoints, tangents : solutions of the equations of motion, and of their linear ones backwards and forwards
+        in time
+    failed : samples whose runs failed
+    reason : why Hessians are differences of gradients; empty if they are exact
+    """
+
+    model: Model
+    variables: Sequence[str]
+    output: str
+    span: tuple[float, float]
+    options: Mapping[str, Any]
+    runs: int = field(default=0, init=False)
+    adjoints: int = field(default=0, init=False)
+    tangents: int = field(default=0, init=False)
+    failed: int = field(default=0, init=False)
+    reason: str = field(default="", init=False)
+    _last: tuple[Array, Sensitivities] | None = field(default=None, init=False)
+    _slope: tuple[Array, float, Array] | None = field(default=None, init=False)
+    _longer: RunResponse | None = field(default=None, init=False)
+
+    @property
+    def spent(self) -> tuple[int, int, int]:
+        """Runs, adjoint runs and tangents until now."""
+        return self.runs, self.adjoints, self.tangents
+
+    def spend(self, runs: int, adjoints: int = 0, tangents: int = 0) -> None:
+        """Count solutions, also of another response."""
+        self.runs, self.adjoints, self.tangents = self.runs + runs, self.adjoints + adjoints, self.tangents + tangents
+
+    @property
+    def _functional(self) -> str:
+        return f"final({self.output})"
+
+    @property
+    def size(self) -> int:
+        return len(self.variables)
+
+    def values(self, points: Array) -> Array:
+        """Return the output (m,) at points (m, n), not a number if a run failed."""
+        return self.samples(points)[0]
+
+    def samples(self, points: Array) -> tuple[Array, Array]:
+        """Return the output at the end of runs (m,), and its largest value within each, at points (m, n)."""
+        result = self._run_many(points, error_estimate=False)
+        return self._of_column(result)
+
+    def examined(self, points: Array) -> tuple[tuple[Array, Array], SampleErrors, tuple[str, ...]]:
+        """Return ``samples``, with the estimated errors of a few of them and notes on their steps."""
+        result = self._run_many(points, error_estimate=True)
+        return self._of_column(result), result.error, result.notes
+
+    def _run_many(self, points: Array, *, error_estimate: bool) -> Ensemble:
+        self.spend(len(points))
+        result = self.model.simulate_many(
+            *self.span,
+            table=dict(zip(self.variables, points.T, strict=True)),
+            columns=[self._column],
+            points=2,
+            error_estimate=error_estimate,
+            **self.options,
+        )
+        self.failed += len(result.failed)
+        return result
+
+    def _of_column(self, found: Ensemble) -> tuple[Array, Array]:
+        final, highest = (found.results[f"{self._column}.{which}"] for which in ("final", "max"))
+        return np.asarray(final, dtype=float), np.asarray(highest, dtype=float)
+
+    @property
+    def _column(self) -> str:
+        return f"output.{self.output}"
+
+    def kinks(self) -> list[str]:
+        """Return operations of the equations at which slopes jump with the motion, in words; found once."""
+        return self._kinks
+
+    @cached_property
+    def _kinks(self) -> list[str]:
+        if self.model.branches is None:
+            return []
+        moving = {"q", "v", "z"}
+        result = self.model.branches().kinks
+        kinks = (kink for kink in result if moving & {symbol.block for symbol in kink.symbols})
+        return list(dict.fromkeys(kink.description for kink in kinks))
+
+    def expansion(self, point: Array) -> Expansion:
+        """Return the output with its gradient (n,) and Hessian (n, n): one run, its tangents in all directions, and one
+        adjoint run; one adjoint run alone about a state that stays as it is."""
+        if (still := self._still_at(point)) is not None:
+            return Expansion(*self.gradient(point), self._bent_still(still, np.eye(self.size)))
+        found = self._sensitivities(point)
+        derived = self._exactly(lambda: found.expansions([self._functional]))
+        if derived is None:
+            return Expansion(*self.gradient(point), self._differenced(point, np.eye(self.size)))
+        known = self._slope is not None and np.array_equal(self._slope[0], point)
+        self.spend(0, 0 if known and found.keeps_adjoints else 1, self.size)
+        self._slope = np.array(point), float(component(found.outputs, self.output)[-1]), derived[0][0]
+        return Expansion(*self._slope[1:], derived[1][0])
+
+    @cached_property
+    def stationary(self) -> StationaryRun | None:
+        """Derivatives at all rows about the mean if the state stays constant there, which takes no run."""
+        if self._longer is not None:  # it has the rows up to here
+            return self._longer.stationary
+        return self._begun(np.zeros(self.size)).stationary([self.output])
+
+    def _still_at(self, point: Array) -> StationaryRun | None:
+        """Return derivatives about a constant state, if a point is the mean and there is one."""
+        return None if np.any(point) else self.stationary
+
+    def _of_still(self, still: StationaryRun) -> tuple[int, float, Array]:
+        """Return the row of the end, the output and its gradient (n,) there, and count the adjoints."""
+        row, before = int(np.argmin(np.abs(still.t - self.span[0]))), still.solutions
+        value, gradient = float(still.outputs[row, 0]), still.gradients[row, 0]
+        self.spend(0, still.solutions - before)
+        return row, value, gradient
+
+    def _bent_still(self, still: StationaryRun, directions: Array) -> Array:
+        """Return the Hessian at the end times directions."""
+        row, *_ = self._of_still(still)
+        before = still.solutions
+        hessian = self._exactly(lambda: still.hessian(0, row))
+        self.spend(0, still.solutions - before)
+        return self._differenced(np.zeros(self.size), directions) if hessian is None else hessian @ directions
+
+    def products(self, point: Array, directions: Array) -> Array:
+        """Return the Hessian at a point times directions (n, r), (n, r): for each direction a tangent, and the adjoint
+        of that."""
+        if (still := self._still_at(point)) is not None:
+            return self._bent_still(still, directions)
+        count = directions.shape[1]
+        found = self._sensitivities(point)
+        products = self._exactly(lambda: found.hessian_products(self._functional, directions))
+        if products is None:
+            return self._differenced(point, directions)
+        self.spend(0, 1 + count, count)
+        return products
+
+    def _exactly(self, derived: Callable[[], Derived]) -> Derived | None:
+        """Return exact second derivatives; None of scenes that have none, which is noted."""
+        if self.reason:
+            return None
+        try:
+            return derived()
+        except UsageError as error:
+            self.reason = error.problems[0].what
+            return None
+
+    def _differenced(self, point: Array, directions: Array) -> Array:
+        """Return the Hessian times directions (n, r), (n, r): differences of exact gradients."""
+        result = np.empty_like(directions)
+        for k, ahead in enumerate(_APART * directions.T):
+            result[:, k] = (self.gradient(point + ahead)[1] - self.gradient(point - ahead)[1]) / (2.0 * _APART)
+        return result
+
+    def gradient(self, point: Array) -> tuple[float, Array]:
+        """Return the output, and its derivatives (n,) by one adjoint run; the last ones if the point is the same."""
+        if (still := self._still_at(point)) is not None:
+            return self._of_still(still)[1:]
+        if self._slope is None or not np.array_equal(self._slope[0], point):
+            found = self._sensitivities(point)
+            value, gradient = float(component(found.outputs, self.output)[-1]), found.gradients([self._functional])[0]
+            self._slope = np.array(point), value, gradient
+            self.spend(0, 1)
+        return self._slope[1], self._slope[2]
+
+    def along(self, point: Array) -> tuple[Array, Array, Array]:
+        """Return times (rows,), the output (rows,) and its derivatives (rows, n), by tangents along one run."""
+        if (still := self._still_at(point)) is not None:
+            self._of_still(still)
+            rows = slice(None, None, still.run.run.every)
+            return still.t[rows], still.outputs[rows, 0], still.gradients[rows, 0]
+        self.spend(0, 0, self.size)
+        result = self._sensitivities(point)
+        return result.t, component(result.outputs, self.output), component(result.derivatives, self.output)
+
+    def by_inputs(self) -> tuple[Array, dict[str, Array]]:
+        """Return times (rows,) and the derivatives of the output in the values of random processes at these, (rows,)
+        each, about the mean: by one run and one adjoint run."""
+        self.spend(1, 1)
+        result = self._begun(np.zeros(self.size), by=self.variables[:1])  # any parameter does
+        return result.t, result.input_gradient(self._functional)
+
+    def ending(self, time: float) -> RunResponse:
+        """Return the response at another end, which counts for itself; about a state that stays as it is it takes no
+        further adjoints."""
+        other = replace(self, span=(time, self.span[1]))
+        other._longer = self
+        return other
+
+    def _sensitivities(self, point: Array) -> Sensitivities:
+        """Return derivatives of the run at a point, the last one if it is the same."""
+        if self._last is None or not np.array_equal(self._last[0], point):
+            self._last = np.array(point), self._begun(point)
+            self.spend(1)
+        return self._last[1]
+
+    def _begun(self, point: Array, by: Sequence[str] = ()) -> Sensitivities:
+        """Return derivatives of the run at a point, by all variables if no others are named."""
+        given = dict(self.options)
+        parameters = {**(given.pop("parameters", None) or {}), **dict(zip(self.variables, point.tolist(), strict=True))}
+        settings = {**newton_settings(self.model, given.get("method")), **(given.pop("settings", None) or {})}
+        name = self.output.partition("[")[0]
+        given |= {"by": list(by or self.variables), "of": [name], "parameters": parameters}
+        try:
+            return self.model.sensitivities(*self.span, settings=settings or None, **given)
+        except NumericalError as error:
+            far = float(np.linalg.norm(point))
+            fault = f"the run {far:.3g} standard deviations from the mean fails: {error.problems[0].what}"
+            raise NumericalError(fault, "smaller steps, or thresholds nearer to the mean") from error

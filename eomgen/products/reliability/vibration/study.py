@@ -1,0 +1,529 @@
+"""The distribution of an output of a scene under random processes: by expansions at the mean, at most probable points,
+and by samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Unpack
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import with_options_of
+from eomgen.compiled.arguments import number_of
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.products.derivatives.crossings import CrossedJump
+from eomgen.products.derivatives.linearise import sensitivities
+from eomgen.products.reliability.tails import (
+    JUMPING,
+    Draws,
+    MostProbablePoint,
+    Projected,
+    QuadraticForm,
+    Unreached,
+    hermite_projection,
+    leading_directions,
+    points_on_curve,
+)
+from eomgen.products.reliability.vibration.distributions import (
+    against_samples,
+    at_points,
+    corrected,
+    counted_instead,
+    disagreements,
+    doubts_of,
+    doubts_of_forms,
+    moments_of,
+    of_form,
+    of_samples,
+    relative_errors,
+    spread,
+    tails_of,
+    unreached,
+    why_gradient_changes,
+    without,
+)
+from eomgen.products.reliability.vibration.findings import Cost, Distribution
+from eomgen.products.reliability.vibration.inputs import (
+    FEWEST,
+    check_counts,
+    check_output,
+    check_samples,
+    checked_options,
+    cut_processes,
+    doubts_of_spread,
+    doubts_of_truncation,
+    numbers_of,
+    processes_of,
+    span_of,
+    thresholds_of,
+    truncated_processes,
+)
+from eomgen.products.reliability.vibration.over_time import first_passage, judged_passage, not_normal, rows_at
+from eomgen.products.reliability.vibration.result import RandomVibration
+from eomgen.products.reliability.vibration.run_response import RunResponse
+from eomgen.products.reliability.vibration.truncation import lost_variance
+from eomgen.results.sample_errors import SampleErrors
+from eomgen.simulation.option_types import SensitivityOptions
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+
+#: Check of the quadratic form at the mean: number of samples, largest deviation relative to their standard deviation,
+#: and number of samples that correct the moments of a rejected form.
+_TRIED, _MISSED, _CORRECTING = 32, 0.1, 400
+#: Samples about the mean that check first passages.
+_OF_LEVELS = 1000
+#: Least number of passing samples for an estimate of a probability of passage.
+_FEW_PASSED = 10
+#: Errors of steps above this fraction of the output's standard deviation give a note.
+_OF_STEPS = 0.03
+#: Distributions that are samples' own.
+_SAMPLED = ("corrected", "importance_sampling", "monte_carlo")
+
+
+@with_options_of(sensitivities, SensitivityOptions.__annotations__)
+def random_vibration(
+    model: Model,
+    output: str,
+    at: float | None = None,
+    step: float | None = None,
+    *,
+    thresholds: Sequence[float] | None = None,
+    points: bool = True,
+    projected: float | None = None,
+    whole: bool = True,
+    samples: int = 0,
+    tail_samples: int = 0,
+    pairs: int = 0,
+    times: Sequence[float] = (),
+    levels: Sequence[float] = (),
+    seed: int = 0,
+    **options: Unpack[SensitivityOptions],
+) -> RandomVibration:
+    """Return the distribution of an output at a time, and the cost of each method.
+
+    Parameters
+    ----------
+    output : str
+        An output, or a component of it: ``tip[0]``.
+    at, step : float
+        Time of the distribution and step, s; by default the end of the run and the step of the scene's simulation.
+    thresholds : sequence of float
+        Values of the output for its distribution; eleven, with probabilities from 1e-4 to 0.9999, by default.
+    points : bool
+        Search for the most probable point of each threshold: FORM, SORM, quadratic forms there.
+    projected : float
+        Share, below 1, of the squares of the output's gradients along the run whose directions have a Hessian. This is
+        second-order projected differentiation (PD2).
+    whole : bool
+        Take Hessians in all directions; if not, all of them are projected.
+    samples : int
+        Number of samples of Monte Carlo, 0 for none.
+    tail_samples : int
+        Number of samples of importance sampling about the most probable point of each threshold.
+    pairs : int
+        Pairs of points of the Hermite projection.
+    times : sequence of float
+        Other times, s, for the covariance with the output.
+    levels : sequence of float
+        Levels for the first passage within the run, from below.
+    seed : int
+        Of samples.
+    method, rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of
+        ``simulate``; the method is the scene's by default
+
+    Raises
+    ------
+    UsageError
+        Forces that jump along the motion, without samples; counts below 0, samples below 20, a level that is
+        not finite, a share that is none, no random process, no such output, an output that does not depend on the
+        processes, a method without derivatives of runs.
+    NumericalError
+        A threshold that is not reached, a run that fails.
+
+    References
+    ----------
+    Papadimitriou, Mourelatos, Hu: Nonlinear random vibration analysis using second-order adjoint and projected
+    differentiation (2021).
+    """
+    check_counts(samples=samples, tail_samples=tail_samples, pairs=pairs, seed=seed)
+    check_samples(samples=samples, tail_samples=tail_samples)
+    levels = numbers_of("levels", levels, "levels=[1.5]", least=0).tolist()
+    times = numbers_of("times", times, "times=[1.0, 2.0]", least=0).tolist()
+    if thresholds is not None:
+        thresholds = numbers_of("thresholds", thresholds, "thresholds=[0.5, 1.0]").tolist()
+    _check_projection(projected, whole)
+    processes, variables = processes_of(model)
+    given = checked_options(options, variables, [one.name for one in processes])
+    span = span_of(model, at, step, number_of("t_start", given.get("t_start", 0.0)))
+    check_output(model, output)
+    study = _Study(RunResponse(model, variables, output, span, given), seed)
+    try:
+        forms = study.expansions(projected, whole, pairs)
+    except CrossedJump as error:
+        study.left_to_samples(error, samples, "samples alone are left")
+        forms, points = {}, False
+    form = forms.get("second_order", forms.get("projected"))
+    best = forms.get("hermite", form)
+    mean, deviation = study.sampled_spread(samples) if best is None else (best.mean, best.standard_deviation)
+    varies = deviation > 0.0 or study.varies()
+    wanted = thresholds_of(mean, deviation, thresholds, needs_spread=points, varies=varies)
+    study.notes += doubts_of_spread(mean, deviation, varies=varies)
+    study.distributions = {name: of_form(one, wanted) for name, one in forms.items()}
+    study.moments = {name: moments_of(one) for name, one in forms.items()}
+    others = bool(samples or len(times) or levels)
+    indices = study.about_points(wanted, tail_samples, samples, others) if points else np.full(len(wanted), np.nan)
+    passage: dict[float, dict[str, float]] = {float(level): {} for level in levels}
+    if samples:
+        study.by_samples(samples, wanted, passage)
+    covariance = study.along(times, passage, forms) if forms and (len(times) or levels) else {}
+    if form is not None:
+        study.check_form(form)
+    study.check_passages(passage, forms.get("first_order"))
+    study.check_steps(output, deviation)
+    if form is not None:
+        study.check_truncation(form)
+    if study.response.reason:
+        study.notes.append(f"Hessians are differences of gradients: {study.response.reason}")
+    units = {item.name: item.unit for item in model.description.outputs}
+    return RandomVibration(
+        model.name,
+        output,
+        units.get(output.partition("[")[0], ""),
+        span[0],
+        processes,
+        wanted,
+        study.moments,
+        study.distributions,
+        indices,
+        np.asarray(times if forms else (), dtype=float),
+        covariance,
+        passage,
+        study.costs,
+        study.notes,
+        study.error,
+        study.errors,
+        study.lost_variance,
+    )
+
+
+@dataclass
+class _Study:
+    """Results of the study, step by step.
+
+    Attributes
+    ----------
+    response : the output, whose solutions of the equations of motion are counted
+    seed : of samples
+    """
+
+    response: RunResponse
+    seed: int
+    directions: Array | None = field(default=None, init=False)
+    moments: dict[str, tuple[float, float, float, float]] = field(default_factory=dict, init=False)
+    distributions: dict[str, Distribution] = field(default_factory=dict, init=False)
+    costs: dict[str, Cost] = field(default_factory=dict, init=False)
+    notes: list[str] = field(default_factory=list, init=False)
+    errors: dict[str, Array] = field(default_factory=dict, init=False)
+    error: SampleErrors = field(default_factory=SampleErrors, init=False)
+    lost_variance: float = field(default=float("nan"), init=False)
+    _of_steps: list[str] = field(default_factory=list, init=False)
+    _samples: tuple[Array, Array] | None = field(default=None, init=False)
+
+    @contextmanager
+    def _counted(self, name: str) -> Iterator[None]:
+        before = self.response.spent
+        yield
+        spent = [now - then for now, then in zip(self.response.spent, before, strict=True)]
+        if name in self.costs:
+            spent = [now + then for now, then in zip(spent, vars(self.costs[name]).values(), strict=True)]
+        self.costs[name] = Cost(*spent)
+
+    @cached_property
+    def about_mean(self) -> Draws:
+        """Samples about the mean, the first of which are run with estimates of the errors of steps."""
+        return Draws(self._run_about_mean, np.zeros(self.response.size), self.seed + 1)
+
+    def _run_about_mean(self, points: Array) -> tuple[Array, ...]:
+        if self.error.available or self._of_steps:
+            return self.response.samples(points)
+        result, self.error, notes = self.response.examined(points)
+        self._of_steps = [*notes] or [""]
+        return result
+
+    @cached_property
+    def _run(self) -> tuple[Array, Array, Array]:
+        """Times, the output and its gradients along the run about the mean, solved once."""
+        return self.response.along(np.zeros(self.response.size))
+
+    @property
+    def _expanded(self) -> RunResponse | Projected:
+        """The response with the Hessians that are asked for."""
+        return self.response if self.directions is None else Projected(self.response, self.directions)
+
+    def expansions(self, projected: float | None, whole: bool, pairs: int) -> dict[str, QuadraticForm]:
+        """Return the quadratic forms about the mean, and on average."""
+        origin, forms = np.zeros(self.response.size), {}
+        if projected is not None:
+            with self._counted("projected"):
+                self.directions = leading_directions(self._run[2], projected)
+                forms["projected"] = self._expanded.expansion(origin).form
+        if whole:
+            self.directions = None
+            with self._counted("second_order"):
+                forms["second_order"] = self.response.expansion(origin).form
+        form = forms["second_order" if whole else "projected"]
+        forms = {"first_order": QuadraticForm(form.value, form.gradient, 0.0 * form.hessian), **forms}
+        if pairs:
+            with self._counted("hermite"):
+                forms["hermite"] = hermite_projection(self._expanded, pairs, self.seed)
+        return forms
+
+    def varies(self) -> bool:
+        """Return whether a few samples differ."""
+        _, y, _ = self.about_mean.first(_TRIED)
+        known = y[np.isfinite(y)]
+        return len(known) > 0 and bool(np.ptp(known) > 0.0)
+
+    def check_form(self, form: QuadraticForm) -> None:
+        """Compare the form about the mean with samples; if it is far from them, correct its moments by more of them."""
+        with self._counted("check"):
+            z, y, _ = self.about_mean.first(_TRIED)
+        failed = int(np.count_nonzero(~np.isfinite(y)))
+        if failed:
+            self.notes.append(f"{failed} of {len(y)} samples fail, so what is said of the output leaves them out")
+        if len(y) - failed < 2 or not np.nanvar(y) > 0.0:
+            return
+        if float(np.sqrt(np.nanmean((y - form.values(z)) ** 2) / np.nanvar(y))) <= _MISSED:
+            return
+        with self._counted("check"):
+            z, y, _ = self.about_mean.first(_CORRECTING)
+        known = np.isfinite(y)
+        y, ours = y[known], form.values(z[known])
+        missed = float(np.sqrt(np.mean((y - ours) ** 2) / np.var(y)))
+        squares = (y - y.mean()) ** 2 - (ours - ours.mean()) ** 2
+        variance = form.standard_deviation**2 + float(squares.mean())
+        error = float(squares.std()) / np.sqrt(len(y))
+        plain = (y - y.mean()) ** 2
+        if not variance > 0.0 or float(plain.std()) / np.sqrt(len(y)) < error:  # the form is of no use
+            variance, error = float(np.var(y)), float(plain.std()) / np.sqrt(len(y))
+        deviation = float(np.sqrt(variance))
+        self.moments["corrected"] = form.mean + float(np.mean(y - ours)), deviation, float("nan"), float("nan")
+        self.notes.append(
+            f"the quadratic form about the mean misses {len(y)} samples by {missed:.2g} of their standard deviation:"
+            f" these correct the standard deviation from {form.standard_deviation:.4g} to {deviation:.4g} +-"
+            f" {error / deviation:.1g}, and distributions about the mean are a guess"
+        )
+
+    def check_steps(self, output: str, deviation: float) -> None:
+        """Note the discretisation errors of samples, and random processes that the steps do not resolve."""
+        with self._counted("check"):
+            self.about_mean.first(_TRIED)
+        off = self.error.columns.get(f"output.{output}", float("nan"))
+        if off > _OF_STEPS * deviation > 0.0:
+            self.notes.append(
+                f"the steps put the output off by up to {off:.2g}, {100.0 * off / deviation:.2g} % of its standard"
+                f" deviation; try: a step smaller than {self.response.span[1]:.3g} s"
+            )
+        self.notes += filter(None, self._of_steps)
+
+    def check_truncation(self, form: QuadraticForm) -> None:
+        """Find the share of the output's variance that is lost with the modes left out; note it if it matters."""
+        model, variables = self.response.model, self.response.variables
+        if not (cut := cut_processes(model)):
+            return
+        with self._counted("truncation"):
+            self.lost_variance = lost_variance(cut, *self.response.by_inputs(), variables, form.gradient)
+        if np.isnan(self.lost_variance):
+            self.notes += truncated_processes(model, variables, form.gradient)
+        else:
+            self.notes += doubts_of_truncation(self.lost_variance, cut, linear=form.linear)
+
+    def check_passages(self, passage: dict[float, dict[str, float]], normal: QuadraticForm | None) -> None:
+        """Compare probabilities of first passages by rates of crossings with samples, and choose."""
+        if not passage:
+            return
+        with self._counted("check"):
+            _, y, highest = self._first_passages()
+        known = np.isfinite(y) & np.isfinite(highest)
+        y, highest = y[known], highest[known]
+        bent = "" if normal is None else not_normal(y, normal.mean, normal.standard_deviation)
+        for level, values in passage.items():
+            passed = int(np.count_nonzero(highest > level))
+            if self._samples is None:
+                values["samples"] = passed / len(highest)
+            if "crossing_rate" not in values:
+                values["preferred"] = values["monte_carlo"]
+                continue
+            values["preferred"], note = judged_passage(level, values["crossing_rate"], passed, len(highest))
+            if not note and bent and passed < _FEW_PASSED:
+                note = f"the first passage of {level:.6g} by the rate of crossings is a guess: {bent}"
+            self.notes += [note] if note else []
+
+    def _first_passages(self) -> tuple[Array, ...]:
+        """Return points, outputs and largest outputs of the samples for first passages."""
+        if self._samples is not None and len(self._samples[0]) >= _OF_LEVELS:
+            return (np.zeros(0), *self._samples)
+        return self.about_mean.first(_OF_LEVELS)
+
+    def about_points(self, wanted: Array, tail_samples: int, samples: int, others: bool) -> Array:
+        """Find the most probable points of thresholds and the distributions about them; return their indices.
+
+        ``others``: whether other results remain if the search fails.
+        """
+        none = np.full(len(wanted), np.nan)
+        try:
+            with self._counted("most_probable_points"):
+                found, missed = points_on_curve(self._expanded, wanted.tolist(), self._kinked)
+        except (CrossedJump, NumericalError) as error:
+            self.left_to_samples(error, samples, "most probable points are left out")
+            return none
+        if not found and not others:
+            first = missed[min(missed)]
+            if first.why == JUMPING:
+                why = why_gradient_changes(self.response.kinks())
+                raise Unreached(first.last, float(wanted[min(missed)]), why)
+            raise first
+        self.notes += unreached(missed, wanted, self.response.kinks)
+        if not found:
+            return none
+        places, reached = sorted(found), [found[k] for k in sorted(found)]
+        self.notes += self._doubts_of_rough(reached)
+        with self._counted("other_points"):
+            self.notes += doubts_of(self._expanded, reached, self.seed)
+        about = at_points(reached)
+        failed = self.response.failed
+        with self._counted("corrected"):
+            true = corrected(self.response, reached, about["quadratic"], self.about_mean, self.seed)
+            true, contradicted = counted_instead(wanted[places], true, self.about_mean)
+            self.notes += contradicted
+        if tail_samples:
+            with self._counted("importance_sampling"):
+                about["importance_sampling"] = tails_of(self.response, reached, tail_samples, self.seed)
+        failed = self.response.failed - failed
+        errors = {name: relative_errors(one, true) for name, one in about.items() if name not in _SAMPLED}
+        self.notes += doubts_of_forms(wanted[places], errors, true)
+        wrong = disagreements(wanted[places].tolist(), about["quadratic"], true)
+        self.notes += wrong.values()
+        about["quadratic"] = without(about["quadratic"], wrong)
+        about["corrected"] = true
+        if failed:
+            self.notes.append(f"{failed} samples about most probable points failed: thresholds with such have none")
+        of_forms = {name: one for name, one in self.distributions.items() if name not in _SAMPLED}
+        self.distributions |= {name: spread(one, places, len(wanted)) for name, one in about.items()}
+        whole = self.distributions["corrected"]
+        self.errors = {name: relative_errors(one, whole) for name, one in of_forms.items()}
+        for name, values in errors.items():
+            self.errors[name] = none.copy()
+            self.errors[name][places] = values
+        indices = none.copy()
+        indices[places] = [one.index for one in reached]
+        return indices
+
+    def _kinked(self) -> bool:
+        return bool(self.response.kinks())
+
+    def _doubts_of_rough(self, reached: Sequence[MostProbablePoint]) -> list[str]:
+        """Return a note on points next to jumps of the gradient."""
+        rough = [one for one in reached if one.aside]
+        if not rough:
+            return []
+        by = ", ".join(self.response.kinks())
+        names = ", ".join(f"{one.threshold:.6g}" for one in rough)
+        aside = max(one.aside for one in rough)
+        return [
+            f"most probable points of {names} are known to {aside:.1g} standard deviations alone: the gradient jumps"
+            f" there{f' by {by}' if by else ''}; quadratic forms lack the jump, and samples correct them"
+        ]
+
+    def left_to_samples(self, error: CrossedJump | NumericalError, samples: int, left: str) -> None:
+        """Note the remaining results if there are no derivatives. Raises the error if there are no samples."""
+        fault = error.problems[0].what
+        if samples:
+            self.notes.append(f"{left}: {fault}")
+        elif isinstance(error, NumericalError):
+            raise error
+        else:
+            hint = "samples=4000 (--monte-carlo 4000), which take no derivatives"
+            raise CrossedJump(Problem("random_vibration", fault, hint))
+
+    def sampled_spread(self, count: int) -> tuple[float, float]:
+        """Return the mean and the standard deviation of samples."""
+        y = self._drawn(count)[0]
+        return float(np.nanmean(y)), float(np.nanstd(y))
+
+    def _drawn(self, count: int) -> tuple[Array, Array]:
+        """Return the output of samples, and its largest values within their runs, drawn once."""
+        if self._samples is not None:
+            return self._samples
+        with self._counted("monte_carlo"):
+            normal = np.random.default_rng(self.seed).standard_normal((count, self.response.size))
+            y, highest = self.response.samples(normal)
+        failed = int(np.count_nonzero(~np.isfinite(y)))
+        if count - failed < FEWEST:
+            fault = f"{'all' if failed == count else f'{failed} of'} {count} samples of Monte Carlo fail"
+            raise NumericalError(fault, "smaller steps, or a scene that runs")
+        self._samples = y, highest
+        return self._samples
+
+    def by_samples(self, count: int, wanted: Array, passage: dict[float, dict[str, float]]) -> None:
+        """Count samples, at the end and by the largest value within their runs."""
+        y, highest = self._drawn(count)
+        failed = int(np.count_nonzero(~np.isfinite(y)))
+        found = of_samples(y[np.isfinite(y)], wanted)
+        self.distributions["monte_carlo"], self.moments["monte_carlo"] = found
+        for level, values in passage.items():
+            values["monte_carlo"] = float(np.mean(highest[np.isfinite(highest)] > level))
+        if failed:
+            self.notes.append(f"{failed} of {count} samples failed, and are in no statistics")
+        if "quadratic" in self.distributions:
+            form, counted = self.distributions["quadratic"], self.distributions["monte_carlo"]
+            wrong = against_samples(wanted, form, counted)
+            self.notes += wrong.values()
+            self.distributions["quadratic"] = without(form, wrong)
+
+    def along(
+        self, times: Sequence[float], passage: dict[float, dict[str, float]], forms: dict[str, QuadraticForm]
+    ) -> dict[str, Array]:
+        """Find rates of crossings along the run; return the covariance of the output at times with its end value."""
+        with self._counted("along_the_run"):
+            t, y, slopes = self._run
+        for level, values in passage.items():
+            values["crossing_rate"] = first_passage(t, y, slopes, level)
+            if y[0] >= level and not np.any(slopes[0]):
+                self.notes.append(
+                    f"the output starts at {y[0]:.6g}, not below the level {level:.6g}, and counts as passed"
+                )
+        if not len(times):
+            return {}
+        rows = rows_at(t, times)
+        result = {"first_order": slopes[rows] @ forms["first_order"].gradient}
+        name = "second_order" if self.directions is None else "projected"
+        with self._counted("autocovariance"):
+            result[name] = np.array([forms[name].covariance(self._form_at(float(t[row]))) for row in rows])
+        return result
+
+    def _form_at(self, time: float) -> QuadraticForm:
+        """Return the form about the mean of the output at another time."""
+        size = self.response.size
+        if time <= 0.0:
+            return QuadraticForm(0.0, np.zeros(size), np.zeros((size, size)))
+        other = self.response.ending(time)
+        expanded = other if self.directions is None else Projected(other, self.directions)
+        form = expanded.expansion(np.zeros(size)).form
+        self.response.spend(*other.spent)
+        return form
+
+
+def _check_projection(projected: float | None, whole: bool) -> None:
+    if projected is not None:
+        number_of("projected", projected, "number")
+    if projected is not None and not 0.0 < projected < 1.0:
+        raise UsageError(Problem("projected", f"the share {projected:.6g} is not between 0 and 1", "projected=0.999"))
+    if projected is None and not whole:
+        fault = "no Hessian is left without the whole one"
+        raise UsageError(Problem("whole", fault, "projected=0.999, the share of the directions that have one"))

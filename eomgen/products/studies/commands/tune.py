@@ -1,0 +1,162 @@
+"""``eomgen tune``: the cheapest settings of a scene that meet a demand, or the best ones in a cycle of real time."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.base.files import check_writable
+from eomgen.base.text import counted
+from eomgen.cli.options import (
+    arguments_of,
+    assignments,
+    debug_option,
+    end_option,
+    in_units,
+    input_option,
+    json_option,
+    scene_options,
+    set_option,
+)
+from eomgen.cli.printing import console, print_json, say
+from eomgen.cli.running import say_notes
+from eomgen.cli.tables import print_table
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.scene.sources.register import all_options
+
+if TYPE_CHECKING:
+    from eomgen.products.studies import RealTime, Tuned
+
+_OF_SCENES = ("strict", "coordinates", *all_options())
+_UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
+#: Rivals that are named.
+_RIVALS = 5
+
+_option = arguments_of("eomgen.studies:tune")
+
+
+@click.command()
+@scene_options
+@_option("--error", type=float, default=None, metavar="X")
+@click.option(
+    "--real-time", default=None, metavar="CYCLE",
+    help="In place of --error: motion of this time, 1ms, is to be computed within it in 99.99 % of the cycles.",
+)  # fmt: skip  # a table
+@click.option("--iterations", type=int, default=None, metavar="N", help="With --real-time: most iterations of a step.")
+@_option("--output", metavar="NAME")
+@_option("--measure", metavar="largest|rms|final")
+@click.option("--axes", default=None, metavar="NAME,NAME", help="Settings to vary, as of tradeoff; all by default.")
+@_option("--methods", default=None, metavar="NAME,NAME")
+@end_option
+@_option("--budget", type=float, metavar="S")
+@set_option
+@input_option
+@click.option("--out", "file", default=None, metavar="FILE.toml", help="Write the scene with the settings there.")
+@json_option
+@debug_option
+def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
+    """Find the cheapest method, step and settings of a SCENE that meet a demand on its error.
+
+    Verified on runs with other initial states, parameters and inputs. Exits with 6 if one of these misses the
+    demand.
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.products.studies import Tuned  # noqa: PLC0415
+    from eomgen.products.studies import tune as tuned  # noqa: PLC0415
+
+    reading = {name: options.pop(name) for name in _OF_SCENES}
+    described = pipeline.load_scene(scene, **reading)
+    say_notes(described)
+    if file is not None and Path(file).suffix != ".toml":
+        raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file", "--out tuned.toml"))
+    if (options["error"] is None) == (options["real_time"] is None):
+        raise UsageError(Problem("tune", "either --error is demanded or a cycle of --real-time", "--error 1e-4"))
+    if file is not None:
+        check_writable(Path(file))
+    with _status(described.name) as progress:
+        result = tuned(
+            scene,
+            options["error"],
+            real_time=_seconds(options["real_time"]),
+            iterations=options["iterations"],
+            output=options["output"],
+            measure=options["measure"],
+            axes=[] if options["axes"] is None else [n for n in options["axes"].split(",") if n],
+            methods=[] if options["methods"] is None else [n for n in options["methods"].split(",") if n],
+            t_end=options["t_end"],
+            parameters=in_units("--set", assignments("--set", options["parameters"]), described.parameters) or None,
+            inputs=in_units("--input", assignments("--input", options["inputs"]), described.inputs) or None,
+            budget=options["budget"],
+            progress=progress,
+            **reading,
+        )
+    if as_json:
+        print_json(result.to_dict())
+    elif isinstance(result, Tuned):
+        _print(result)
+    else:
+        _print_real_time(result)
+    say(result.why)
+    if file is not None:
+        say(f"written: {result.save(file)}")
+    return 0 if not isinstance(result, Tuned) or result.met else NumericalError.exit_code
+
+
+@contextlib.contextmanager
+def _status(name: str) -> Iterator[Callable[[str], None] | None]:
+    if not sys.stderr.isatty():
+        yield None
+        return
+    with console(stderr=True).status(name) as status:
+        yield lambda what: status.update(f"{name}: {what}")
+
+
+def _seconds(text: str | None) -> float | None:
+    """Return a cycle in seconds: ``1ms``, ``250us``, ``0.001``."""
+    if text is None:
+        return None
+    unit = next((unit for unit in _UNITS if text.endswith(unit)), "")
+    try:
+        return float(text.removesuffix(unit)) * _UNITS.get(unit, 1.0)
+    except ValueError:
+        raise UsageError(Problem(f"--real-time {text}", "this is no time", "--real-time 1ms")) from None
+
+
+def _print(found: Tuned) -> None:
+    rows = [("cheapest", found.label)]
+    rows.append(("error", f"{found.error:.2g} of {found.quantity}, {found.measure}; demanded {found.demand:g}"))
+    rows.append(
+        ("time", f"{1e3 * found.seconds:.4g} ms of stepping for {found.span:.4g} s of motion, {found.steps:.0f} steps")
+    )
+    rows.append(("", "outputs, energies and the error estimate apart, which simulate computes, too"))
+    own, error, seconds = found.own
+    if error < float("inf"):
+        times = f"{seconds / found.seconds:.3g} x the time"
+        rows.append(("the scene's own", f"{own}: error {error:.2g}, {times}"))
+    rows.append(("one digit more", f"costs about {found.next_digit:.3g} x"))
+    for rival in found.rivals[:_RIVALS]:
+        how = "" if rival.measured else " (expected)"
+        rows.append(
+            ("next" if rival is found.rivals[0] else "", f"{rival.label}: {rival.seconds / found.seconds:.3g} x{how}")
+        )
+    for run in found.verified:
+        fine = "met" if run.error <= found.demand else "MISSED"
+        rows.append(("verified" if run is found.verified[0] else "", f"{run.what}: error {run.error:.2g}, {fine}"))
+    rows += [("[simulation]" if n == 0 else "", f"{k} = {v!r}") for n, (k, v) in enumerate(found.simulation.items())]
+    spent, runs = found.spent
+    rows.append(
+        ("spent", f"{spent:.3g} s for {counted(runs, 'run')} and verification, {found.built:.3g} s of building")
+    )
+    print_table(f"{found.scene}: {found.measure} error of {found.quantity} below {found.demand:g}", ("", ""), rows)
+
+
+def _print_real_time(found: RealTime) -> None:
+    header = ("configuration", "steps in a cycle", "99.99 % below, us", "error")
+    rows = [(label, steps, f"{1e6 * late:.3g}", f"{error:.1e}") for label, steps, late, error in found.tried]
+    rows.sort(key=lambda row: row[:2])
+    print_table(f"{found.scene}: cycles of {1e6 * found.cycle:.6g} us", header, rows, numeric=(1, 2, 3))

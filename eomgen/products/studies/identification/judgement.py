@@ -1,0 +1,255 @@
+"""Identifiability, confidence intervals and diagnostics of a least-squares fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+from eomgen.base.arrays import Array
+from eomgen.errors import EomgenError
+from eomgen.products.studies.identification.combinations import Combination, Structure, form_of, structure, words
+from eomgen.products.studies.identification.estimation import Fit, Predictions, autocorrelation, correlation, covariance
+from eomgen.products.studies.identification.findings import Column, Estimate, Record
+from eomgen.products.studies.identification.result import Identification
+from eomgen.products.studies.identification.unknowns import Unknowns
+
+#: Combinations that the message has in words, and their members.
+_NAMED = 4
+#: Share of a direction that a member has at least to be named.
+_SHARE = 0.2
+#: Standard deviations by which steps may move an estimate.
+_BIASED = 0.25
+#: Part of a value by which an estimate may miss its bound.
+_ON_BOUND = 1e-6
+#: Probability beyond which given deviations do not suit the residuals.
+_DOUBT = 1e-3
+#: Correlation of residuals one sample apart, and times its standard error, beyond which they are no noise; and
+#: residuals, as part of the data's spread, that are errors of discretisation in data without noise.
+_COLOURED, _TIMES, _NOISELESS = 0.3, 4.0, 1e-5
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A fit with its diagnostics.
+
+    Attributes
+    ----------
+    finer : the same at half the step
+    given : whether the deviations of the columns are given
+    """
+
+    unknowns: Unknowns
+    finer: Unknowns
+    fit: Fit
+    predict: Predictions
+    limits: tuple[Array, Array]
+    given: bool
+    confidence: float
+
+    def result(self) -> Identification:
+        unknowns, found = self.unknowns, self.fit
+        names, count = unknowns.names, len(unknowns.names)
+        sigma = found.deviations[unknowns.columns]
+        weighted = found.J / sigma[:, np.newaxis]
+        on_bound = self._on_bound()
+        free = [k for k in range(count) if not on_bound[k]]
+        parts = structure(weighted[:, free])
+        parts = Structure(tuple(free[k] for k in parts.kept), tuple(free[k] for k in parts.others), parts.coefficients)
+        kept = list(parts.kept)
+        freedom = len(unknowns.data) - len(kept)
+        cov = covariance(found.J[:, kept], sigma) if kept else np.zeros((0, 0))
+        left = (unknowns.data - found.values) / sigma
+        spread = np.full(count, np.inf)
+        spread[kept] = np.sqrt(np.diag(cov))
+        bias = np.zeros(count)
+        bias[kept] = self._bias(weighted[:, kept], sigma)
+        decided = [k for k in kept if k not in parts.mixed]
+        times = interval(self.confidence, freedom, given=self.given)
+        states = [
+            "determined" if k in decided else "on its bound" if on_bound[k] else "undetermined" for k in range(count)
+        ]
+        estimates = []
+        for k, name in enumerate(names):
+            deviation = float(spread[k]) if k in decided else 0.0 if on_bound[k] else np.inf
+            value = float(found.x[k])
+            low, high = value - times * deviation, value + times * deviation
+            start = float(unknowns.start[k])
+            estimates.append(
+                Estimate(name, unknowns.units[k], value, deviation, low, high, float(bias[k]), start, states[k])
+            )
+        combinations = self._combinations(parts, weighted, spread, times)
+        records = self._records()
+        columns = self._columns(records)
+        return Identification(
+            unknowns.model.name,
+            tuple(estimates),
+            correlation(cov, kept, decided, count),
+            combinations,
+            columns,
+            records,
+            self.confidence,
+            "given" if self.given else "estimated",
+            freedom,
+            self.predict.runs,
+            len(self.predict.failures),
+            tuple(self._notes(estimates, combinations, columns, float(left @ left), freedom)),
+        )
+
+    def _bias(self, weighted: Array, sigma: Array) -> Array:
+        """Return the change of the kept unknowns by errors of steps, of order two, (kept,)."""
+        try:
+            values, _ = self.finer.predict(self.fit.x)
+        except EomgenError:
+            return np.full(weighted.shape[1], np.nan)
+        errors = (self.fit.values - values) * 4.0 / 3.0 / sigma
+        return np.asarray(-np.linalg.lstsq(weighted, errors, rcond=None)[0])
+
+    def _on_bound(self) -> list[bool]:
+        x, (low, high) = self.fit.x, self.limits
+        near = _ON_BOUND * np.maximum(np.abs(x), np.finfo(float).tiny)
+        return [bool(found) for found in (x - low <= near) | (high - x <= near)]
+
+    def _combinations(self, parts: Structure, weighted: Array, spread: Array, times: float) -> tuple[Combination, ...]:
+        if not parts.mixed:
+            return ()
+        x, names = self.fit.x, self.unknowns.names
+        sigma = self.fit.deviations[self.unknowns.columns]
+
+        def change(at: Array) -> float:
+            moved = self.predict(at)
+            return np.inf if moved is None else float(np.linalg.norm((moved[0] - self.fit.values) / sigma))
+
+        forms = {other: form_of(parts, other, x, weighted, change) for other in parts.others}
+        found = []
+        for k in parts.mixed:
+            row = parts.coefficients[parts.kept.index(k)]
+            others = [other for other, c in zip(parts.others, row, strict=True) if c]
+            kinds = {forms[other] for other in others}
+            form = kinds.pop() if len(kinds) == 1 else "first order"
+            text, value = words(parts, k, names, x, form)
+            deviation = float(spread[k]) * (abs(value / float(x[k])) if form == "product" else 1.0)
+            members = (names[k], *(names[other] for other in others))
+            low, high = value - times * deviation, value + times * deviation
+            found.append(Combination(text, members, form, value, deviation, low, high))
+        return tuple(found)
+
+    def _records(self) -> tuple[Record, ...]:
+        unknowns, x = self.unknowns, self.fit.x
+        found, first = [], 0
+        for number, one in enumerate(unknowns.experiments):
+            model = np.full(one.present.shape, np.nan)
+            count = int(np.count_nonzero(one.present))
+            model[one.present] = self.fit.values[first : first + count]
+            first += count
+            modelled = dict(zip(one.data.outputs, model, strict=True))
+            start = one.initial_state(unknowns.values_of(x), unknowns.states_of(x, number))
+            found.append(Record(one.data.name, one.data.t, dict(one.data.outputs), modelled, start))
+        return tuple(found)
+
+    def _columns(self, records: Sequence[Record]) -> tuple[Column, ...]:
+        units = {item.name: item.unit for item in self.unknowns.model.description.outputs}
+        found = []
+        for k, label in enumerate(self.unknowns.labels):
+            parts = [one.residuals[label] for one in records if label in one.data]
+            parts = [part[np.isfinite(part)] for part in parts]
+            every = np.concatenate(parts)
+            unit = units.get(label.partition("[")[0], "")
+            rms = float(np.sqrt(np.mean(every**2)))
+            noise = float(self.fit.deviations[k])
+            found.append(Column(label, unit, len(every), noise, rms, autocorrelation(parts)))
+        return tuple(found)
+
+    def _notes(
+        self,
+        estimates: Sequence[Estimate],
+        combinations: Sequence[Combination],
+        columns: Sequence[Column],
+        squares: float,
+        freedom: int,
+    ) -> list[str]:
+        spread = [float(np.std(self.unknowns.data[self.unknowns.columns == k])) for k in range(len(columns))]
+        notes = []
+        if not self.fit.converged:
+            notes.append(f"the search did not converge ({self.fit.text})")
+        for one in combinations[:_NAMED]:
+            if len(one.members) <= _NAMED:
+                to_first = ", to first order" if one.form == "first order" else ""
+                notes.append(f"only {one.text} is determined{to_first}")
+            else:
+                notes.append(f"{one.members[0]} cannot be told from {len(one.members) - 1} others")
+        if len(combinations) > _NAMED:
+            notes.append(f"{len(combinations) - _NAMED} more combinations")
+        named = {name for one in combinations for name in one.members}
+        lost = [one.name for one in estimates if one.state == "undetermined" and one.name not in named]
+        if lost:
+            notes.append(f"without effect on what was measured: {', '.join(lost)}")
+        bound = [one.name for one in estimates if one.state == "on its bound"]
+        if bound:
+            notes.append(f"on a bound: {', '.join(bound)}; the other intervals are those of this bound")
+        wide = [
+            one.name
+            for one in estimates
+            if one.state == "determined"
+            and one.high - one.low > 2.0 * abs(one.value)
+            and one.name in self.unknowns.parameters
+        ]
+        if wide:
+            notes.append(f"intervals wider than the value: {', '.join(wide)}{self._least_determined(estimates)}")
+        moved = [one for one in estimates if one.state == "determined" and abs(one.bias) > _BIASED * one.deviation]
+        worst = max(moved, key=lambda one: abs(one.bias) / one.deviation, default=None)
+        # data without noise would ask for any step
+        if worst is not None and any(one.rms > _NOISELESS * size for one, size in zip(columns, spread, strict=True)):
+            times = abs(worst.bias) / worst.deviation
+            step = self.unknowns.experiments[0].step
+            notes.append(
+                f"the step of {step:.3g} s moves estimates, {worst.name} by {times:.2g} standard deviations: a step of"
+                f" {step * (_BIASED / times) ** 0.5:.2g} s would leave a quarter of one"
+            )
+        if self.given and freedom > 0:
+            ratio = float(np.sqrt(squares / freedom))
+            if special.chdtrc(freedom, squares) < _DOUBT:
+                notes.append(
+                    f"residuals are {ratio:.3g} times the deviations given: the model misses something, or these are"
+                    " too small; intervals are too narrow"
+                )
+            elif special.chdtr(freedom, squares) < _DOUBT:
+                notes.append(f"residuals are {ratio:.3g} times the deviations given, which are too large")
+        coloured = [
+            one
+            for one, size in zip(columns, spread, strict=True)
+            if one.autocorrelation > max(_COLOURED, _TIMES / np.sqrt(one.samples)) and one.rms > _NOISELESS * size
+        ]
+        if coloured:
+            listed = ", ".join(f"{one.name} {one.autocorrelation:.2f}" for one in coloured)
+            notes.append(
+                f"residuals are no white noise (correlation one sample apart: {listed}): the model misses something, or"
+                " the noise is filtered; intervals are too narrow"
+            )
+        return notes
+
+    def _least_determined(self, estimates: Sequence[Estimate]) -> str:
+        """Return the last right singular vector of the derivatives by unknowns in shares of their values, in words."""
+        x = self.fit.x
+        chosen = [k for k, one in enumerate(estimates) if one.state == "determined" and x[k] != 0.0]
+        sigma = self.fit.deviations[self.unknowns.columns]
+        _, _, rows = np.linalg.svd(
+            self.fit.J[:, chosen] * np.abs(x[chosen]) / sigma[:, np.newaxis], full_matrices=False
+        )
+        shares = rows[-1] * np.sign(rows[-1][np.argmax(np.abs(rows[-1]))])
+        parts = [(float(c), estimates[k].name) for k, c in zip(chosen, shares, strict=True) if abs(c) > _SHARE]
+        if len(parts) < 2:
+            return ""
+        text = "".join(f" {'-' if c < 0.0 else '+'} {abs(c):.2f} {name}" for c, name in parts).removeprefix(" + ")
+        return f"; least determined, in shares of their values: {text.strip()}"
+
+
+def interval(confidence: float, freedom: int, *, given: bool) -> float:
+    """Return the half width of an interval in standard deviations: of the normal distribution if noise is given, of
+    Student's if it is estimated."""
+    level = 0.5 + 0.5 * confidence
+    if given:
+        return float(special.ndtri(level))
+    return float(special.stdtrit(freedom, level)) if freedom > 0 else np.inf

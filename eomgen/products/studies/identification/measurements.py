@@ -1,0 +1,223 @@
+"""Measured data of one run: times, columns that are compared with outputs, columns that drive inputs."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.files import read_table
+from eomgen.base.text import listed, nearest, shown
+from eomgen.errors import Problem, UsageError
+from eomgen.system.description import component_names
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+
+#: A file, or columns by name, t among them.
+Data = str | os.PathLike[str] | Mapping[str, Any]
+MISSING = ("refuse", "drop")
+#: Largest value whose square, and sums of such, are numbers.
+_LARGEST = 1e100
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Measured data of one run.
+
+    Attributes
+    ----------
+    name : of the file without its ending, or ``run1``
+    t : (n,) s, increasing
+    outputs : by component of an output, (n,); nan if a value is missing
+    inputs : by name of an input of the scene, (n,)
+    dropped : values that are left out because they are missing
+    ignored : columns that are neither, states of the model
+    """
+
+    name: str
+    t: Array
+    outputs: Mapping[str, Array]
+    inputs: Mapping[str, Array]
+    dropped: int
+    ignored: tuple[str, ...]
+
+
+def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
+    """Return the name and the columns of a file, or of a mapping. Raises FileError, UsageError."""
+    if isinstance(data, str | os.PathLike):
+        path = Path(data)
+        names, table = read_table(path)
+        return path.stem, dict(zip(names, table.T, strict=True))
+    if not isinstance(data, Mapping):
+        fault = f"a file or columns by name are needed, not {type(data).__name__}"
+        hint = '"run.csv", or {"t": times, "angle": values}'
+        if hasattr(data, "t") and hasattr(data, "outputs"):
+            hint = '{"t": run.t, "angle": run.outputs["angle"]}, the columns of what simulate returns'
+        raise UsageError(Problem("data", fault, hint))
+    columns = {}
+    for name, values in data.items():
+        try:
+            if np.iscomplexobj(values):
+                raise TypeError
+            columns[str(name)] = np.array(values, dtype=float)
+        except (TypeError, ValueError):
+            kind = "complex" if np.iscomplexobj(values) else type(values).__name__
+            fault = f"the column {name} is {kind}, no array of numbers"
+            raise UsageError(Problem("data", fault, "one number for each time")) from None
+        if columns[str(name)].ndim != 1:
+            fault = (
+                f"the column {name} has the shape {columns[str(name)].shape}, and one number for each time is needed"
+            )
+            raise UsageError(Problem("data", fault, f"{name}[0], {name}[1] as columns of their own"))
+    lengths = {name: len(values) for name, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        fault = f"columns differ in length: {', '.join(f'{name} {length}' for name, length in lengths.items())}"
+        raise UsageError(Problem("data", fault, "one number for each time, nan where one is missing"))
+    return f"run{number + 1}", columns
+
+
+def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | None, missing: str) -> Measurements:
+    """Return the data of one run, sorted into outputs and inputs of a model.
+
+    Parameters
+    ----------
+    number : of the run among those given
+    chosen : outputs or their components that are compared; all columns that are outputs by default
+    missing : ``refuse`` or ``drop``
+
+    Raises
+    ------
+    FileError, UsageError
+    """
+    name, columns = columns_of(data, number)
+    t = times_of(name, columns)
+    known = _components(model)
+    wanted = None if chosen is None else _wanted(chosen, known)
+    outputs, inputs, ignored = dict[str, Array](), dict[str, Array](), list[str]()
+    for column, values in columns.items():
+        short = column.removeprefix("output.")
+        driven = column.removeprefix("input.")
+        if column == "t":
+            continue
+        if short in known and (wanted is None or short in wanted):
+            outputs[short] = values
+        elif driven in model.inputs:
+            inputs[driven] = values
+        elif wanted is not None or short in known or _of_solution(model, column):
+            ignored.append(column)
+        else:
+            hint = _near(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
+            where = f"{name}, column {shown(column)}"
+            raise UsageError(Problem(where, "it is neither an output nor an input of the scene", hint))
+    if not outputs:
+        fault = f"no column is an output of the scene: {listed(columns)}"
+        hint = f"columns named {listed_plain(known)}" if known else '[outputs.angle] formula = "q.hinge" in the scene'
+        raise UsageError(Problem(name, fault, hint))
+    absent = [item for item in wanted or () if item not in outputs]
+    if absent:
+        raise UsageError(Problem(name, f"there is no column {absent[0]}", f"outputs among {listed(columns)}"))
+    return _without_gaps(name, t, outputs, inputs, tuple(ignored), missing)
+
+
+def times_of(name: str, columns: Mapping[str, Array]) -> Array:
+    """Return the column of times, (n,) in s, which increase. Raises UsageError."""
+    if "t" not in columns:
+        hint = nearest("t", columns) if any(key.lower() in ("t", "time") for key in columns) else listed(columns)
+        raise UsageError(Problem(name, "there is no column t of times in s", f"t in place of one of {hint}"))
+    t = columns["t"]
+    bad = np.flatnonzero(~np.isfinite(t))
+    if len(bad):
+        fault = f"{len(bad)} of {len(t)} times are no numbers, the first in row {bad[0] + 1}"
+        raise UsageError(Problem(name, fault, "rows with their times"))
+    if len(t) < 2:
+        raise UsageError(Problem(name, f"there are {len(t)} rows, and a run has two at least", "more data"))
+    back = np.flatnonzero(np.diff(t) <= 0.0)
+    if len(back):
+        row = int(back[0])
+        fault = f"time does not increase: {t[row + 1]:.9g} s in row {row + 2} follows {t[row]:.9g} s"
+        raise UsageError(Problem(name, fault, "rows in the order of their times; several runs as several files"))
+    return t
+
+
+def listed_plain(texts: Sequence[str]) -> str:
+    """Return the first texts, and how many more there are."""
+    more = f" and {len(texts) - 4} more" if len(texts) > 4 else ""
+    return ", ".join(texts[:4]) + more
+
+
+def _near(name: str, known: Sequence[str]) -> str:
+    """Return the components of an output of this name, else the known names that are closest to it."""
+    parts = [label for label in known if label.partition("[")[0] == name.partition("[")[0]]
+    if parts:
+        return listed_plain(parts)
+    close = difflib.get_close_matches(name[:64], known, n=3)
+    return " or ".join(close) or (f"one of {listed_plain(known)}" if known else "")
+
+
+def _components(model: Model) -> list[str]:
+    layout = model.library.layout["outputs"]
+    return [label for item in layout for label in component_names("", str(item["name"]), int(item["size"]))]
+
+
+def _wanted(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
+    """Return the components of outputs that are chosen. Raises UsageError for one that is none."""
+    if isinstance(chosen, str):
+        raise UsageError(Problem("outputs", f"a list of names is needed, not the text {chosen!r}", f'["{chosen}"]'))
+    if not isinstance(chosen, Iterable):
+        fault = f"a list of names is needed, not {shown(chosen)}"
+        raise UsageError(Problem("outputs", fault, f'outputs=["{known[0]}"]' if known else "without it"))
+    result = []
+    for name in chosen:
+        labels = [label for label in known if label == name or label.partition("[")[0] == name]
+        if not labels:
+            raise UsageError(Problem("outputs", f"there is no output {shown(name)}", _near(str(name), known)))
+        result += labels
+    return result
+
+
+def _of_solution(model: Model, column: str) -> bool:
+    """Return whether a column is one of a solution that is no output: a state, an energy, a multiplier."""
+    states = (*model.q_names, *model.v_names, *model.z_names, *(f"a{name[1:]}" for name in model.v_names))
+    return column in (*states, *model.multipliers) or column.startswith(("energy.", "multipliers"))
+
+
+def check_missing(missing: str) -> None:
+    """Raise UsageError for a value that is none of ``MISSING``."""
+    if missing not in MISSING:
+        raise UsageError(Problem("missing", f"{shown(missing)} is none of the choices", " or ".join(MISSING)))
+
+
+def _without_gaps(
+    name: str, t: Array, outputs: dict[str, Array], inputs: dict[str, Array], ignored: tuple[str, ...], missing: str
+) -> Measurements:
+    """Return the data with inputs at every time. Raises UsageError if values are missing and none are dropped."""
+    for column, values in (outputs | inputs).items():
+        largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+        if largest > _LARGEST:
+            fault = f"{largest:.3g} is too large a value: squares of differences to it overflow"
+            hint = "values in the unit of the column, and empty cells for missing ones"
+            raise UsageError(Problem(f"{name}, column {column}", fault, hint))
+    gaps = {column: int(np.count_nonzero(~np.isfinite(values))) for column, values in (outputs | inputs).items()}
+    count = sum(gaps.values())
+    if count and missing == "refuse":
+        rows = ~np.all(np.isfinite(np.stack([*outputs.values(), *inputs.values()])), axis=0)
+        named = ", ".join(f"{column} {gap}" for column, gap in gaps.items() if gap)
+        every = np.concatenate([*outputs.values(), *inputs.values()])
+        kinds = [kind for kind, some in (("missing", np.isnan(every)), ("infinite", np.isinf(every))) if some.any()]
+        fault = f"{np.count_nonzero(rows)} of {len(t)} rows have {' or '.join(kinds)} values ({named})"
+        raise UsageError(Problem(name, fault, 'missing="drop", --missing drop: those values are left out'))
+    filled = {}
+    for column, values in inputs.items():
+        there = np.isfinite(values)
+        if not there.any():
+            raise UsageError(Problem(f"{name}, column {column}", "it has no value", "without it: the scene's input"))
+        filled[column] = np.interp(t, t[there], values[there])
+    outputs = {column: np.where(np.isfinite(values), values, np.nan) for column, values in outputs.items()}
+    return Measurements(name, t, outputs, filled, count, ignored)

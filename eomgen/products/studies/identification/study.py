@@ -1,0 +1,267 @@
+"""identify: unknown parameters and initial states of a scene, from measured runs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from eomgen.base.calls import check_options, checked_call
+from eomgen.base.text import shown
+from eomgen.compiled.arguments import check_name, number_of
+from eomgen.compiled.initial_state import initial_state
+from eomgen.errors import Problem, UsageError
+from eomgen.pipeline.model import Model
+from eomgen.pipeline.pipeline import built_for_run
+from eomgen.products.studies.identification.arguments import bounds_of, check_effect, deviations_of
+from eomgen.products.studies.identification.estimation import Predictions, fit
+from eomgen.products.studies.identification.experiment import Begun, Experiment
+from eomgen.products.studies.identification.judgement import Judgement
+from eomgen.products.studies.identification.measurements import Data, Measurements, check_missing, measurements
+from eomgen.products.studies.identification.result import Identification
+from eomgen.products.studies.identification.torques import identified_by_torque
+from eomgen.products.studies.identification.unknowns import Unknowns
+from eomgen.scene.scene import Scene
+
+#: Predictions in one search, at most.
+_LIMIT = 200
+_WAYS = ("run", "torque")
+#: Options of runs, and this study's own arguments, which come first among the near ones of a name that is none.
+_OF_RUNS = ("method", "rho_inf", "alpha", "beta", "gamma", "inputs", "settings")
+_OWN = (
+    *("parameters", "states", "values", "initial", "bounds", "deviations", "outputs", "missing", "confidence"),
+    *("step", "t_start", "by"),
+)
+_OF_OTHER_RUNS = {
+    "t_end": "data up to there",
+    "record_every": "data at the times that are wanted",
+    **dict.fromkeys(("tolerance", "order"), "step=..., for fixed steps"),
+    **dict.fromkeys(("controllers", "start"), "initial=..., and a scene without sampled states"),
+    **dict.fromkeys(("initial_values", "x0"), "initial"),
+    **dict.fromkeys(("weights", "sigma"), "deviations"),
+    "p0": "values",
+}
+
+
+@checked_call(
+    scene="a scene or a model", initial_values="initial", weights="deviations", sigma="deviations", p0="values"
+)
+def identify(
+    scene: Model | Scene | str | os.PathLike[str] | Mapping[str, Any],
+    data: Data | Sequence[Data],
+    parameters: Sequence[str] = (),
+    *,
+    states: Sequence[str] = (),
+    values: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    deviations: Mapping[str, float] | float | None = None,
+    outputs: Sequence[str] | None = None,
+    missing: str = "refuse",
+    confidence: float = 0.95,
+    step: float | None = None,
+    t_start: float | None = None,
+    by: str = "run",
+    **options: Any,
+) -> Identification:
+    """Return the parameters and initial states of a scene that fit measured runs best, with confidence intervals.
+
+    Least squares of measurements minus outputs of runs, each column by its standard deviation, with the exact
+    derivatives of the discrete runs.
+
+    Parameters
+    ----------
+    scene : model, Scene, path or mapping
+        A model saves the build.
+    data : path or mapping, or a sequence of them
+        A CSV file, or columns by name; one for each run. ``t`` are times in s; a column of the name of an output, or of
+        a component of it, ``tip[0]``, is compared with it; one of the name of an input drives it, linear in between.
+        Times need not be ends of steps: outputs between these are cubic, of order 4 in the step.
+    parameters : sequence of str
+        Tunable parameters that are unknown.
+    states : sequence of str
+        Unknown components of the initial state of each run: ``q.hinge``, ``v.hinge``, ``z.filtered``. Of a
+        joint that rotates, ``q.ball[0]`` is a rotation in rad about its axis x, from the start of the scene.
+    values : mapping
+        Tunable parameters that differ from the scene's: start of unknown ones, values of others.
+    initial : mapping, or a sequence of them
+        As of ``simulate``; one for all runs, or one for each. Start of unknown components.
+    bounds : mapping
+        Name -> (low, high), of parameters and states.
+    deviations : mapping or number
+        Standard deviations of the noise by column; a number is for all columns. They are estimated, and the
+        intervals with them, if they are not given.
+    outputs : sequence of str
+        Columns that are compared; all that are outputs by default.
+    missing : str
+        Treatment of values that are empty or nan: ``refuse`` or ``drop``.
+    confidence : float
+        Confidence level of the intervals.
+    step : float
+        s; the scene's by default.
+    t_start : float
+        s, of all runs; the first measured time by default. The initial state belongs to this time.
+    by : str
+        ``run``: outputs of runs; ``torque``: efforts at each time with q, v and a, by the regressor. Parameters of
+        ``torque`` have the names of ``regressor_parameters``; all base parameters if none is named.
+    options : ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``inputs``, ``settings``, as of ``sensitivities``
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    UsageError
+        Names that are none, columns that are neither outputs nor inputs, times that do not increase, missing values,
+        fewer samples than unknowns, bounds that exclude the start, an unknown without effect, a method without
+        derivatives.
+    NumericalError
+        The run fails at the start of the search.
+    FileError
+        A file that is missing, or no CSV.
+    """
+    check_options("identify", options, _OF_RUNS, _OF_OTHER_RUNS, _OWN)
+    model = scene if isinstance(scene, Model) else built_for_run(scene, options.get("method"))
+    _check_lists(parameters=parameters, states=states)
+    check_missing(missing)
+    if by not in _WAYS:
+        raise UsageError(Problem("by", f"{by!r} is none of the choices", " or ".join(_WAYS)))
+    if by == "torque":
+        of_runs = {"states": states or None, "bounds": bounds, "initial": initial, "outputs": outputs}
+        _check_unused({**of_runs, "step": step, "t_start": t_start, **options})
+        of_values = _held(model, values)
+        return identified_by_torque(
+            model, _several(data), parameters, of_values, deviations, missing, _share(confidence)
+        )
+    for name in parameters:
+        check_name("parameter", name, list(model.parameters), list(model.evaluator.fixed_parameters))
+    held = {name: float(value) for name, value in _held(model, values).items()}
+    share = _share(confidence)
+    runs = _named_apart([measurements(model, one, k, outputs, missing) for k, one in enumerate(_several(data))])
+    size = model.description.simulation.step if step is None else number_of("step", step)
+    begins = None if t_start is None else number_of("t_start", t_start)
+    if not size > 0.0:
+        raise UsageError(Problem("step", f"{size:.6g} s is no step", "a positive time"))
+    p = model.evaluator.one_set({**held} or None, "one set of values")
+    starts = _starts(initial, len(runs))
+    for one in starts:
+        _check_start(model, one, parameters, states)
+    begun = [Begun(start, initial_state(model, start, p, asked=True)) for start in starts]
+
+    def at(h: float) -> Unknowns:
+        experiments = [
+            Experiment(model, one, parameters, states, start, h, begins, options)
+            for one, start in zip(runs, begun, strict=True)
+        ]
+        return Unknowns(model, tuple(parameters), tuple(states), experiments, held)
+
+    unknowns = at(size)
+    if not unknowns.names:
+        some = list(model.parameters)[:3]
+        hint = (
+            f"parameters={some!r} (--parameters {','.join(some)})" if some else 'states=["q.hinge"] (--states q.hinge)'
+        )
+        raise UsageError(Problem("parameters", "nothing is unknown", hint))
+    return _identified(unknowns, at(0.5 * size), bounds, deviations, share)
+
+
+def _identified(
+    unknowns: Unknowns,
+    finer: Unknowns,
+    bounds: Mapping[str, tuple[float, float]] | None,
+    deviations: Mapping[str, float] | float | None,
+    confidence: float,
+) -> Identification:
+    names, x = unknowns.names, unknowns.start
+    if len(unknowns.data) < len(names):
+        fault = f"there are {len(unknowns.data)} samples for {len(names)} unknowns"
+        raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
+    limits = bounds_of(unknowns, bounds)
+    sigma = deviations_of(unknowns.labels, deviations)
+    predict = Predictions(unknowns.predict)
+    check_effect(unknowns, predict, x, sigma)
+    result = fit(predict, unknowns.data, unknowns.columns, x, limits, sigma, _LIMIT)
+    return Judgement(unknowns, finer, result, predict, limits, sigma is not None, confidence).result()
+
+
+def _check_start(
+    model: Model, initial: Mapping[str, Any] | None, parameters: Sequence[str], states: Sequence[str]
+) -> None:
+    """Raise UsageError if unknown components belong to a state that follows from other unknowns."""
+    if not states:
+        return
+    if not initial and model.library.layout["defaults"]["start"] == "equilibrium":
+        fault = f"the scene starts at static equilibrium, and {states[0]} cannot be unknown beside it"
+        raise UsageError(Problem("states", fault, "initial=model.equilibrium().initial, or no states"))
+    if parameters and model.initial_at is not None and not {"q", "v"} <= set(initial or {}):
+        fault = f"the scene's initial state follows from parameters, and {states[0]} cannot be unknown beside these"
+        raise UsageError(Problem("states", fault, 'initial={"q": ..., "v": ...}, or no states'))
+
+
+def _several(data: Data | Sequence[Data]) -> list[Data]:
+    """Return the measured runs. Raises UsageError if there is none."""
+    several = isinstance(data, list | tuple)
+    given: list[Data] = list(data) if several else [data]  # type: ignore[arg-type, list-item]  # a single one is checked
+    if not given:
+        raise UsageError(Problem("data", "there are no measured runs", '"run.csv"'))
+    return given
+
+
+def _check_unused(options: Mapping[str, object]) -> None:
+    """Raise UsageError for options of runs, if no run is made."""
+    given = [name for name, value in options.items() if value is not None]
+    if given:
+        raise UsageError(
+            Problem(given[0], "by torque no run is made that it could belong to", 'by="run", or without it')
+        )
+
+
+def _check_lists(**lists: object) -> None:
+    for name, given in lists.items():
+        if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(one, str) for one in given):
+            hint = f"{name}={[given] if isinstance(given, str) else ['...']!r}".replace("'", '"')
+            raise UsageError(Problem(name, f"a list of names is needed, not {shown(given)}", hint))
+        if len(set(given)) < len(given):
+            raise UsageError(Problem(name, "a name is given twice", "each of them once"))
+
+
+def _held(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
+    """Return values of tunable parameters, texts with units brought to theirs. Raises UsageError."""
+    if not (values is None or isinstance(values, Mapping)):
+        fault = f"values by name are needed, not {shown(values)}"
+        raise UsageError(Problem("values", fault, 'values={"mass": 1.5}'))
+    p = model.evaluator.one_set(values, "one set of values")
+    names = list(model.parameters)
+    return {name: float(p[names.index(name)]) for name in values or ()}
+
+
+def _share(confidence: float) -> float:
+    if not 0.0 < number_of("confidence", confidence, "probability") < 1.0:
+        raise UsageError(Problem("confidence", f"{confidence!r} is no probability", "confidence=0.95"))
+    return float(confidence)
+
+
+def _named_apart(runs: list[Measurements]) -> list[Measurements]:
+    names = [one.name for one in runs]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise UsageError(Problem("data", f"two runs are named {twice}", "files of different names"))
+    return runs
+
+
+def _starts(
+    initial: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None, count: int
+) -> list[Mapping[str, Any] | None]:
+    if initial is None or isinstance(initial, Mapping):
+        return [initial] * count
+    if not isinstance(initial, str | Sequence):
+        fault = f"a mapping is needed, or a list of them, not {shown(initial)}"
+        raise UsageError(Problem("initial", fault, 'initial={"hinge": 0.3}'))
+    if isinstance(initial, str) or any(isinstance(one, str) for one in initial):
+        fault = f"the state that runs start at is needed, not the name {next(iter(initial))!r}"
+        raise UsageError(Problem("initial", fault, 'states=["q.hinge"] for components that are unknown'))
+    if len(initial) != count:
+        fault = f"there are {len(initial)} initial states for {count} runs"
+        raise UsageError(Problem("initial", fault, "one for all, or one for each"))
+    return list(initial)

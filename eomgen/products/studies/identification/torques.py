@@ -1,0 +1,280 @@
+"""Identification from inverse dynamics: linear least squares of measured efforts over inertial and friction parameters.
+
+With measured q, v, a and efforts, tau = Y pi + tau0 is linear in pi, and no run, no start and no search is needed
+(Khalil and Dombre 2002, chapter 12). Rows of each effort weigh by the deviation of their residuals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.text import nearest, shown
+from eomgen.compiled.arguments import check_name
+from eomgen.errors import Problem, UsageError
+from eomgen.products.studies.identification.arguments import deviations_of
+from eomgen.products.studies.identification.combinations import Combination, Structure, structure, words
+from eomgen.products.studies.identification.estimation import autocorrelation, correlation, covariance
+from eomgen.products.studies.identification.findings import Column, Estimate, Record
+from eomgen.products.studies.identification.judgement import interval
+from eomgen.products.studies.identification.measurements import Data, columns_of, listed_plain, times_of
+from eomgen.products.studies.identification.result import Identification
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+
+#: Passes by which deviations of efforts are found, their relative change at which they end, and their least part of an
+#: effort's range.
+_PASSES, _SAME, _LEAST = 30, 1e-6, 1e-12
+#: Condition number of the columns, each of norm one, from which motions excite the parameters badly (Gautier and Khalil
+#: 1992 ask for less than 100).
+_CONDITION = 100.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A measured motion with its efforts.
+
+    Attributes
+    ----------
+    name : of the file without its ending, or ``run1``
+    t : (n,) s
+    q, v, a : (n, nq), (n, nv), (n, nv)
+    tau : (n, nv) efforts beyond the inputs'
+    u : (n, nu) inputs, None if the scene has none
+    dropped : rows that are left out because values are missing
+    """
+
+    name: str
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    tau: Array
+    u: Array | None
+    dropped: int
+
+
+def identified_by_torque(
+    model: Model,
+    data: Sequence[Data],
+    parameters: Sequence[str],
+    values: Mapping[str, float],
+    deviations: Mapping[str, float] | float | None,
+    missing: str,
+    confidence: float,
+) -> Identification:
+    """Return parameters of the regressor from measured motions and efforts.
+
+    Parameters
+    ----------
+    parameters : of ``regressor_parameters``; all of them, as base parameters, if none is named
+    values : of tunable parameters, by which the others keep theirs
+    others : as of ``identify``
+
+    Raises
+    ------
+    FileError, UsageError
+    """
+    motions = [_motion(model, one, number, missing) for number, one in enumerate(data)]
+    pi = {name: float(value) for name, value in model.regressor_parameters(parameters=dict(values)).items()}
+    for name in parameters:
+        check_name("parameter of the regressor", name, list(pi))
+    found = [model.regressor(one.q, one.v, one.a, one.t, one.u, parameters=dict(values)) for one in motions]
+    Y, known = np.concatenate([one.matrix for one in found]), np.concatenate([one.remainder for one in found])
+    tau = np.concatenate([one.tau for one in motions])
+    names, start, units, matrix = _unknowns(model, parameters, pi, values)
+    held = np.array([0.0 if not parameters or name in parameters else value for name, value in pi.items()])
+    A = Y @ matrix
+    right = tau - known - Y @ held
+    sigma = deviations_of(efforts_of(model), deviations)
+    if right.size < len(names):
+        fault = f"there are {right.size} samples for {len(names)} unknowns"
+        raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
+    solution = _solved(A, right, start, sigma)
+    times = interval(confidence, solution.freedom, given=sigma is not None)
+    estimates, combinations, correlations = _estimates(solution, names, start, units, times)
+    columns, records = _fitted(model, motions, right - A @ solution.x, solution.deviations)
+    return Identification(
+        model.name,
+        tuple(estimates),
+        correlations,
+        tuple(combinations),
+        columns,
+        records,
+        confidence,
+        "estimated" if sigma is None else "given",
+        solution.freedom,
+        0,
+        0,
+        tuple(_notes(A / solution.deviations[:, np.newaxis], solution.parts, names, combinations)),
+    )
+
+
+@dataclass(frozen=True)
+class _Solution:
+    """Unknowns (n,), deviations of the efforts (nv,), which unknowns are independent, their covariance, and degrees of
+    freedom."""
+
+    x: Array
+    deviations: Array
+    parts: Structure
+    covariance: Array
+    freedom: int
+
+
+def efforts_of(model: Model) -> list[str]:
+    """Return the names of the columns of efforts, ``tau.hinge``."""
+    return [f"tau{name[1:]}" for name in model.v_names]
+
+
+def _unknowns(
+    model: Model, parameters: Sequence[str], pi: Mapping[str, float], values: Mapping[str, float]
+) -> tuple[list[str], Array, list[str], Array]:
+    """Return names, values of the scene, units, and the derivatives of pi (all, n) by the unknowns."""
+    columns = list(pi)
+    if not parameters:
+        base = model.base_parameters(parameters=dict(values))
+        return list(base.expressions), base.values, list(base.units), np.eye(len(columns))[:, list(base.columns)]
+    places = [columns.index(name) for name in parameters]
+    units = [model.description.linear_parameters[place].unit for place in places]
+    return list(parameters), np.array([pi[name] for name in parameters]), units, np.eye(len(columns))[:, places]
+
+
+def _solved(A: Array, right: Array, start: Array, given: Array | None) -> _Solution:
+    """Return the solution of A x = right, (n, nv, unknowns) and (n, nv); unknowns that are combinations of others keep
+    their start."""
+    rows, count, unknowns = A.shape
+    ranges = np.ptp(right, axis=0)
+    ranges = np.where(ranges > 0.0, ranges, 1.0)
+    sigma, x = ranges if given is None else given, start.copy()
+    for _ in range(_PASSES):
+        whole = (A / sigma[:, np.newaxis]).reshape(-1, unknowns)
+        result = structure(whole)
+        kept, others = list(result.kept), list(result.others)
+        rest = ((right - A[..., others] @ start[others]) / sigma).reshape(-1)
+        x[kept] = np.linalg.lstsq(whole[:, kept], rest, rcond=None)[0]
+        if given is not None:
+            break
+        share = max(1.0 - len(kept) / (rows * count), 1.0 / (rows * count))
+        estimated = np.maximum(np.sqrt(np.mean((right - A @ x) ** 2, axis=0) / share), _LEAST * ranges)
+        change = float(np.max(np.abs(estimated / sigma - 1.0)))
+        sigma = estimated
+        if change < _SAME:
+            break
+    cov = covariance(A.reshape(-1, unknowns)[:, kept], np.tile(sigma, rows)) if kept else np.zeros((0, 0))
+    return _Solution(x, sigma, result, cov, rows * count - len(kept))
+
+
+def _estimates(
+    solution: _Solution, names: Sequence[str], start: Array, units: Sequence[str], times: float
+) -> tuple[list[Estimate], list[Combination], Array]:
+    """Return estimates, combinations and the correlation (n, n)."""
+    x, parts = solution.x, solution.parts
+    kept, spread = list(parts.kept), np.full(len(names), np.inf)
+    spread[kept] = np.sqrt(np.diag(solution.covariance))
+    decided = [k for k in kept if k not in parts.mixed]
+    estimates, combinations = [], []
+    for k, name in enumerate(names):
+        deviation, state = (float(spread[k]), "determined") if k in decided else (np.inf, "undetermined")
+        value, reach = float(x[k]), times * deviation
+        ends = value - reach, value + reach
+        estimates.append(Estimate(name, units[k], value, deviation, *ends, 0.0, float(start[k]), state))
+    for k in parts.mixed:
+        text, value = words(parts, k, names, x, "sum")
+        row = parts.coefficients[parts.kept.index(k)]
+        members = (names[k], *(names[other] for other, c in zip(parts.others, row, strict=True) if c))
+        reach = times * float(spread[k])
+        combinations.append(Combination(text, members, "sum", value, float(spread[k]), value - reach, value + reach))
+    return estimates, combinations, correlation(solution.covariance, kept, decided, len(names))
+
+
+def _fitted(
+    model: Model, motions: Sequence[Motion], left: Array, deviations: Array
+) -> tuple[tuple[Column, ...], tuple[Record, ...]]:
+    """Return measurements, and efforts of each motion beside efforts at the estimates; left: (n, nv) residuals."""
+    labels = efforts_of(model)
+    ends = np.cumsum([len(one.t) for one in motions])
+    parts = np.split(left, ends[:-1])
+    records = tuple(
+        Record(
+            motion.name,
+            motion.t,
+            dict(zip(labels, motion.tau.T, strict=True)),
+            dict(zip(labels, (motion.tau - part).T, strict=True)),
+            {},
+        )
+        for motion, part in zip(motions, parts, strict=True)
+    )
+    columns = tuple(
+        Column(
+            label,
+            "N m" if unit.startswith("rad") else "N",
+            len(left),
+            float(deviations[k]),
+            float(np.sqrt(np.mean(left[:, k] ** 2))),
+            autocorrelation([part[:, k] for part in parts]),
+        )
+        for k, (label, unit) in enumerate(zip(labels, model.v_units, strict=True))
+    )
+    return columns, records
+
+
+def _notes(weighted: Array, parts: Structure, names: Sequence[str], combinations: Sequence[Combination]) -> list[str]:
+    whole = weighted.reshape(-1, weighted.shape[-1])[:, list(parts.kept)]
+    notes = [f"only {one.text} is determined" for one in combinations if len(one.members) <= 4]
+    mixed = {name for one in combinations for name in one.members}
+    lost = [names[k] for k in parts.others if names[k] not in mixed]
+    if lost:
+        notes.append(f"these motions need nothing of {listed_plain(lost)}")
+    condition = float(np.linalg.cond(whole / np.linalg.norm(whole, axis=0))) if whole.size else 1.0
+    if condition > _CONDITION:
+        notes.append(f"motions excite the parameters unevenly: the condition number is {condition:.3g}")
+    return notes
+
+
+def _motion(model: Model, data: Data, number: int, missing: str) -> Motion:
+    """Return a measured motion. Raises FileError, UsageError."""
+    name, columns = columns_of(data, number)
+    t = times_of(name, columns)
+    accelerations = [f"a{label[1:]}" for label in model.v_names]
+    needed = [*model.q_names, *model.v_names, *accelerations]
+    absent = [label for label in needed if label not in columns]
+    if absent:
+        fault = f"the columns {listed_plain(absent)} are missing, and inverse dynamics needs all of q, v and a"
+        raise UsageError(Problem(name, fault, f"columns named {listed_plain(needed)}"))
+    efforts = efforts_of(model)
+    of_inputs = {label: columns.get(label, columns.get(f"input.{label}")) for label in model.inputs}
+    driven = {label: values for label, values in of_inputs.items() if values is not None}
+    torques = [label for label in efforts if label in columns]
+    if not torques and not driven:
+        fault = "there is neither a column of efforts nor one of an input"
+        raise UsageError(Problem(name, fault, f"columns named {listed_plain([*efforts, *model.inputs])}"))
+    if torques and len(torques) < len(efforts):
+        lost = [label for label in efforts if label not in columns]
+        raise UsageError(Problem(name, f"the efforts {listed_plain(lost)} are missing", "0 where there is none"))
+    strange = next((label for label in columns if label.startswith("tau.") and label not in efforts), None)
+    if strange is not None:
+        hint = nearest(strange, efforts) or listed_plain(efforts)
+        raise UsageError(Problem(f"{name}, column {shown(strange)}", "no joint has this effort", hint))
+    table = np.stack([*(columns[label] for label in (*needed, *torques)), *driven.values()])
+    finite = np.all(np.isfinite(table), axis=0)
+    if missing == "refuse" and not finite.all():
+        fault = f"{np.count_nonzero(~finite)} of {len(t)} rows have missing values"
+        raise UsageError(Problem(name, fault, 'missing="drop", --missing drop: those rows are left out'))
+    rows = np.flatnonzero(finite)
+    q, v, a = (
+        np.column_stack([columns[label][rows] for label in labels])
+        for labels in (model.q_names, model.v_names, accelerations)
+    )
+    tau = np.column_stack([columns[label][rows] for label in efforts]) if torques else np.zeros_like(v)
+    u = None
+    if model.nu:
+        u = np.array(model.input_values(t[rows]))
+        for label, values in driven.items():
+            u[:, model.inputs.index(label)] = values[rows]
+    return Motion(name, t[rows], q, v, a, tau, u, len(t) - len(rows))

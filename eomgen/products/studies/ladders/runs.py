@@ -1,0 +1,240 @@
+"""Runs under given conditions, in a process of their own with a time limit: hangs and crashes are results, too."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import time
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.errors import EomgenError
+from eomgen.integrators.methods import canonical_name
+from eomgen.pipeline.model import Model
+from eomgen.results.solution import Solution
+
+#: How a run may end: at its end, before it with a message, refused before it; interrupted when its time was over; not
+#: even that; killed by a signal; with an error that is none of eomgen's.
+REACHED, STOPPED, REFUSED, UNFINISHED = "reached", "stopped", "refused", "unfinished"
+HANG, CRASH, RAISED = "hang", "crash", "raised"
+#: Rows of a run that are compared, seconds that a run has to stop when it is interrupted, and seconds for compiling.
+ROWS, GRACE, COMPILING = 20, 5.0, 600.0
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """All that decides a run but its method.
+
+    Attributes
+    ----------
+    model : which of the subject's models
+    step : s
+    steps : of the run, a multiple of ``ROWS``
+    q, v, z : the start; the scene's if they are None
+    parameters : of this run, tunable ones
+    start : s
+    sizes : divisors of q and v in comparisons: units of this run, (nq,) and (nv,)
+    shift : of q, taken off before that
+    given : parameters of the method
+    """
+
+    model: str
+    step: float
+    steps: int
+    q: Array | None = None
+    v: Array | None = None
+    z: Array | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    start: float = 0.0
+    sizes: tuple[Array, Array] | None = None
+    shift: Array | None = None
+    given: Mapping[str, float] = field(default_factory=dict)
+
+    def varied(self, **changes: Any) -> Conditions:
+        return replace(self, **changes)
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a run ended.
+
+    Attributes
+    ----------
+    how : one of the words above
+    said : its message besides that it reached its end
+    arrays : of its observation, if it reached its end
+    finite : whether all its results are finite
+    """
+
+    how: str
+    said: str
+    arrays: Mapping[str, Array] | None = None
+    finite: bool = True
+    seconds: float = 0.0
+
+
+class Request(NamedTuple):
+    """A run: its conditions, its method, and other options of ``simulate``."""
+
+    conditions: Conditions
+    method: str
+    more: Mapping[str, Any] = {}
+
+
+def compile_stepper(model: Model, method: str) -> None:
+    """Compile the stepper of a method; the run reports its faults."""
+    with contextlib.suppress(EomgenError), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        name = canonical_name(method)
+        if name != canonical_name(model.library.layout["built_method"]):
+            model.stepper(name)
+
+
+def simulated(model: Model, conditions: Conditions, method: str, **more: Any) -> Ended:
+    """Return the end of a run under these conditions."""
+    initial = None
+    if conditions.q is not None and conditions.v is not None:
+        initial = {"q": conditions.q, "v": conditions.v}
+        if conditions.z is not None:
+            initial["z"] = conditions.z
+    given = {name: x for name, x in conditions.given.items() if name not in more}
+    end = conditions.start + conditions.step * conditions.steps
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            run = model.simulate(
+                end,
+                conditions.step,
+                method=method,
+                initial=initial,
+                parameters=dict(conditions.parameters) or None,
+                t_start=conditions.start,
+                **{"record_every": max(1, conditions.steps // ROWS), **given, **more},
+            )
+    except EomgenError as error:
+        return Ended(REFUSED, str(error))
+    if run.interrupted:
+        return Ended(UNFINISHED, run.message)
+    said = run.message.partition("; ")[2] if run.success else run.message
+    if not run.success:
+        return Ended(STOPPED, said)
+    every = (run.t, run.q, run.v, run.z, run.a, *run.outputs.values())
+    return Ended(REACHED, said, _arrays(run, conditions), all(bool(np.all(np.isfinite(x))) for x in every))
+
+
+def _arrays(run: Solution, conditions: Conditions) -> dict[str, Array]:
+    q, v = run.q, run.v
+    if conditions.shift is not None:
+        q = q - conditions.shift
+    if conditions.sizes is not None:
+        q, v = q / conditions.sizes[0], v / conditions.sizes[1]
+    of_states = {"z": run.z} if conditions.sizes is None and conditions.shift is None else {}  # else in other units
+    return {"t": run.t, "q": q, "v": v, **of_states}
+
+
+class Runner:
+    """A process that runs one request after another, and a new one if it did not come back.
+
+    It is forked at its first request, so modules loaded there are known to it, and modules that it loads stay loaded.
+    Compiling has no limit; the limit is for the time after it.
+
+    Parameters
+    ----------
+    prepare : needs of a request that are no part of its run
+    run : answers it
+
+    Attributes
+    ----------
+    used : whether the process of the last request had answered others before
+    compiling : s spent in these
+    """
+
+    def __init__(self, prepare: Callable[[Any], None], run: Callable[[Any], Ended]) -> None:
+        self._prepare, self._run = prepare, run
+        self._process: BaseProcess | None = None
+        self._pipe: Connection | None = None
+        self.used, self.compiling = False, 0.0
+
+    def ended(self, request: Any, limit: float) -> Ended:
+        """Return the end of a request.
+
+        Parameters
+        ----------
+        request : picklable data
+        limit : s; then the process is interrupted, and killed when it does not answer
+        """
+        pipe, process = self._there()
+        try:
+            began = time.perf_counter()
+            pipe.send(request)
+            if not pipe.poll(COMPILING):
+                return self._lost(Ended(HANG, f"more than {COMPILING:g} s to compile", seconds=COMPILING))
+            raised: Ended | None = pipe.recv()
+            self.compiling += time.perf_counter() - began
+            if raised is not None:
+                return raised
+            began = time.perf_counter()
+            if pipe.poll(limit):
+                answer: Ended = pipe.recv()
+                return replace(answer, seconds=time.perf_counter() - began)
+            os.kill(process.pid or 0, signal.SIGINT)
+            if not pipe.poll(GRACE):
+                return self._lost(Ended(HANG, f"more than {limit:g} s, and no answer to an interrupt", seconds=limit))
+            answer = pipe.recv()
+            return self._lost(replace(answer, seconds=time.perf_counter() - began))
+        except (EOFError, OSError):
+            process.join()
+            return self._lost(Ended(CRASH, f"killed by signal {-(process.exitcode or 0)}"))
+
+    def close(self) -> None:
+        """End the process; the next request gets a new one."""
+        if self._process is not None and self._pipe is not None:
+            self._pipe.close()
+            self._process.kill()
+            self._process.join()
+        self._process, self._pipe = None, None
+
+    def _there(self) -> tuple[Connection, BaseProcess]:
+        if self._process is None or self._pipe is None:
+            fork = multiprocessing.get_context("fork")  # the models are there already
+            self._pipe, other = fork.Pipe()
+            self._process = fork.Process(target=_serve, args=(other, self._pipe, self._prepare, self._run), daemon=True)
+            self._process.start()
+            other.close()
+            self.used = False
+        else:
+            self.used = True
+        return self._pipe, self._process
+
+    def _lost(self, ended: Ended) -> Ended:
+        self.close()
+        return ended
+
+
+def _serve(pipe: Connection, other: Connection, prepare: Callable[[Any], None], run: Callable[[Any], Ended]) -> None:
+    """Answer requests until the other end of the pipe is closed."""
+    other.close()
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    while True:
+        try:
+            request = pipe.recv()
+        except (EOFError, KeyboardInterrupt):
+            return
+        try:
+            prepare(request)
+            pipe.send(None)
+            ended = run(request)
+        except KeyboardInterrupt:
+            ended = Ended(UNFINISHED, "interrupted")
+        except Exception as error:
+            ended = Ended(RAISED, f"{type(error).__name__}: {error}")
+        pipe.send(ended)

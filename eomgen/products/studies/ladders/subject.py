@@ -1,0 +1,282 @@
+"""The scene under study: its models, its fastest motion, its start, and the times that cells run for."""
+
+from __future__ import annotations
+
+import copy
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.errors import EomgenError
+from eomgen.integrators.families.family import MethodName
+from eomgen.integrators.families.register import BUILT_IN, families_of_others
+from eomgen.integrators.methods import check_needs, method_named
+from eomgen.pipeline import pipeline
+from eomgen.pipeline.model import Model
+from eomgen.products.studies.ladders.runs import ROWS, Conditions
+from eomgen.products.studies.method_facts import FineBy, Ladders, facts_of
+from eomgen.scene.load import data_of, from_data
+from eomgen.scene.scaling import (
+    DAMPING,
+    GRAVITY,
+    LENGTH,
+    MASS,
+    ORIGIN,
+    RATIO,
+    RATIO_LAST,
+    STIFFNESS,
+    TIME,
+    UnitsOf,
+    used_factors,
+    with_factors,
+)
+from eomgen.scene.scene import Scene
+from eomgen.system.system import Facts
+
+#: Models of a subject: as it is, with tunable factors, in single precision.
+OWN, FACTORS, SINGLE = "own", "factors", "single"
+#: Sets of factors, the first that the scene can have is taken: lengths may have to be fixed numbers.
+_SETS = (
+    (LENGTH, MASS, TIME, STIFFNESS, DAMPING, GRAVITY, RATIO, RATIO_LAST, ORIGIN),
+    (MASS, TIME, STIFFNESS, DAMPING, GRAVITY, RATIO, RATIO_LAST),
+    (STIFFNESS, DAMPING, GRAVITY, RATIO, RATIO_LAST),
+    (GRAVITY,),
+)
+#: Steps of a short run, of the scene's own step, and the part of the shortest period that is a fine step.
+STEPS, FINE = 10 * ROWS, 0.01
+
+
+class Subject:
+    """A scene with its facts for ladders.
+
+    Parameters
+    ----------
+    scene : as ``eomgen.load`` takes it
+    reading : options of ``eomgen.load``
+    """
+
+    def __init__(self, scene: Any, reading: Mapping[str, Any]) -> None:
+        self.scene = pipeline.load_scene(scene, **reading) if isinstance(scene, str | Path | Mapping) else scene
+        self.scene = pipeline.as_document(self.scene)[0]
+        self.data, self.folder = _data_of(scene, reading)
+        self.coordinates = reading.get("coordinates")
+        self._models: dict[str, Model] = {}
+        self.why_not: dict[str, str] = {}
+        self.factors: tuple[str, ...] = ()
+        self.used: frozenset[str] = frozenset()
+
+    @property
+    def name(self) -> str:
+        return str(self.model(OWN).name)
+
+    def model(self, which: str) -> Model:
+        """Return one of the models. Raises EomgenError if the scene has none such."""
+        if which not in self._models:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                self._models[which] = self._built(which)
+        return self._models[which]
+
+    def _built(self, which: str) -> Model:
+        if which != FACTORS:
+            return pipeline.build(self.scene, real="float" if which == SINGLE else "double")
+        scene, self.factors = self._with_factors()
+        return pipeline.build(scene, real="double")
+
+    def _with_factors(self) -> tuple[Scene, tuple[str, ...]]:
+        if self.data is None:
+            raise EomgenError("the scene is given as a Scene, whose numbers have no text", "the path of its file")
+        failures: list[EomgenError] = []
+        for wanted in _SETS:
+            try:
+                scaled = with_factors(copy.deepcopy(self.data), wanted)
+                self.used = used_factors(scaled, wanted)
+                return self.read(scaled), wanted
+            except EomgenError as error:
+                failures.append(error)
+            except (TypeError, ValueError, KeyError) as error:
+                failures.append(EomgenError(f"its numbers cannot be scaled: {error}", "numbers and formulas"))
+        raise failures[0]
+
+    def read(self, data: Mapping[str, Any]) -> Scene:
+        """Return the scene of nested data. Raises DescriptionError."""
+        return from_data(data, folder=self.folder, coordinates=self.coordinates)
+
+    def has(self, which: str) -> bool:
+        """Return whether a model can be built; why not is kept."""
+        if which in self.why_not:
+            return False
+        try:
+            self.model(which)
+        except EomgenError as error:
+            self.why_not[which] = "; ".join(problem.what for problem in error.problems) or str(error)
+            return False
+        return True
+
+    def not_similar(self, factors: Sequence[str]) -> str:
+        """Return the reason for which the scene in other units is not the same scene: numbers without units.
+
+        Twice the units show it: no arithmetic is in the way there.
+        """
+        doubled = {LENGTH: "length", MASS: "mass", TIME: "time"}
+        units = UnitsOf(**{doubled[name]: 2.0 for name in factors})
+        q, v = self.start
+        v = np.random.default_rng(1).normal(size=len(v)) * max(1.0, float(np.max(np.abs(v), initial=0.0)))
+        z = np.random.default_rng(2).normal(size=self.model(OWN).nz)
+        conditions = self.in_units(units, self.conditions(v=v, z=z))
+        # for mypy: in_units sets them
+        assert conditions.q is not None and conditions.v is not None and conditions.sizes is not None
+        try:
+            expected = _rates(self.model(OWN), q, v, z, {})
+            found = _rates(self.model(FACTORS), conditions.q, conditions.v, conditions.z, conditions.parameters)
+        except EomgenError as error:
+            return "; ".join(problem.what for problem in error.problems)
+        sizes = np.concatenate([conditions.sizes[1], self._sizes_of_states(units)])
+        apart = np.abs(found * units.time / sizes - expected)
+        if not np.all(apart <= 1e-6 * float(np.max(np.abs(expected), initial=0.0)) + 1e-300):
+            return "its forces are not the same in other units: numbers in its formulas have units of their own"
+        return ""
+
+    @property
+    def constrained(self) -> bool:
+        return bool(self.model(OWN).multipliers)
+
+    def runs(self, method: str) -> bool:
+        """Return whether the scene can be stepped with a method."""
+        facts = Facts(**{name: bool(x) for name, x in self.model(OWN).library.layout["facts"].items()})
+        try:
+            check_needs(method_named(method), facts)
+        except EomgenError:
+            return False
+        return True
+
+    def methods(self, *, ladders: Ladders | None = None, fine_by: FineBy = "") -> list[str]:
+        """Return the methods of a kind of ladders, or those whose runs can be references, that can step the scene and
+        with abilities that no other one has."""
+        has = {"constraints": self.constrained, "rotations": any(f.group != "R" for f in self.model(OWN).factors)}
+        rows = []
+        for row in _rows():
+            facts = facts_of(row.name)
+            if facts.fine_by == fine_by if fine_by else ladders in facts.ladders:
+                rows.append(row)
+        return [row.name for row in rows if all(has[fact] for fact in row.differs) and self.runs(row.name)]
+
+    @cached_property
+    def start(self) -> tuple[Array, Array]:
+        """Start of cells: the scene's initial state, q and v, on its constraints."""
+        model = self.model(OWN)
+        q, v = np.array(model.initial_q), np.array(model.initial_v)
+        if model.multipliers:
+            found = model.consistent(q, v)
+            q, v = np.array(found.q), np.array(found.v)
+        return q, v
+
+    @cached_property
+    def extent(self) -> float:
+        """How far the bodies are from each other and from the base at the start, m; 1 if they are in one place."""
+        model = self.model(OWN)
+        if "poses" not in model.terms or not model.bodies:
+            return 1.0
+        places = [np.zeros(3), *(np.asarray(model.pose(body, self.start[0]))[4:] for body in model.bodies)]
+        extent = float(np.max(np.ptp(np.stack(places), axis=0)))
+        return extent if 0.0 < extent < np.inf else 1.0
+
+    @cached_property
+    def rate(self) -> float:
+        """The fastest of the scene's linear motions and of its spins, rad/s; by its own step if it has none."""
+        model, own = self.model(OWN), self.model(OWN).description.simulation.step
+        rates = [0.0]
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                rates.append(float(np.max(np.abs(model.linearize(at="initial").modes().eigenvalues), initial=0.0)))
+        except EomgenError:
+            pass
+        angular = [unit == "rad/s" for unit in model.v_units]
+        rates.append(float(np.max(np.abs(self.start[1][angular]), initial=0.0)))
+        result = max(rate for rate in rates if np.isfinite(rate))
+        return result if result > 0.0 else 0.1 / own
+
+    @property
+    def period(self) -> float:
+        """The shortest period, s."""
+        return float(2.0 * np.pi / self.rate)
+
+    @property
+    def fine(self) -> float:
+        """A step at which methods are accurate, s."""
+        return FINE * self.period
+
+    def conditions(self, **changes: Any) -> Conditions:
+        """Return the conditions of a short run at a fine step, with changes."""
+        q, v = self.start
+        model = self.model(str(changes.get("model", OWN)))
+        q = np.concatenate([q, np.zeros(model.nq - len(q))]) if model.nq > len(q) else q
+        return Conditions(**{"model": OWN, "step": self.fine, "steps": STEPS, "q": q, "v": v, **changes})
+
+    def not_movable(self, conditions: Conditions) -> str:
+        """Return why the scene at another place is not the same scene: its formulas take places in the world."""
+        assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
+        z = np.array(self.model(OWN).initial_z)
+        try:
+            expected = _rates(self.model(OWN), *self.start, z, {})
+            found = _rates(self.model(FACTORS), conditions.q, conditions.v, z, conditions.parameters)
+        except EomgenError as error:
+            return "; ".join(problem.what for problem in error.problems)
+        apart = np.abs(found - expected)
+        if not np.all(apart <= 1e-6 * float(np.max(np.abs(expected), initial=0.0)) + 1e-9):
+            return "its forces are not the same at another place: its formulas take places in the world"
+        return ""
+
+    def _sizes_of_states(self, units: UnitsOf) -> Array:
+        return np.array([units.size(unit) for unit in self.model(OWN).z_units])
+
+    def in_units(self, units: UnitsOf, conditions: Conditions) -> Conditions:
+        """Return the same conditions in other units."""
+        model = self.model(OWN)
+        sizes = (
+            np.array([units.size(unit) for unit in model.q_units]),
+            np.array([units.size(unit) for unit in model.v_units]),
+        )
+        assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
+        return conditions.varied(
+            model=FACTORS,
+            step=conditions.step * units.time,
+            q=conditions.q * sizes[0],
+            v=conditions.v * sizes[1],
+            z=(np.array(model.initial_z) if conditions.z is None else conditions.z) * self._sizes_of_states(units),
+            parameters={name: x for name, x in units.parameters.items() if name in self.factors},
+            sizes=sizes,
+        )
+
+
+def _rows() -> Iterator[MethodName]:
+    for family in (*BUILT_IN, *families_of_others()):
+        yield from family.names()
+
+
+def _rates(model: Model, q: Array, v: Array, z: Array | None, parameters: Mapping[str, float]) -> Array:
+    """Return accelerations and rates of internal states."""
+    given = dict(parameters) or None
+    if model.multipliers:
+        accelerations = np.asarray(model.constrained_dynamics(q, v, z=z, parameters=given)[0])
+    else:
+        accelerations = np.asarray(model.forward_dynamics(q, v, z=z, parameters=given))
+    if not model.nz:
+        return accelerations
+    return np.concatenate([accelerations, np.asarray(model.internal_rates(q, v, z, parameters=given))])
+
+
+def _data_of(scene: Any, reading: Mapping[str, Any]) -> tuple[Mapping[str, Any] | None, Path]:
+    """Return the nested data of a scene if it has some, and the folder that its paths start from."""
+    if isinstance(scene, Mapping):
+        return scene, Path()
+    if not isinstance(scene, str | Path):
+        return None, Path()
+    data = data_of(scene, **{name: x for name, x in reading.items() if name != "coordinates"})
+    return (None if "include" in data else data), Path(scene).parent

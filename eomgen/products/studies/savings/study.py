@@ -1,0 +1,267 @@
+"""The study ``savings``: each variant derived, built in an empty cache and run, in turns, on one processor."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import statistics
+import tempfile
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from eomgen.base.files import make_folder, write_text
+from eomgen.errors import EomgenError, Problem, UsageError
+from eomgen.pipeline.pipeline import (
+    Described,
+    as_document,
+    built_in,
+    derive,
+    generate,
+    load_scene,
+    method_of,
+    terms_of_step,
+)
+from eomgen.products.studies.defaults import SAVINGS_ROUNDS
+from eomgen.products.studies.savings.variants import Variant, variants
+from eomgen.scene.scene import Scene
+from eomgen.toolchain.profiles import STANDARD_PROFILE
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+
+#: Steps in one timed run at least and at most, and the seconds that it should take.
+FEWEST, MOST, LONG_ENOUGH = 200, 100_000, 0.05
+#: Files of C that are the same for every scene.
+_COMMON = ("eomgen_real.h", "main.c")
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Costs of one variant of a scene.
+
+    Attributes
+    ----------
+    name, what : name and description of the variant
+    operations : additions and multiplications by term; terms that a step calls are in ``step_operations``, too
+    step_operations : of one call each of the terms that a step calls
+    c_bytes : of the model's own C, its stepper included
+    build_seconds : from the scene to the loaded library, with an empty cache
+    step_seconds : median over the rounds; None if it cannot be run
+    observed_seconds : the same with a row recorded at every step, and outputs and energies evaluated there
+    iterations : Newton iterations per step, None if there are none
+    problem : why it was not derived, built or run to its end
+    """
+
+    name: str
+    what: str
+    operations: dict[str, int] = field(default_factory=dict)
+    step_operations: int | None = None
+    c_bytes: int | None = None
+    build_seconds: float | None = None
+    step_seconds: float | None = None
+    observed_seconds: float | None = None
+    iterations: float | None = None
+    problem: str = ""
+
+
+#: Costs of which a Savings gives the ratio to the scene as it is.
+COMPARED = ("step_operations", "c_bytes", "build_seconds", "step_seconds", "observed_seconds")
+
+
+@dataclass(frozen=True)
+class Savings:
+    """Costs of a scene as it is asked, which come first, and of its variants."""
+
+    scene: str
+    method: str
+    step: float
+    costs: tuple[Cost, ...]
+
+    def ratio(self, cost: Cost, key: str) -> float | None:
+        """Return a cost of a variant, one of ``COMPARED``, over the cost of the scene as it is."""
+        asked, here = getattr(self.costs[0], key), getattr(cost, key)
+        return here / asked if asked and here is not None else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as JSON types, with the ratios."""
+        rows = [asdict(cost) | {"ratios": {key: self.ratio(cost, key) for key in COMPARED}} for cost in self.costs]
+        return {"scene": self.scene, "method": self.method, "step": self.step, "variants": rows}
+
+    def write(self, folder: str | Path) -> list[Path]:
+        """Write ``savings.csv`` and ``savings.json`` to a folder, which is made if it is missing."""
+        target = make_folder(Path(folder))
+        table, data = target / "savings.csv", target / "savings.json"
+        with table.open("w", newline="", encoding="utf-8") as stream:
+            rows = csv.writer(stream)
+            rows.writerow(["variant", *COMPARED, *(f"{key}_ratio" for key in COMPARED), "iterations", "problem"])
+            for cost in self.costs:
+                values = [getattr(cost, key) for key in COMPARED]
+                ratios = [self.ratio(cost, key) for key in COMPARED]
+                rows.writerow([cost.name, *values, *ratios, cost.iterations, cost.problem])
+        write_text(data, json.dumps(self.to_dict(), indent=2) + "\n")
+        return [table, data]
+
+
+def savings(
+    scene: Described,
+    *,
+    method: str | None = None,
+    rounds: int = SAVINGS_ROUNDS,
+    only: Sequence[str] = (),
+    profile: str = STANDARD_PROFILE,
+    progress: Callable[[str], None] | None = None,
+    **options: Any,
+) -> Savings:
+    """Measure the costs of a scene as it is, and with more than it asks for.
+
+    Variants: the functions of a run alone, the terms of a step alone, all terms, all numbers tunable, a base that moves
+    in all six ways, absolute coordinates, and all of that. They have the same motion. Each is derived, built in an
+    empty cache, and run at the scene's step; runs of the variants alternate, so that other load of the machine meets
+    all of them.
+
+    Parameters
+    ----------
+    scene : Scene, path or mapping
+    method : str, optional
+        The scene's by default.
+    rounds : int
+        Timed runs of each variant, of which the median is taken.
+    only : sequence of str
+        Names of variants besides the scene as asked; all by default.
+    profile : str
+        As in ``build``.
+    progress : callable, optional
+        Called with the name of each variant as it is built, and how many there are.
+    options
+        Of ``load``, for paths.
+
+    Raises
+    ------
+    UsageError
+        Unknown variants, fewer than one round, documents that are no scenes.
+    EomgenError
+        The scene as it is cannot be derived, built or run.
+    """
+    document = load_scene(scene, **options) if isinstance(scene, str | os.PathLike) else as_document(scene)[0]
+    if not isinstance(document, Scene):
+        raise UsageError("variants are made of scenes, which this document is none of", "a scene file")
+    if rounds < 1:
+        raise UsageError(Problem("rounds", f"{rounds} rounds give no median", f"{SAVINGS_ROUNDS}"))
+    chosen = method_of(document, method)
+    every = variants(document, terms_of_step(document, chosen), _absolute(scene, document, options))
+    names = [variant.name for variant in every[1:]]
+    if unknown := [name for name in only if name not in names]:
+        raise UsageError(Problem("only", f"no variant is called {', '.join(unknown)}", f"some of {', '.join(names)}"))
+    wanted = [every[0], *(variant for variant in every[1:] if not only or variant.name in only)]
+    step = document.simulation.step
+    with tempfile.TemporaryDirectory(prefix="eomgen-savings-") as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of variants: warnings of the scene itself come with every build
+        built_in(Path(folder) / "cache", document, ["residual"], chosen, profile)  # shared by all builds
+        measured = []
+        for number, variant in enumerate(wanted, 1):
+            if progress is not None:
+                progress(f"{variant.name}, {number} of {len(wanted)}")
+            measured.append(_built(variant, chosen, Path(folder), profile))
+        costs = _timed(measured, step, document.simulation.duration, rounds)
+    if costs[0].problem:
+        raise UsageError(f"the scene as it is asked cannot be measured: {costs[0].problem}", "another method or step")
+    return Savings(document.name, chosen, step, tuple(costs))
+
+
+def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Scene | str | None:
+    """Return the scene in absolute coordinates, or why it has none; None if they are its own.
+
+    A scene that is read anew is checked for them; for a Scene, the build checks.
+    """
+    if scene.coordinates == "absolute":
+        return None
+    if isinstance(given, Scene):
+        return replace(scene, coordinates="absolute")
+    try:
+        return load_scene(given, **{**options, "coordinates": "absolute"})
+    except EomgenError as error:
+        return str(error)
+
+
+def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[Cost, Model | None]:
+    if variant.scene is None:
+        return Cost(variant.name, variant.what, problem=variant.problem), None
+    terms = None if variant.terms is None else list(variant.terms)
+    try:
+        began = time.perf_counter()
+        model = built_in(folder / "cache", variant.scene, terms, method, profile, start=variant.start)
+        seconds = time.perf_counter() - began
+        if variant.start:
+            terms = list(model.terms)
+        system = derive(variant.scene, terms)
+        operations = {name: count.flops for name, count in system.counts.items()}
+        place = folder / f"c_{variant.name.replace(' ', '_')}"
+        files = generate(variant.scene, place, terms, method)
+    except EomgenError as error:
+        return Cost(variant.name, variant.what, problem=str(error)), None
+    of_step = [name for name in terms_of_step(variant.scene, method) if name in operations]
+    cost = Cost(
+        variant.name,
+        variant.what,
+        operations,
+        sum(operations[name] for name in of_step),
+        sum(file.stat().st_size for file in files if file.suffix in (".c", ".h") and file.name not in _COMMON),
+        seconds,
+    )
+    return cost, model
+
+
+def _timed(measured: Sequence[tuple[Cost, Model | None]], step: float, duration: float, rounds: int) -> list[Cost]:
+    """Return the costs with the times of steps, from runs in turns."""
+    lengths: dict[int, int] = {}
+    times: dict[int, list[float]] = {}
+    observed: dict[int, list[float]] = {}
+    others: dict[int, str] = {}
+    for number, (_, model) in enumerate(measured):
+        if model is None:
+            continue
+        try:
+            first = _run(model, step, min(FEWEST, max(1, int(duration / step))))
+        except EomgenError as error:
+            others[number] = str(error)
+            continue
+        if not first.success:
+            others[number] = first.message
+            continue
+        wanted = LONG_ENOUGH / max(first.stats["wall_time"] / first.stats["steps"], 1e-9)
+        lengths[number] = max(1, min(int(duration / step), MOST, max(FEWEST, int(wanted))))
+        times[number], observed[number] = [], []
+    iterations = {}
+    for _ in range(rounds):
+        for number, steps in lengths.items():
+            model = measured[number][1]
+            run = _run(model, step, steps)
+            if not run.success:
+                others[number] = run.message
+            times[number].append(run.stats["wall_time"] / steps)
+            if "newton_iterations" in run.stats:
+                iterations[number] = run.stats["newton_iterations"] / steps
+            began = time.perf_counter()
+            _run(model, step, steps, every=1)
+            observed[number].append((time.perf_counter() - began) / steps)
+    return [
+        Cost(
+            **{
+                **vars(cost),
+                "step_seconds": statistics.median(times[k]) if times.get(k) else None,
+                "observed_seconds": statistics.median(observed[k]) if observed.get(k) else None,
+                "iterations": iterations.get(k),
+                "problem": cost.problem or others.get(k, ""),
+            }
+        )
+        for k, (cost, _) in enumerate(measured)
+    ]
+
+
+def _run(model: Any, step: float, steps: int, every: int | None = None) -> Any:
+    return model.simulate(steps * step, step, record_every=steps if every is None else every, error_estimate=False)

@@ -1,0 +1,199 @@
+"""The judge: motions that runs are held against, each known to a part of the demand and no better.
+
+Two runs of one method are compared, the second at a hundredth of the first one's tolerance or at half its step, from a
+tolerance on that is a part of the demand; both are refined until they differ by no more than the judge may be wrong.
+Candidates that served under the scene's own conditions are tried first under others.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
+from eomgen.products.studies.tuning.demand import Demand
+from eomgen.products.studies.tuning.nearby_conditions import OWN, Condition
+from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, possible, reason
+from eomgen.products.studies.work_precision.observation import ErrorSize, Observation, errors
+from eomgen.products.studies.work_precision.reference import (
+    LARGEST_UNCERTAINTY,
+    MOST_STEPS,
+    TIGHT,
+    Reference,
+    check_moves,
+    hold,
+    rank,
+)
+from eomgen.products.studies.work_precision.running import REACHED, Runner
+
+#: Wanted uncertainty of the reference, relative to the demand, and the largest one.
+KNOWN, LEAST_KNOWN = 0.05, 0.5
+#: The first tolerance is this part of the demand, each next one this part of the one before.
+FIRST, NEXT = 1e-2, 1e-2
+#: So many methods whose finest runs differ by more than ``LARGEST_UNCERTAINTY`` are enough: such a motion is unstable.
+AGREED = 2
+#: The least tolerances are not refined by less than this.
+LEAST_NEXT = 0.2
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A motion with how well it is known.
+
+    Attributes
+    ----------
+    apart : its difference from the run at half its accuracy, by quantity
+    error : of the demanded quantity
+    level : of its method's refinement
+    """
+
+    candidate: Candidate
+    observation: Observation
+    described: str
+    apart: Mapping[str, ErrorSize]
+    error: float
+    level: int
+
+
+@dataclass
+class Judge:
+    """Knows the motion under the scene's own conditions and under others.
+
+    Attributes
+    ----------
+    found : candidates of the scene's own formulation
+    seconds : of the processor, that a motion may take
+    tried : why others did not serve
+    """
+
+    runner: Runner
+    found: Sequence[Candidate]
+    demand: Demand
+    seconds: float
+    say: Callable[[str], None]
+    tried: dict[str, str] = field(default_factory=dict)
+    _held: dict[str, Reference] = field(default_factory=dict)
+    _served: tuple[Candidate, int] | None = None
+
+    def reference(self, condition: Condition = OWN) -> Reference:
+        """Return the motion under a condition.
+
+        Raises
+        ------
+        It cannot be known well enough for the demand, or there is no motion.
+            It cannot be known well enough to tell the demand, or it is none: nothing moves.
+        """
+        if condition.what not in self._held:
+            self._held[condition.what] = self._reference(condition)
+        return self._held[condition.what]
+
+    def error(self, observation: Observation, condition: Condition = OWN) -> float:
+        """Return the error of a run under a condition, as far as it can be told."""
+        return self.demand.of(self.reference(condition).errors_of(observation))
+
+    def bar(self, condition: Condition = OWN) -> float:
+        """Return by how much the motion under a condition may be wrong."""
+        return self.reference(condition).bar(self.demand.quantity, self.demand.measure)
+
+    def start(self, condition: Condition) -> dict[str, Any]:
+        """Return the initial state of runs under a condition: consistent ``q``, ``v`` of the scene's formulation."""
+        motion = self.reference(condition).observation
+        return {"q": motion.q[0], "v": motion.v[0]}
+
+    def _reference(self, condition: Condition) -> Reference:
+        best: _Known | None = None
+        apart = 0
+        for candidate in self._order():
+            self.say(f"reference: {candidate.row.name}{', ' * bool(condition.what)}{condition.what}")
+            known = self._known(candidate, condition)
+            if known is not None and (best is None or known.error < best.error):
+                best = known
+            if best is not None and best.error <= KNOWN * self.demand.error:
+                break
+            apart += known is not None and known.error > LARGEST_UNCERTAINTY
+            if apart == AGREED:
+                break
+        if best is None:
+            reasons = "; ".join(f"{name}: {why}" for name, why in list(self.tried.items())[:3])
+            fault = f"no method gives a reference for this scene: {reasons or 'there is none that runs on it'}"
+            raise NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))
+        check_moves(self.runner, best.observation)
+        if best.error > LARGEST_UNCERTAINTY:
+            hold(f"{best.described} and the same at half its accuracy", best.error)
+        if best.error > LEAST_KNOWN * self.demand.error:
+            fault = f"the best reference, {best.described}, is known to {best.error:.2g} only: {self.demand.error:g}"
+            hint = "a larger demand, a shorter run, or a larger budget"
+            raise NumericalError(Problem("error", f"{fault} cannot be told", hint))
+        if not condition.what:
+            self._served = best.candidate, best.level
+        return Reference(best.observation, best.described, "itself at half its accuracy", best.apart)
+
+    def _order(self) -> list[Candidate]:
+        """Return the candidates, most recently successful first."""
+        if not self.found:
+            raise ModelError(Problem("methods", "no method runs on this scene", "other methods"))
+        order = sorted(self.found, key=lambda c: rank(self.runner, c))
+        if self._served is not None:
+            order = [self._served[0], *(c for c in order if c is not self._served[0])]
+        return [c for c in order if c.row.name not in self.tried]
+
+    def _known(self, candidate: Candidate, condition: Condition) -> _Known | None:
+        """Return the motion by one method, None if it gives none."""
+        configuration = next(candidate.configurations(parameters=False, own={}))
+        try:
+            self.runner.prepare(configuration)
+        except EomgenError as error:
+            self.tried[candidate.row.name] = reason(error)
+            return None
+        first = self._served[1] - 1 if self._served is not None and self._served[0] is candidate else 0
+        began, before, best = time.process_time(), None, None
+        for level, resolution in list(enumerate(self._levels(candidate)))[first:]:
+            outcome = self.runner.run(
+                configuration, **resolution, dense=True, timed=False, estimated=False, **condition.arguments
+            )
+            if outcome.ended != REACHED or outcome.observation is None:
+                if not condition.what:
+                    self.tried[candidate.row.name] = outcome.said
+                before = None
+                if candidate.method.chooses_steps:
+                    break
+                continue
+            if before is not None:
+                apart = errors(before, outcome.observation)
+                size = self.demand.of(apart)
+                if best is not None and size > 0.7 * best.error:  # rounding, or corners, have the word from here on
+                    break
+                named = f"{candidate.row.name}, {candidate.formulation}, {_words(resolution, self.runner.grid.row)}"
+                best = _Known(candidate, outcome.observation, named, apart, size, level)
+                if size <= KNOWN * self.demand.error:
+                    break
+            before = outcome.observation
+            growth = 3.0 if candidate.method.chooses_steps else 2.0
+            if time.process_time() - began + growth * outcome.seconds > self.seconds:
+                break
+        if best is not None:
+            self.tried.pop(candidate.row.name, None)
+        return best
+
+    def _levels(self, candidate: Candidate) -> Iterator[dict[str, Any]]:
+        """Yield how a method is refined, as arguments of ``Runner.run``."""
+        if not candidate.method.chooses_steps:
+            yield from ({"per_row": 2**k} for k in range(int(np.log2(MOST_STEPS)) + 1))
+            return
+        least = min(x for x in (*TIGHT, *candidate.tolerances) if possible(candidate.row.name, {TOLERANCE: x}))
+        largest = max(candidate.tolerances, default=1.0)
+        tolerance = min(FIRST * self.demand.error, largest)
+        while tolerance > least / LEAST_NEXT:
+            yield {"tolerance": tolerance}
+            tolerance *= NEXT
+        yield from ({"tolerance": x} for x in (least / LEAST_NEXT, least))
+
+
+def _words(resolution: Mapping[str, Any], row: float) -> str:
+    if TOLERANCE in resolution:
+        return f"tolerance {resolution[TOLERANCE]:.3g}"
+    return f"step {row / resolution['per_row']:.3g} s"

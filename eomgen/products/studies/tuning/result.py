@@ -1,0 +1,153 @@
+"""``Tuned``: the configuration that meets a demand at the least cost, its verification, and its scene file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.files import write_text
+from eomgen.errors import Problem, UsageError
+from eomgen.products.studies.tuning.scene_text import with_settings
+from eomgen.products.studies.tuning.verification_runs import Verified
+from eomgen.products.studies.work_precision.configuration import Configuration
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another method in the race, at the demand: measured, or expected if it was given up."""
+
+    label: str
+    seconds: float
+    measured: bool
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """Result of ``eomgen.tune``.
+
+    Attributes
+    ----------
+    scene : its name
+    quantity, measure, demand : the demand
+    configuration : the one that meets it at the least cost
+    kind, value : ``step`` in s, or ``tolerance``
+    error : measured on the scene's own run
+    seconds : processor's time of stepping that run, median; outputs, energies and the error estimate apart
+    span : s, of the run
+    steps : of the method in that run
+    rivals : cheapest first
+    next_digit : how many times dearer a tenth of the error is expected to be
+    own : the scene's own settings, their error and seconds; infinite if they fail
+    verified : runs that it was not tuned on
+    simulation : keys of the scene's section of that name
+    written : error and seconds of the settings written by ``save``: the ones above
+    coordinates, group : for the scene, if they are not its own; empty otherwise
+    machine : its description
+    spent : the processor's seconds of computation, builds not counted; and runs of the race
+    built : seconds of building
+    left_out : configurations that did not race, and the reasons
+    source : the scene's file, None if there is none
+    simplified : in words, if a scene of less fidelity than the described one suffices; empty otherwise
+    """
+
+    scene: str
+    quantity: str
+    measure: str
+    demand: float
+    configuration: Configuration
+    kind: str
+    value: float
+    error: float
+    seconds: float
+    span: float
+    steps: float
+    rivals: tuple[Rival, ...]
+    next_digit: float
+    own: tuple[str, float, float]
+    verified: tuple[Verified, ...]
+    simulation: Mapping[str, Any]
+    written: tuple[float, float]
+    coordinates: str
+    group: str
+    machine: Mapping[str, str]
+    spent: tuple[float, int]
+    built: float
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    source: Path | None = None
+    simplified: str = ""
+
+    @property
+    def label(self) -> str:
+        unit = " s" if self.kind == "step" else ""
+        return f"{self.configuration.label}, {self.kind} {self.value:.4g}{unit}"
+
+    @property
+    def met(self) -> bool:
+        """Whether all verification runs meet the demand."""
+        return all(run.error <= self.demand for run in self.verified)
+
+    @property
+    def why(self) -> str:
+        """One line: the reason, the cost of one digit more, and the machine of the measurement."""
+        parts = [f"{self.label} meets {self.demand:g} in {_time(self.seconds)} for {self.span:.4g} s of motion"]
+        if self.rivals:
+            first = self.rivals[0]
+            how = "takes" if first.measured else "would take"
+            parts.append(f"{first.label} {how} {first.seconds / self.seconds:.3g} x")
+        if self.next_digit > 0.0:
+            parts.append(f"one digit more costs {self.next_digit:.3g} x")
+        return f"{'; '.join(parts)}; measured on {self.machine['processor']}, {self.machine['compiler']}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it as JSON data."""
+        return {
+            "scene": self.scene,
+            "quantity": self.quantity,
+            "measure": self.measure,
+            "demand": self.demand,
+            "met": self.met,
+            **self.configuration.to_dict(),
+            "kind": self.kind,
+            "value": self.value,
+            "error": self.error,
+            "seconds": self.seconds,
+            "span": self.span,
+            "steps": self.steps,
+            "why": self.why,
+            "next_digit": self.next_digit,
+            "own": {"settings": self.own[0], "error": self.own[1], "seconds": self.own[2]},
+            "rivals": [vars(rival) for rival in self.rivals],
+            "verified": [vars(run) for run in self.verified],
+            "simulation": dict(self.simulation),
+            "written": {"error": self.written[0], "seconds": self.written[1]},
+            "coordinates": self.coordinates,
+            "group": self.group,
+            "simplified": self.simplified,
+            "machine": dict(self.machine),
+            "spent": {"seconds": self.spent[0], "runs": self.spent[1], "building": self.built},
+            "left_out": dict(self.left_out),
+        }
+
+    def save(self, path: str | Path) -> Path:
+        """Write the scene's file with these settings, its comments kept.
+
+        Raises
+        ------
+        UsageError
+            The scene is from no ``.toml`` file, or is written in a way that settings cannot be put into; it is one of
+            less fidelity.
+        FileError
+        """
+        if self.simplified:
+            fault = f"what was chosen has less fidelity, {self.simplified}, which is not written into files"
+            raise UsageError(Problem(str(path), fault, "fewer modes, order or stiffening in [beams]; or other axes"))
+        text = with_settings(self.source, self.simulation, self.coordinates, self.group)
+        write_text(Path(path), text)
+        return Path(path)
+
+
+def _time(seconds: float) -> str:
+    unit, size = next((u, s) for u, s in (("s", 1.0), ("ms", 1e-3), ("us", 0.0)) if seconds >= s)
+    return f"{seconds / (size or 1e-6):.3g} {unit}"

@@ -1,0 +1,337 @@
+"""tune: the cheapest configuration of a scene that meets a demand on its error, found by racing and verified."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.text import nearest, shown
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.pipeline import pipeline
+from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
+from eomgen.products.studies.tuning.contender import Contender, Tried
+from eomgen.products.studies.tuning.demand import Demand
+from eomgen.products.studies.tuning.entries import Entries
+from eomgen.products.studies.tuning.judge import Judge
+from eomgen.products.studies.tuning.nearby_conditions import Condition, conditions
+from eomgen.products.studies.tuning.race import Race
+from eomgen.products.studies.tuning.real_time import RealTime
+from eomgen.products.studies.tuning.real_time import real_time as in_real_time
+from eomgen.products.studies.tuning.result import Rival, Tuned
+from eomgen.products.studies.tuning.verification_runs import RUNS, Verified, verified
+from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
+from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
+from eomgen.products.studies.work_precision.machine import machine
+from eomgen.products.studies.work_precision.observation import MEASURES, quantities
+from eomgen.products.studies.work_precision.running import REACHED, Runner, timed
+from eomgen.products.studies.work_precision.times import MOST_TIMES, tuning_grid
+
+#: Rounds of verification: conditions missed in one are tuned on in the next.
+ROUNDS = 4
+#: The part of the budget that the motion under a condition, and that a run, may take.
+JUDGE_SHARE = 0.15
+
+
+def tune(
+    scene: Any,
+    error: float | None = None,
+    *,
+    real_time: float | None = None,
+    iterations: int | None = None,
+    output: str = OUTPUT,
+    measure: str = MEASURE,
+    axes: Sequence[str] = (),
+    methods: Sequence[str] = (),
+    t_end: float | None = None,
+    parameters: Mapping[str, float] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    budget: float = TUNE_BUDGET,
+    formulated: bool = True,
+    progress: Callable[[str], None] | None = None,
+    **reading: Any,
+) -> Tuned | RealTime:
+    """Find the cheapest configuration of a scene that meets a demand on its error, or the best for a real-time cycle.
+
+    Errors include all rows that the written file will record, up to 20 000; times are of stepping with these rows,
+    without outputs, energies and the error estimate.
+
+    Methods race: each is run coarsely once, and its cost and order decide whether it runs again. The
+    winner is verified on runs with other initial states and parameters, against references of their own, and made finer
+    if it misses the demand there.
+
+    Parameters
+    ----------
+    scene : path, mapping, Scene, or another front end's document
+    error : float
+        Demanded relative error: 1e-4. It is measured as in ``eomgen.tradeoff``.
+    real_time : float
+        s of motion that are to be computed within as many seconds: the most accurate fixed step is found whose work in
+        such a cycle ends in time in 99.99 % of the cycles. No demand is taken with it.
+    iterations : int
+        With ``real_time``: bound on Newton's iterations of a step; by default the run's largest number.
+    output : str
+        Quantity of the error: an output of the scene, ``q``, ``v`` or ``state`` (both).
+    measure : str
+        Of the error over time: ``largest``, ``rms`` or ``final``.
+    axes : sequence of str
+        Varied axes, among the axes of ``eomgen.tradeoff``; all but ``fidelity`` by default.
+    methods : sequence of str
+        Methods to try; by default all that make a difference to the scene.
+    t_end : float
+        s; the scene's duration by default.
+    parameters, inputs : mapping
+        As of ``simulate``.
+    budget : float
+        Seconds of computation, builds not counted.
+    formulated : bool
+        Whether other formulations than the scene's own may win.
+    progress : callable
+        Called with a word on the present work.
+    reading
+        As of ``eomgen.load``.
+
+    Returns
+    -------
+    Tuned, or RealTime if ``real_time`` is given
+
+    Raises
+    ------
+    UsageError
+        A demand out of 1e-13..0.5; an unknown output, method or measure.
+    NumericalError
+        There is no sufficiently accurate reference, or no configuration meets the demand within the budget; none ends
+        in time, or none converges within the bound.
+    """
+    if (error is None) is (real_time is None):
+        raise UsageError(Problem("tune", "either an error is demanded or a cycle of real time", "error=1e-4"))
+    if iterations is not None and (real_time is None or iterations < 1):
+        raise UsageError(Problem("iterations", "a bound of 1 or more goes with a cycle of real time", "real_time=1e-3"))
+    if error is not None and not (isinstance(error, int | float) and 1e-13 <= error <= 0.5):
+        raise UsageError(Problem("error", f"a demand lies in 1e-13..0.5, not {error!r}", "1e-4"))
+    if measure not in MEASURES:
+        raise UsageError(Problem("measure", f"there is no measure {shown(measure)}", f"one of {', '.join(MEASURES)}"))
+    chosen = checked_axes(axes)
+    others = formulated and real_time is None and "formulation" in chosen
+    found = formulations(scene, reading, others=others, fidelity=real_time is None and "fidelity" in chosen)
+    source = Path(scene) if isinstance(scene, str | os.PathLike) else None
+    say = progress or (lambda _: None)
+    if error is None:
+        return in_real_time(
+            found,
+            float(real_time or 0.0),
+            output=output,
+            measure=measure,
+            methods=methods,
+            t_end=t_end,
+            parameters=parameters,
+            inputs=inputs,
+            iterations=iterations,
+            budget=budget,
+            say=say,
+            source=source,
+        )
+    tuning = _Tuning(found, tuple(methods), chosen, t_end, parameters, inputs, budget, say)
+    return tuning.result(Demand(float(error), output, measure), source)
+
+
+class _Tuning:
+    """The work of one call of ``tune``."""
+
+    def __init__(
+        self,
+        found: Formulations,
+        methods: tuple[str, ...],
+        axes: tuple[str, ...],
+        t_end: float | None,
+        parameters: Mapping[str, float] | None,
+        inputs: Mapping[str, Any] | None,
+        budget: float,
+        say: Callable[[str], None],
+    ) -> None:
+        document, front_end = pipeline.as_document(found.scenes[found.own])
+        self.defaults = front_end.describe(document).simulation
+        end = self.defaults.duration if t_end is None else t_end
+        if not (math.isfinite(end) and end > 0.0):
+            raise UsageError(Problem("t_end", f"a run needs a later end than {end:g} s", "10"))
+        self.found, self.methods, self.axes, self.budget, self.say = found, methods, axes, budget, say
+        grid = tuning_grid(end, self.defaults.step, self.defaults.step * self.defaults.record_every)
+        self.runner = Runner(found, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
+        self.left_out: dict[str, str] = dict(found.refused)
+        self.own = found.own
+
+    def result(self, demand: Demand, source: Path | None) -> Tuned:
+        """Return the configuration that meets a demand at the least cost."""
+        began = time.process_time()
+        model = self.runner.model(self.own)
+        known = quantities(model)
+        if demand.quantity not in known:
+            fault = f"the scene has no output {shown(demand.quantity)}"
+            raise UsageError(Problem("output", fault, nearest(demand.quantity, known)))
+        own = candidates(self.own, model, self.methods, self.left_out)
+        if not own:
+            why = "; ".join(self.left_out.values())
+            raise ModelError(Problem("methods", f"no method runs on this scene: {why}", "other methods"))
+        if self.methods:  # a demand is told from the best, also from methods that do not race
+            every = candidates(self.own, model, (), {})
+            judges = (*own, *(c for c in every if c.row.name not in {one.row.name for one in own}))
+        else:
+            judges = own
+        judge = Judge(self.runner, judges, demand, JUDGE_SHARE * self.budget, self.say)
+        near = conditions(self.runner, judge.reference().observation)
+        race = Race(judge, demand.error, self.say, [next(near)], left_out=self.left_out)
+        entries = Entries(race, own, self._others(), self.axes, self.methods, self.defaults, self.say)
+        contenders = entries.raced()
+        self._enough(contenders, demand)
+        winner, checks = self._verified(entries, contenders, near)
+        self._enough(contenders, demand)
+        run = winner.best(demand.error)
+        assert run is not None  # ``_enough`` has seen it
+        own_settings = self._own_settings(judge)
+        spent = time.process_time() - began - self.runner.building, race.runs
+        return self._described(demand, contenders, (winner, run), checks, own_settings, spent, source)
+
+    def _others(self) -> list[str]:
+        """Return the names of formulations beside the scene's own that may win."""
+        less = self.found.simplified
+        others = [name for name in self.found.scenes if name != self.own and name not in less]
+        if self.own == JOINT and not self.runner.model(JOINT).multipliers and others:
+            self.left_out |= dict.fromkeys(others, "joint coordinates have no constraints")
+            return list(less)
+        return [*less, *others]
+
+    def _enough(self, contenders: Sequence[Contender], demand: Demand) -> None:
+        if not any(c.best(demand.error) for c in contenders):
+            closest = min((run.error for c in contenders for run in c.runs), default=math.inf)
+            fault = f"nothing meets {demand.error:g} within the budget: the least error is {closest:.2g}"
+            raise NumericalError(Problem("error", fault, "a larger demand, a larger budget, or other methods"))
+
+    def _verified(
+        self, entries: Entries, contenders: list[Contender], near: Iterator[Condition]
+    ) -> tuple[Contender, tuple[Verified, ...]]:
+        """Return the winner and the runs that it is verified on.
+
+        Conditions under which it misses the demand are tuned on as well, all race again, and others verify.
+        Another winner brings its neighbours into the race.
+        """
+        race = entries.race
+        for left in reversed(range(ROUNDS)):
+            race.finish(contenders)
+            winner = min(contenders, key=lambda c: c.seconds(race.demand))
+            run = winner.best(race.demand)
+            if run is None:
+                break
+            tried = list(itertools.islice(near, RUNS))
+            checks: list[Verified] = []
+            for condition in tried:
+                self.say(f"verifying: {condition.what}")
+                check = verified(race.judge, winner.how(run), condition)
+                checks += [] if check is None else [check]
+            missed = {check.what for check in checks if not check.error <= race.demand}
+            if not missed or not left:
+                break
+            race.training += [condition for condition in tried if condition.what in missed]
+            for contender in contenders:
+                contender.reopen(race.demand)
+            best = race.run(contenders)
+            if best is not winner:
+                entries.varied(contenders, best)
+        return winner, tuple(checks)
+
+    def _described(
+        self,
+        demand: Demand,
+        contenders: Sequence[Contender],
+        won: tuple[Contender, Tried],
+        checks: tuple[Verified, ...],
+        own_settings: tuple[str, float, float],
+        spent: tuple[float, int],
+        source: Path | None,
+    ) -> Tuned:
+        winner, run = won
+        grid = self.runner.grid
+        value = 1.0 / run.resolution if winner.kind == TOLERANCE else grid.row / run.resolution
+        name = winner.configuration.formulation
+        elsewhere = name != self.own and name not in self.found.simplified
+        return Tuned(
+            scene=self.runner.model(self.own).name,
+            quantity=demand.quantity,
+            measure=demand.measure,
+            demand=demand.error,
+            configuration=winner.configuration,
+            kind=winner.kind,
+            value=value,
+            error=run.own,
+            seconds=run.seconds,
+            span=grid.end - grid.start,
+            steps=run.steps,
+            rivals=_rivals(contenders, winner, demand.error),
+            next_digit=_next_digit(contenders, run, demand.error),
+            own=own_settings,
+            verified=checks,
+            simulation=self._simulation(winner, value),
+            written=(run.own, run.seconds),
+            coordinates=("joint" if name == JOINT else "absolute") if elsewhere else "",
+            group=name if elsewhere and name != JOINT else "",
+            machine=machine(),
+            spent=spent,
+            built=sum(self.runner.compiled.values()),
+            left_out=dict(self.left_out),
+            source=source,
+            simplified=name if name in self.found.simplified else "",
+        )
+
+    def _own_settings(self, judge: Judge) -> tuple[str, float, float]:
+        """Return the scene's own settings in words, their error and seconds."""
+        simulation = self.defaults
+        configuration = self.runner.own_configuration()
+        words = f"{configuration.method}, step {simulation.step:g} s"
+        per_row = Fraction(self.runner.grid.row / simulation.step).limit_denominator(MOST_TIMES)
+        outcome = self.runner.run(configuration, per_row, estimated=False)
+        if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
+            return words, math.inf, math.inf
+        return words, judge.error(outcome.observation), timed(outcome.repeated, 1)[0]
+
+    def _simulation(self, winner: Contender, value: float) -> dict[str, Any]:
+        """Return the keys of a scene's section ``simulation``."""
+        interval = self.defaults.step * self.defaults.record_every
+        found: dict[str, Any] = {"method": winner.configuration.method}
+        if winner.kind == TOLERANCE:
+            grid = self.runner.grid
+            found |= {"tolerance": value, "step": grid.row * grid.recorded, "record_every": 1}
+        else:
+            found |= {"step": _shortest(value), "record_every": max(1, round(interval / value))}
+        return found | winner.configuration.of_scene()
+
+
+def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -> tuple[Rival, ...]:
+    """Return the best of each other method and formulation."""
+    found: dict[tuple[str, str], Rival] = {}
+    for contender in contenders:
+        key = (contender.configuration.method, contender.configuration.formulation)
+        told = any(math.isfinite(run.error) for run in contender.runs)
+        if key == (winner.configuration.method, winner.configuration.formulation) or not told:
+            continue
+        measured = contender.best(demand) is not None
+        seconds = contender.seconds(demand) if measured else contender.expected(demand)
+        rival = Rival(contender.configuration.label, seconds, measured)
+        if key not in found or rival.seconds < found[key].seconds:
+            found[key] = rival
+    return tuple(sorted(found.values(), key=lambda rival: rival.seconds))
+
+
+def _next_digit(contenders: Sequence[Contender], run: Tried, demand: float) -> float:
+    expected = [c.expected(0.1 * demand) for c in contenders if c.runs and any(r.error < 0.2 for r in c.runs)]
+    return max(min(expected, default=0.0) / run.seconds, 1.0) if expected else 0.0
+
+
+def _shortest(value: float) -> float:
+    """Return the number of the fewest digits within rounding of a few products of a value: 0.015, not
+    0.015000000000000001."""
+    near = (float(f"{value:.{digits}g}") for digits in range(1, 17))
+    return next((one for one in near if abs(one - value) <= 4.0 * math.ulp(value)), value)

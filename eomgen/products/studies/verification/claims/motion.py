@@ -1,0 +1,396 @@
+"""Claims of the equations of motion: M, h and b from the kinetic energy, sums of blocks, the energy balance.
+
+Euler-Poincare equations of the kinetic energy T, left-trivialised: M a + h + b = dp/dt - ad(v)^T p - dT/dq with p =
+dT/dv.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from eomgen.compiled.coordinates import configuration_rate
+from eomgen.lie.product import Factor, bracket_matrix
+from eomgen.products.studies.verification.claims.claim import Claim, Space, Value, column
+from eomgen.products.studies.verification.engines import Array, Blocks, Engine, spread
+from eomgen.scene.scene import Scene
+
+FAMILY = "separated terms and energies"
+_POSE = (Factor("SE3", "pose", 0, 7, 0, 6),)
+
+
+def motion_claims(space: Space, engine: Engine, scene: object) -> list[Claim]:
+    """Return the claims of the terms that ``engine`` has.
+
+    Water that moves with hulls has the inertia of Morison's equation, the added mass times the acceleration of each
+    place, which no kinetic energy gives: then inertia is not asked to follow from M.
+    """
+    there = set(engine.functions)
+    by_energy = not (isinstance(scene, Scene) and any(element.moves_water for element in scene.elements))
+    claims: list[Claim] = []
+    if {"mass", "energy"} <= there:
+        claims.append(_mass(space, engine))
+    if "mass" in there:
+        claims.append(_definite())
+    if by_energy and {"mass", "coupling"} <= there:
+        claims.append(_coupling(space))
+    if by_energy and {"mass", "coupling", "base_motion", "energy"} <= there:
+        claims.append(_inertia(space, "base_motion.b", "M a + h + b by T", _by_blocks))
+    if {"inverse_dynamics", "coupling", "force", "energy"} <= there and "mass" not in there:
+        if by_energy:
+            claims.append(_inertia(space, "inverse_dynamics.tau", "tau + Q by T", _by_recursion))
+        claims.append(_without_acceleration(space))
+    if {"mass", "coupling", "force", "inverse_dynamics"} <= there:
+        claims.append(_sum_of_blocks(space))
+    if {"coupling", "force", "inverse_dynamics", "residual"} <= there:
+        claims.append(_reactions(space))
+    if {"mass", "coupling", "force", "forward_dynamics"} <= there:
+        claims.append(_forward(space))
+    if {"inverse_dynamics", "force", "forward_dynamics"} <= there and "mass" not in there:
+        claims.append(_there_and_back(space))
+    if {"energy", "coupling", "force", "residual", "inverse_dynamics"} <= there:
+        claims.append(_balance(engine))
+    if {"momenta", "force", "energy"} <= there:
+        claims += [_momentum(space), _momentum_rate(space)]
+    if "base" in there:
+        claims.append(_base())
+    return claims
+
+
+def momentum(engine: Engine, state: Blocks, along: Array) -> Array:
+    """Return dT/dv along directions (..., count, nv), by differences that are exact: T is quadratic in v."""
+    around = spread(state)
+    forth = engine("energy", {**around, "v": around["v"] + along})["energy"][..., 0]
+    back = engine("energy", {**around, "v": around["v"] - along})["energy"][..., 0]
+    return np.asarray(0.5 * (forth - back))
+
+
+def times(matrix: Array, vector: Array) -> Array:
+    return np.asarray((matrix @ vector[..., np.newaxis])[..., 0])
+
+
+def _mass(space: Space, engine: Engine) -> Claim:
+    few = space.few.matrix
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        return np.asarray(few.T @ engine("mass", state)["M"] @ few)
+
+    def of_partials(engine: Engine, state: Blocks) -> Array:
+        return np.asarray(few.T @ engine("partials", state)["M"] @ few)
+
+    also = "partials" in engine
+    return Claim(
+        "mass.M",
+        "d2 T / dv2",
+        FAMILY,
+        value,
+        source=lambda engine, state: momentum(engine, state, few.T),
+        directions=lambda _: {"v": few.T},
+        second=of_partials if also else None,
+        second_name="partials" if also else "",
+        rows=space.few.names,
+        columns=space.few.names,
+        functions=("energy",),
+    )
+
+
+def _definite() -> Claim:
+    def value(engine: Engine, state: Blocks) -> Array:
+        M = engine("mass", state)["M"]
+        scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diagonal(M, axis1=-2, axis2=-1)), 1e-300))
+        scaled = M * scale[..., np.newaxis] * scale[..., np.newaxis, :]
+        skew = np.max(np.abs(scaled - np.swapaxes(scaled, -1, -2)), axis=(-2, -1))
+        least = np.linalg.eigvalsh(scaled)[..., 0]
+        return column(np.stack([skew, np.where(least > 0.0, 0.0, 1.0 - least)], axis=-1))
+
+    def nothing(engine: Engine, state: Blocks) -> Array:
+        return np.zeros((*state["q"].shape[:-1], 2, 1))
+
+    return Claim(
+        "mass.M, definite",
+        "symmetric, positive definite",
+        FAMILY,
+        value,
+        second=nothing,
+        second_name="eigenvalues",
+        size=lambda _, state: np.ones(state["q"].shape[:-1]),
+        rows=("M - M^T", "1 - smallest eigenvalue of M"),
+    )
+
+
+def _coupling(space: Space) -> Claim:
+    """h w = d(M v)/dt w - ad(v)^T M v w - d(v M v / 2)/dq w, with v held constant."""
+    W = space.along["q"].matrix
+
+    def source(engine: Engine, state: Blocks) -> Array:
+        return times(engine("mass", state)["M"], state["v"])
+
+    def along(state: Blocks) -> dict[str, Array]:
+        return {"q": _motion_first(state["v"], W)}
+
+    def combine(engine: Engine, state: Blocks, G: Array) -> Array:
+        v = state["v"]
+        turned = times(np.swapaxes(bracket_matrix(engine.factors, v), -1, -2), source(engine, state))
+        by_time = (G[..., 0] - turned) @ W
+        by_place = np.einsum("...i,...ij->...j", v, G[..., 1:])
+        return column(by_time - 0.5 * by_place)
+
+    return Claim(
+        "coupling.h",
+        "by d M / dq",
+        FAMILY,
+        lambda engine, state: column(engine("coupling", state)["h"] @ W),
+        source=source,
+        directions=along,
+        combine=combine,
+        rows=space.along["q"].names,
+        functions=("mass",),
+    )
+
+
+def _by_blocks(engine: Engine, state: Blocks) -> Array:
+    """Return M a + h + b."""
+    rest = engine("coupling", state)["h"] + engine("base_motion", state)["b"]
+    return np.asarray(times(engine("mass", state)["M"], state["a"]) + rest)
+
+
+def _by_recursion(engine: Engine, state: Blocks) -> Array:
+    """Return the same without forming M, which long trees do not have."""
+    return np.asarray(engine("inverse_dynamics", state)["tau"] + engine("force", state)["Q"])
+
+
+def _inertia(space: Space, name: str, meaning: str, of: Value) -> Claim:
+    few = space.few.matrix
+
+    def source(engine: Engine, state: Blocks) -> Array:
+        kinetic = engine("energy", state)["energy"][..., :1]
+        return np.concatenate([momentum(engine, state, few.T), kinetic], axis=-1)
+
+    def along(state: Blocks) -> dict[str, Array]:
+        still = np.zeros_like(few)
+        directions = {"q": _motion_first(state["v"], few), "v": _motion_first(state["a"], still)}
+        return directions | {"t": np.eye(1 + few.shape[1])[:, :1]}
+
+    def combine(engine: Engine, state: Blocks, G: Array) -> Array:
+        turned = np.swapaxes(bracket_matrix(engine.factors, state["v"]) @ few, -1, -2)
+        return column(G[..., :-1, 0] - momentum(engine, state, turned) - G[..., -1, 1:])
+
+    return Claim(
+        name,
+        meaning,
+        FAMILY,
+        lambda engine, state: column(of(engine, state) @ few),
+        source=source,
+        directions=along,
+        combine=combine,
+        rows=space.few.names,
+        functions=("energy",),
+    )
+
+
+def _without_acceleration(space: Space) -> Claim:
+    def second(engine: Engine, state: Blocks) -> Array:
+        return column(engine("inverse_dynamics", {**state, "a": np.zeros_like(state["a"])})["tau"])
+
+    return Claim(
+        "coupling.h",
+        "h + b - Q = tau at a = 0",
+        FAMILY,
+        lambda engine, state: column(np.sum(_parts(engine, state)[1:], axis=0)),
+        second=second,
+        second_name="inverse_dynamics",
+        size=lambda engine, state: _largest(_parts(engine, state)),
+        rows=space.rows["v"],
+    )
+
+
+def _motion_first(rate: Array, others: Array) -> Array:
+    """Return a rate (..., size) and the columns of others (size, count) as directions (..., 1 + count, size)."""
+    rest = np.broadcast_to(others.T, (*rate.shape[:-1], *others.T.shape))
+    return np.concatenate([rate[..., np.newaxis, :], rest], axis=-2)
+
+
+def _parts(engine: Engine, state: Blocks) -> list[Array]:
+    """Return M a, h, b and -Q."""
+    result = [engine("coupling", state)["h"], -engine("force", state)["Q"]]
+    result += [engine("base_motion", state)["b"]] if "base_motion" in engine else []
+    if "mass" in engine:
+        return [times(engine("mass", state)["M"], state["a"]), *result]
+    return [engine("inverse_dynamics", state)["tau"] - np.sum(result, axis=0), *result]
+
+
+def _largest(values: list[Array]) -> Array:
+    return np.asarray(np.max([np.max(np.abs(value), axis=-1) for value in values], axis=0))
+
+
+def _sum_of_blocks(space: Space) -> Claim:
+    return Claim(
+        "inverse_dynamics.tau",
+        "tau = M a + h + b - Q",
+        FAMILY,
+        lambda engine, state: column(engine("inverse_dynamics", state)["tau"]),
+        second=lambda engine, state: column(np.sum(_parts(engine, state), axis=0)),
+        second_name="sum of blocks",
+        size=lambda engine, state: _largest(_parts(engine, state)),
+        rows=space.rows["v"],
+    )
+
+
+def _reactions(space: Space) -> Claim:
+    def second(engine: Engine, state: Blocks) -> Array:
+        tau = engine("inverse_dynamics", state)["tau"]
+        if "constraint_jacobian" in engine:
+            tau = tau + times(np.swapaxes(engine("constraint_jacobian", state)["B"], -1, -2), state["lam"])
+        return column(tau)
+
+    return Claim(
+        "residual.r",
+        "r = tau + B^T lam",
+        FAMILY,
+        lambda engine, state: column(engine("residual", state)["r"]),
+        second=second,
+        second_name="sum of blocks",
+        size=lambda engine, state: _largest(_parts(engine, state)),
+        rows=space.rows["v"],
+    )
+
+
+def _forward(space: Space) -> Claim:
+    """Products with M rather than its inverse: the comparison is as well conditioned as the blocks are."""
+
+    def at(engine: Engine, state: Blocks) -> dict[str, Array]:
+        return {**state, "a": engine("forward_dynamics", state)["vdot"]}
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        return column(times(engine("mass", state)["M"], engine("forward_dynamics", state)["vdot"]))
+
+    return Claim(
+        "forward_dynamics.vdot",
+        "M vdot = Q - h - b",
+        FAMILY,
+        value,
+        second=lambda engine, state: column(-np.sum(_parts(engine, state)[1:], axis=0)),
+        second_name="sum of blocks",
+        size=lambda engine, state: _largest(_parts(engine, at(engine, state))),
+        rows=space.rows["v"],
+    )
+
+
+def _there_and_back(space: Space) -> Claim:
+    def value(engine: Engine, state: Blocks) -> Array:
+        there = {**state, "a": engine("forward_dynamics", state)["vdot"]}
+        return column(engine("inverse_dynamics", there)["tau"])
+
+    return Claim(
+        "forward_dynamics.vdot",
+        "tau at vdot = 0",
+        FAMILY,
+        value,
+        second=lambda engine, state: np.zeros((*state["v"].shape, 1)),
+        second_name="inverse_dynamics",
+        size=lambda engine, state: _largest(_parts(engine, state)),
+        rows=space.rows["v"],
+    )
+
+
+def _balance(engine: Engine) -> Claim:
+    """d(T + V)/dt = power + power of base and drivers + v r - lam w, r and w residuals of motion and constraints."""
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        powers = engine("energy", state)["energy"][..., 2:].sum(axis=-1)
+        powers = powers + np.sum(state["v"] * engine("residual", state)["r"], axis=-1)
+        if "constraint_velocity" in engine:
+            powers = powers - np.sum(state["lam"] * engine("constraint_velocity", state)["w"], axis=-1)
+        return column(column(powers))
+
+    def along(state: Blocks) -> dict[str, Array]:
+        rates = {"q": column(state["v"]), "v": column(state["a"])}
+        if "z" in state:
+            rates["z"] = column(engine("internal_rate", state)["zdot"])
+        if "t" in state:
+            rates["t"] = column(np.ones_like(state["t"]))
+        return {block: np.swapaxes(rate, -1, -2) for block, rate in rates.items()}
+
+    def size(engine: Engine, state: Blocks) -> Array:
+        v, powers = state["v"], engine("energy", state)["energy"][..., 2:]
+        works = [np.sum(np.abs(v * load), axis=-1) for load in _parts(engine, state)]
+        return np.asarray(np.sum([np.sum(np.abs(powers), axis=-1), *works], axis=0))
+
+    return Claim(
+        "energy",
+        "d(T + V) / dt = powers",
+        FAMILY,
+        value,
+        source=lambda engine, state: engine("energy", state)["energy"][..., :2],
+        directions=along,
+        combine=lambda engine, state, G: np.sum(G, axis=-2, keepdims=True),
+        size=size,
+        rows=("T + V",),
+        functions=("energy",),
+    )
+
+
+def _kinetic(engine: Engine, state: Blocks) -> Array:
+    return engine("energy", state)["energy"][..., :1]
+
+
+def _momentum(space: Space) -> Claim:
+    along = space.along["v"]
+    return Claim(
+        "momenta.momentum",
+        "dT / dv",
+        FAMILY,
+        lambda engine, state: (engine("momenta", state)["momentum"] @ along.matrix)[..., np.newaxis, :],
+        source=_kinetic,
+        directions=lambda _: {"v": along.matrix.T},
+        rows=("T",),
+        columns=along.names,
+        functions=("energy",),
+    )
+
+
+def _momentum_rate(space: Space) -> Claim:
+    along = space.along["q"]
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        of_kinetic = engine("momenta", state)["momentum_rate"] - engine("force", state)["Q"]
+        return np.asarray((of_kinetic @ along.matrix)[..., np.newaxis, :])
+
+    def size(engine: Engine, state: Blocks) -> Array:
+        return _largest([engine("momenta", state)["momentum_rate"], engine("force", state)["Q"]])
+
+    return Claim(
+        "momenta.momentum_rate",
+        "dT / dq + Q",
+        FAMILY,
+        value,
+        source=_kinetic,
+        directions=lambda _: {"q": along.matrix.T},
+        size=size,
+        rows=("T",),
+        columns=along.names,
+        functions=("energy",),
+    )
+
+
+def _base() -> Claim:
+    def value(engine: Engine, state: Blocks) -> Array:
+        base = engine("base", state)["base"]
+        return column(
+            np.concatenate([configuration_rate(_POSE, base[..., :7], base[..., 7:13]), base[..., 13:]], axis=-1)
+        )
+
+    names = [
+        f"{what}[{k}]"
+        for what, size in (("quaternion", 4), ("position", 3), ("omega", 3), ("velocity", 3))
+        for k in range(size)
+    ]
+    return Claim(
+        "base",
+        "d pose, d twist / dt",
+        FAMILY,
+        value,
+        source=lambda engine, state: engine("base", state)["base"][..., :13],
+        directions=lambda _: {"t": np.ones((1, 1))},
+        rows=tuple(names),
+        functions=("base",),
+    )

@@ -1,0 +1,300 @@
+"""Claims of partials: K, C, M, internal states and constraints, and the packed matrices of implicit steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from eomgen.products.studies.verification.claims.claim import (
+    Claim,
+    Space,
+    Value,
+    along_motion,
+    column,
+    fixed,
+    jacobian,
+    output,
+)
+from eomgen.products.studies.verification.engines import Array, Blocks, Engine, moved
+from eomgen.symbolic.calculus.configuration import configuration_seeds
+from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.tape import ONE, ZERO
+from eomgen.system.system import System
+
+PARTIALS, CONSTRAINTS = "partials", "constraints"
+#: Operations times directions up to which the residual is differentiated operation by operation.
+_DIFFERENTIATED = 150_000
+#: Multipliers that the reactions are seen by, a power of two.
+_MULTIPLIERS = 2.0**40
+
+
+def partial_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
+    """Return the claims of the terms that ``engine`` has."""
+    there = set(engine.functions)
+    residual, rows = ("residual", "r"), space.rows["v"]
+    claims: list[Claim] = []
+    if "partials" in there:
+        by_tape = _differentiated(system)
+        for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
+            second, other = (by_tape[name], "the tape's own") if by_tape else (None, "")
+            claims.append(
+                jacobian(
+                    space,
+                    PARTIALS,
+                    "partials",
+                    name,
+                    residual,
+                    block,
+                    rows,
+                    of="residual",
+                    second=second,
+                    second_name=other,
+                )
+            )
+    if "internal_partials" in there:
+        term, rate = "internal_partials", ("internal_rate", "zdot")
+        claims.append(jacobian(space, PARTIALS, term, "Rz", residual, "z", rows, of="residual"))
+        claims += [
+            jacobian(space, PARTIALS, term, f"F{block}", rate, block, space.rows["z"]) for block in ("q", "v", "z")
+        ]
+    return claims
+
+
+def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
+    """Return the claims of constraint rows; rows at velocity level come after the holonomic ones."""
+    if "constraint_jacobian" not in engine:
+        return []
+    first = space.holonomic
+    along_q, along_v = space.along["q"], space.along["v"]
+    motion = along_motion(("q", "v"))
+
+    def of_reactions(engine: Engine, state: Blocks) -> Array:
+        return np.asarray(np.swapaxes(_by_multipliers(engine, state), -1, -2) @ along_v.matrix)
+
+    rows, claims = space.rows["lam"], []
+    if first:
+        claims.append(
+            Claim(
+                "constraint_jacobian.B",
+                "d Phi / dq",
+                CONSTRAINTS,
+                lambda engine, state: np.asarray(
+                    engine("constraint_jacobian", state)["B"][..., :first, :] @ along_q.matrix
+                ),
+                source=output("constraint", "Phi"),
+                directions=lambda _: {"q": along_q.matrix.T},
+                rows=rows[:first],
+                columns=along_q.names,
+                functions=("constraint",),
+            )
+        )
+        claims.append(
+            Claim(
+                "constraint_velocity.w",
+                "d Phi / dt",
+                CONSTRAINTS,
+                lambda engine, state: column(engine("constraint_velocity", _beside(state))["w"][..., :first]),
+                source=output("constraint", "Phi"),
+                directions=lambda state: motion(_beside(state)),
+                rows=rows[:first],
+                functions=("constraint",),
+                size=_before_cancelling("constraint_jacobian", "B"),
+            )
+        )
+    claims.append(
+        Claim(
+            "constraint_jacobian.B by w",
+            "d w / dv",
+            CONSTRAINTS,
+            lambda engine, state: np.asarray(engine("constraint_jacobian", state)["B"] @ along_v.matrix),
+            source=output("constraint_velocity", "w"),
+            directions=lambda _: {"v": along_v.matrix.T},
+            rows=rows,
+            columns=along_v.names,
+            functions=("constraint_velocity",),
+            second=of_reactions,
+            second_name="d residual / d lam",
+        )
+    )
+    claims.append(
+        Claim(
+            "constraint_bias.g",
+            "d w / dt at vdot = 0",
+            CONSTRAINTS,
+            lambda engine, state: column(engine("constraint_bias", state)["g"]),
+            source=output("constraint_velocity", "w"),
+            directions=motion,
+            rows=rows,
+            functions=("constraint_velocity",),
+            size=_before_cancelling("velocity_partials", "Z"),
+        )
+    )
+    claims.append(jacobian(space, CONSTRAINTS, "velocity_partials", "Z", ("constraint_velocity", "w"), "q", rows))
+    return claims
+
+
+def _beside(state: Blocks) -> dict[str, Array]:
+    """Return the state with velocities that constraints do not allow, if the rates of their rows do not vanish."""
+    return {**state, "v": state["v"] + 1.0}
+
+
+def _before_cancelling(function: str, entry: str) -> Value:
+    """Return the size of a matrix of the rows times v before its terms cancel, as they do on the constraints."""
+
+    def size(engine: Engine, state: Blocks) -> Array:
+        matrix = engine(function, state)[entry]
+        return np.asarray(np.max(np.abs(matrix) @ np.abs(state["v"])[..., np.newaxis], axis=(-2, -1)))
+
+    return size
+
+
+def _by_multipliers(engine: Engine, state: Blocks) -> Array:
+    """Return d residual / d lam, (..., nv, rows): the residual is linear in the multipliers.
+
+    Large ones hide the rounding of other forces, for instance of stiff beams.
+    """
+    large = _MULTIPLIERS * np.eye(state["lam"].shape[-1])
+    around = {name: array[..., np.newaxis, :] for name, array in state.items()}
+    forth = engine("residual", {**around, "lam": around["lam"] + large})["r"]
+    back = engine("residual", {**around, "lam": around["lam"] - large})["r"]
+    return np.asarray(np.swapaxes((forth - back) / (2.0 * _MULTIPLIERS), -1, -2))
+
+
+def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
+    """Return the claims of functions of implicit steppers: nonzeros of all matrices, and all rows."""
+    claims: list[Claim] = []
+    if "equations" in engine:
+        same = {"r": ("residual", "v"), "Phi": ("constraint", "lam"), "w": ("constraint_velocity", "lam"),
+                "zdot": ("internal_rate", "z")}  # fmt: skip  # a table
+        names = [
+            block.name
+            for block in system.functions["equations"].outputs
+            if same[block.name][0] in engine and block.refs
+        ]
+        claims += [
+            _same(f"equations.{name}", "equations", name, same[name][0], space.rows[same[name][1]]) for name in names
+        ]
+    if "iteration" in engine:
+        sources = {
+            "K": "partials",
+            "C": "partials",
+            "M": "partials",
+            "B": "constraint_jacobian",
+            "Z": "velocity_partials",
+        }
+        sources |= dict.fromkeys(("Rz", "Fq", "Fv", "Fz"), "internal_partials")
+        blocks = [block.name for block in system.functions["iteration"].outputs]
+        if "X" in blocks:
+            claims += _eliminated(space, engine, system)
+        else:
+            claims += [
+                _unpacked("iteration", name, sources[name], system) for name in blocks if sources[name] in engine
+            ]
+    if "jacobian_values" in engine:
+        claims.append(_unpacked("jacobian_values", "B", "constraint_jacobian", system))
+    return claims
+
+
+def _same(name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Claim:
+    """Return the claim of rows that two functions give, compared beside the motion, if they do not vanish there."""
+
+    def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
+        away = moved(engine, state, {"q": np.full(state["v"].shape, 0.1)}, 1.0)
+        return away | {name: state[name] + 1.0 for name in ("v", "a", "lam") if name in state}
+
+    def of(function: str) -> Value:
+        return lambda engine, state: column(engine(function, beside(engine, state))[entry])
+
+    return Claim(name, f"as {other}", PARTIALS, of(function), second=of(other), second_name=other, rows=tuple(rows))
+
+
+def _unpacked(function: str, name: str, other: str, system: System) -> Claim:
+    shape = next(block.shape for block in system.functions[other].outputs if block.name == name)
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        if not system.patterns[name]:  # it is empty, and the function in C has no output for it
+            return np.zeros((*state["q"].shape[:-1], *shape))
+        return _dense(engine(function, state)[name], system.patterns[name], shape)
+
+    return Claim(
+        f"{function}.{name}",
+        f"nonzeros of {name}",
+        PARTIALS,
+        value,
+        second=lambda engine, state: engine(other, state)[name],
+        second_name=other,
+    )
+
+
+def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int]) -> Array:
+    full = np.zeros((*values.shape[:-1], *shape), values.dtype)
+    if places:
+        full[(..., *np.transpose(places))] = values
+    return full
+
+
+def _eliminated(space: Space, engine: Engine, system: System) -> list[Claim]:
+    """Return K, C and M of a long tree's extended system, its inner unknowns eliminated."""
+    from scipy.sparse import csc_array  # noqa: PLC0415  # slow to import, and only long trees need it
+    from scipy.sparse.linalg import splu  # noqa: PLC0415
+
+    nv, inner = space.nv, len(system.inner_owners)
+
+    def one(name: str, W: Array, state: Blocks, engine: Engine) -> Array:
+        found = engine("iteration", state)
+        outer = _dense(found[name], system.patterns[name], (nv + inner, nv)) @ W
+        result = np.array(outer[..., :nv, :])
+        if not inner:  # beams alone, whose elements enter K without inner unknowns
+            return result
+        for place in np.ndindex(outer.shape[:-2]):
+            rows, columns = np.transpose(system.patterns["X"])
+            X = csc_array((found["X"][place], (rows, columns)), shape=(nv + inner, inner))
+            result[place] -= X[:nv] @ splu(csc_array(X[nv:])).solve(np.ascontiguousarray(outer[place][nv:]))
+        return result
+
+    def claim(name: str, block: str) -> Claim:
+        W = space.along[block].matrix
+        also = "partials" in engine
+        return Claim(
+            f"iteration.{name}",
+            f"d residual / d{block}",
+            PARTIALS,
+            lambda engine, state: one(name, W, state, engine),
+            source=output("residual", "r"),
+            directions=fixed({block: W.T}),
+            second=(lambda engine, state: np.asarray(engine("partials", state)[name] @ W)) if also else None,
+            second_name="partials" if also else "",
+            rows=space.rows["v"],
+            columns=space.along[block].names,
+            functions=("residual",),
+        )
+
+    return [claim(name, block) for name, block in (("K", "q"), ("C", "v"), ("M", "a"))]
+
+
+def _differentiated(system: System) -> dict[str, Value]:
+    """Return K, C and M by forward differentiation of the residual's operations, unless that would be too much."""
+    tape, nv = system.tape, system.nv
+    residual = system.functions["residual"]
+    if len(tape.live(residual.refs)) * nv > _DIFFERENTIATED:
+        return {}
+    seeds = configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in system.factors])
+    for k in range(nv):
+        seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
+    tangents = forward_partials(tape, residual.refs, seeds)
+
+    def of(first: int) -> Value:
+        refs = [tangent.get(first + k, ZERO) for tangent in tangents for k in range(nv)]
+        needed = {symbol.block for symbol in tape.depends_on(refs)}
+
+        def value(engine: Engine, state: Blocks) -> Array:
+            with np.errstate(all="ignore"):
+                values = evaluate(tape, refs, {name: array for name, array in state.items() if name in needed | {"q"}})
+            return values.reshape(*values.shape[:-1], nv, nv)
+
+        return value
+
+    return {name: of(k * nv) for k, name in enumerate("KCM")}

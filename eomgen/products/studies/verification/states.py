@@ -1,0 +1,194 @@
+"""States of a check: along a short simulated motion, and random around the initial state, on the constraints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.compiled.constraints import accelerations
+from eomgen.compiled.coordinates import coordinate_names, reaches
+from eomgen.errors import EomgenError, NumericalError
+from eomgen.lie.product import update
+from eomgen.pipeline.model import Model
+from eomgen.products.studies.verification.claims.claim import FEW, Space, directions
+from eomgen.products.studies.verification.engines import Array, Engine
+
+#: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels.
+#: Beams deform less: as little as is small against their length.
+AMPLITUDE, TRAVEL = 0.5, 0.2
+#: Beams deform by this part of their length, or rad, if other bodies travel by 1: they are made for small
+#: deflections.
+DEFLECTION = 0.05
+#: Parameters move by this part of their value, or by 1 from 0.
+PART = 0.5
+#: Halvings of that distance before a state is given up.
+_HALVINGS = 8
+#: Steps of the motion.
+_STEPS = 60
+
+
+@dataclass(frozen=True)
+class States:
+    """Blocks (S, size) with a name for each state, and the omissions."""
+
+    blocks: dict[str, Array]
+    names: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> tuple[States, Space]:
+    """Return states, the first of them the initial one, and the space they are in."""
+    notes: list[str] = []
+    motion, names = _motion(model, max(1, count // 2), notes)
+    length = _length(model)
+    scales = _scales(model, motion, length)
+    found = [_completed(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
+    kept = [(name, state) for name, state in zip(names, found, strict=True) if state is not None]
+    outside = [name for name, state in zip(names, found, strict=True) if state is None]
+    notes += [f"left out: {', '.join(outside)}, where the equations of motion are not finite"] if outside else []
+    missing = 0
+    for number in range(count - len(motion)):
+        state = _random(model, motion, scales, rng)
+        if state is None:
+            missing += 1
+        else:
+            kept.append((f"random state {number}", state))
+    if missing:
+        notes.append(
+            f"around the motion {missing} of {count - len(motion)} states were not found: no finite or consistent ones"
+        )
+    blocks = {name: np.stack([state[name] for _, state in kept]) for name in kept[0][1]} if kept else {}
+    return States(blocks, tuple(name for name, _ in kept), tuple(notes)), _space(model, scales, length, rng)
+
+
+def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, Array]], list[str]]:
+    """Return the initial state and states along a short motion from there."""
+    initial = {"q": model.initial_q, "v": model.initial_v, "z": model.initial_z, "t": np.zeros(1)}
+    if count == 1:
+        return [initial], ["initial state"]
+    settings = model.description.simulation
+    every = max(1, _STEPS // (count - 1))
+    try:
+        end = min(every * (count - 1) * settings.step, settings.duration)
+        run = model.simulate(end, record_every=every, error_estimate=False)
+    except EomgenError as error:
+        notes.append(f"no motion to take states from: {'; '.join(problem.what for problem in error.problems)}")
+        return [initial], ["initial state"]
+    if not run.success:
+        notes.append(f"the motion to take states from ended early: {run.message}")
+    rows = [k for k in range(len(run.t)) if np.isfinite(run.q[k]).all() and np.isfinite(run.v[k]).all()][:count]
+    states = [{"q": run.q[k], "v": run.v[k], "z": run.z[k], "t": run.t[k : k + 1]} for k in rows]
+    names = ["initial state" if k == 0 else f"t = {run.t[k]:.6g} s" for k in rows]
+    return (states, names) if states else ([initial], ["initial state"])
+
+
+def _length(model: Model) -> float:
+    """Return the distances of the bodies' frames from each other and from the base, in m; 1 if they are all in one
+    place."""
+    if "poses" not in model.functions or not model.bodies:
+        return 1.0
+    places = np.concatenate(
+        [np.stack([model.pose(body, model.initial_q)[4:] for body in model.bodies]), np.zeros((1, 3))]
+    )
+    extent = float(np.max(np.ptp(places, axis=0)))
+    return extent if 0.0 < extent < np.inf else 1.0
+
+
+def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict[str, Array]:
+    """Return the size of small changes: 1 rad and 1 rad/s, the scene's length and length per s; the reach of z."""
+    units = np.ones(model.nv)
+    beams = {item.name: item.length for item in model.description.coordinates if item.length}
+    for factor in model.factors:
+        linear = [k for k in range(factor.v_size) if model.v_units[factor.v_start + k].startswith("m")]
+        own = beams.get(factor.name, length)
+        units[[factor.v_start + k for k in linear]] = own
+        if factor.name in beams:
+            units[factor.v] *= DEFLECTION
+    reached = np.max([np.abs(state["z"]) for state in motion], axis=0, initial=0.0)
+    return {"v": units, "z": np.where(reached > 0.0, reached, 1.0)}
+
+
+def _random(
+    model: Model, motion: list[dict[str, Array]], scales: dict[str, Array], rng: np.random.Generator
+) -> dict[str, Array] | None:
+    """Return a state around one of the motion at any time of a run, ever nearer to it until all terms are finite
+    there."""
+    draws = {name: rng.uniform(-1.0, 1.0, model.nv) for name in ("q", "v")} | {"z": rng.uniform(-1.0, 1.0, model.nz)}
+    around = motion[int(rng.integers(len(motion)))]
+    time = rng.uniform(0.0, model.description.simulation.duration)
+    apart = np.where(scales["v"] == 1.0, AMPLITUDE, TRAVEL * scales["v"])
+    apart = np.minimum(apart, reaches(model.factors, model.description.coordinates))
+    for halving in range(_HALVINGS):
+        part = 0.5**halving
+        guess = {
+            "q": update(model.factors, around["q"], part * apart * draws["q"]),
+            "v": around["v"] + part * scales["v"] * draws["v"],
+            "z": around["z"] + 0.3 * part * scales["z"] * draws["z"],
+            "t": around["t"] + part * (time - around["t"]),
+        }
+        try:
+            if model.multipliers:
+                found = model.consistent(guess["q"], guess["v"], float(guess["t"][0]))
+                guess |= {"q": found.q, "v": found.v}
+        except EomgenError:
+            continue
+        state = _completed(model, guess, rng, scales, part)
+        if state is not None:
+            return state
+    return None
+
+
+def _completed(
+    model: Model, state: dict[str, Array], rng: np.random.Generator, scales: dict[str, Array], part: float
+) -> dict[str, Array] | None:
+    """Return a state with all blocks, or None if the residual is not finite: inputs near their formulas,
+    accelerations at random, those and multipliers of the motion if there are constraints."""
+    functions, t = model.functions, float(state["t"][0])
+    blocks = {**state, "p": model.parameter_array(), "base": model.base(t), "u": model.input_values(t)}
+    blocks["u"] = blocks["u"] + 0.3 * part * np.maximum(np.abs(blocks["u"]), 1.0) * rng.uniform(-1.0, 1.0, model.nu)
+    rows = len(model.multipliers)
+    blocks["a"], blocks["lam"] = scales["v"] * rng.uniform(-2.0, 2.0, model.nv), rng.uniform(-1.0, 1.0, rows)
+    if rows:
+        try:
+            blocks["a"], blocks["lam"] = accelerations(functions, {**blocks, "t": blocks["t"][0]})
+        except NumericalError:
+            return None
+    given = {"j": "v", "s": "v", "u_dot": "u", "u_ddot": "u"}
+    sizes = {"v": 2.0 * scales["v"], "u": np.maximum(np.abs(blocks["u"]), 1.0)}
+    blocks |= {name: sizes[of] * rng.uniform(-1.0, 1.0, len(sizes[of])) for name, of in given.items()}
+    if "base_rates" in functions:
+        blocks["base_rates"] = functions("base_rates", {"t": blocks["t"][0], "p": blocks["p"]})[0].ravel()
+    (residual,) = functions("residual", {**blocks, "t": blocks["t"][0]})
+    if not np.isfinite(residual).all():
+        return None
+    if "second_partials" in functions:
+        blocks["weights"] = rng.uniform(-1.0, 1.0, functions.sizes["weights"])
+        of_parameters = PART * np.abs(blocks["p"])
+        driven = [0.0 if item.given else 1.0 for item in model.description.inputs]  # laws give the others
+        of_motion = (scales["v"], scales["v"], scales["v"], scales["z"], np.ones(rows), of_parameters, driven)
+        blocks["direction"] = np.concatenate(of_motion) * rng.uniform(-1.0, 1.0, functions.sizes["direction"])
+    there = {name: np.array(array, dtype=float) for name, array in blocks.items() if np.size(array)}
+    return there if "base" in functions else {name: array for name, array in there.items() if name != "base"}
+
+
+def _space(model: Model, scales: dict[str, Array], length: float, rng: np.random.Generator) -> Space:
+    _, v_names = coordinate_names(model.factors)
+    components = {"v": tuple(v_names), "z": tuple(model.z_names), "lam": tuple(model.multipliers)}
+    along = {
+        "v": directions(components["v"], scales["v"], rng),
+        "z": directions(components["z"], scales["z"], rng),
+        "lam": directions(components["lam"], np.ones(len(model.multipliers)), rng),
+    }
+    along |= {"a": along["v"], "q": along["v"]}
+    values = np.abs(model.parameter_array())
+    along["p"] = directions(tuple(model.parameters), np.where(values > 0.0, PART * values, 1.0), rng)
+    return Space(
+        nv=model.nv,
+        holonomic=model.functions.sizes["holonomic"],
+        bodies=model.bodies,
+        along=along,
+        few=directions(components["v"], scales["v"], rng, FEW),
+        rows=components,
+        length=length,
+    )

@@ -1,0 +1,152 @@
+"""The axes of a study, and the configurations of a scene along them, cut to differences that matter to it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from eomgen.base.text import nearest, shown
+from eomgen.errors import EomgenError, ModelError, Problem, UsageError
+from eomgen.integrators.families.family import Family, MethodName
+from eomgen.integrators.families.register import BUILT_IN, families_of_others, row_of
+from eomgen.integrators.methods import check_needs, method_named
+from eomgen.pipeline.model import Model
+from eomgen.products.studies.method_facts import MethodFacts, facts_of
+from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.system.system import Facts
+
+#: The axes of a study, and the varied quantities of each.
+AXES: Mapping[str, str] = {
+    "formulation": "coordinates: joint coordinates, absolute ones on SE(3) and on R^3 x SO(3)",
+    "method": "the method, its form for constraints and its variant",
+    "parameters": "parameters of the method, as rho_inf",
+    "resolution": "step, or tolerance of methods that choose their steps",
+    "policy": "settings of Newton's iteration",
+    "arithmetic": "double and float",
+    "profile": "profile of the compiler",
+    "fidelity": "modes of beams, their order, stiffening, rigid beams; errors are against the scene described",
+}
+#: Axes that vary only if they are named.
+NAMED = ("fidelity",)
+#: The parameter by which methods choose their steps.
+TOLERANCE = "tolerance"
+#: Its compared values if the method names none.
+COMPARED_TOLERANCES = tuple(10.0**-k for k in range(2, 13))
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A method that runs on a formulation.
+
+    Attributes
+    ----------
+    family, row : of the register
+    method : with its default parameters
+    tolerances : worth comparing, if it chooses its steps
+    """
+
+    formulation: str
+    family: type[Family]
+    row: MethodName
+    method: Family
+    tolerances: tuple[float, ...]
+
+    @property
+    def facts(self) -> MethodFacts:
+        """Facts of studies about the method."""
+        return facts_of(self.row.name)
+
+    def configuration(self, own: Mapping[str, float]) -> Configuration:
+        """Return the method with one value of each parameter: ``own``'s, else the usual one."""
+        kept = {name: own[name] for name in self.facts.compared if name in own}
+        return Configuration(self.formulation, self.row.name, kept)
+
+    def configurations(self, *, parameters: bool, own: Mapping[str, float]) -> Iterator[Configuration]:
+        """Yield the method with the values of its parameters that are compared, or with one value of each: ``own``'s,
+        else the usual one."""
+        if not parameters:
+            yield self.configuration(own)
+            return
+        compared = {name: values for name, values in self.facts.compared.items() if name != TOLERANCE}
+        for values in itertools.product(*compared.values()):
+            given = dict(zip(compared, values, strict=True))
+            if possible(self.row.name, given):
+                yield Configuration(self.formulation, self.row.name, given)
+
+
+def checked_axes(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the requested axes; if none are named all but ``NAMED``. Raises UsageError."""
+    for name in names:
+        if name not in AXES:
+            raise UsageError(Problem("axes", f"there is no axis {shown(name)}", nearest(name, AXES)))
+    return tuple(names) or tuple(name for name in AXES if name not in NAMED)
+
+
+def candidates(
+    formulation: str, model: Model, methods: Sequence[str], refused: dict[str, str]
+) -> tuple[Candidate, ...]:
+    """Return the methods that a formulation can be stepped with.
+
+    Parameters
+    ----------
+    methods : wanted names; all that make a difference to the scene if there are none
+    refused : filled with the reasons for which others cannot run, by formulation and method
+
+    Raises
+    ------
+    UsageError
+        An unknown method.
+    """
+    facts = Facts(**{name: bool(value) for name, value in model.library.layout["facts"].items()})
+    has = {"constraints": bool(model.multipliers), "rotations": any(f.group != "R" for f in model.factors)}
+    if methods:
+        rows = [row_of(name) for name in methods]
+    else:
+        families = (*BUILT_IN, *families_of_others())
+        rows = [(family, row) for family in families for row in family.names() if facts_of(row.name).studied]
+    result = []
+    for family, row in dict.fromkeys((family, row.name) for family, row in rows):
+        name = row_of(row)[1]
+        if not methods and not all(has[fact] for fact in name.differs):
+            continue
+        try:
+            method = method_named(row)
+            check_needs(method, facts)
+        except ModelError as error:
+            if methods:
+                refused[f"{row}, {formulation}"] = reason(error)
+            continue
+        except UsageError as error:
+            refused[f"{row}, {formulation}"] = reason(error)
+            continue
+        result.append(Candidate(formulation, family, name, method, _tolerances(name)))
+    return tuple(result)
+
+
+def one_of_each(found: Sequence[Candidate]) -> list[Candidate]:
+    """Return the first method of each family."""
+    first: dict[type, Candidate] = {}
+    for candidate in found:
+        first.setdefault(candidate.family, candidate)
+    return list(first.values())
+
+
+def reason(error: EomgenError) -> str:
+    """Return the fault, without its remedy."""
+    return "; ".join(dict.fromkeys(problem.what for problem in error.problems)) or str(error)
+
+
+def _tolerances(row: MethodName) -> tuple[float, ...]:
+    """Return the tolerances to compare of a method that chooses its steps by one."""
+    values = facts_of(row.name).compared.get(TOLERANCE, COMPARED_TOLERANCES) if TOLERANCE in row.parameters else ()
+    return tuple(x for x in values if possible(row.name, {TOLERANCE: x}, chooses_steps=True))
+
+
+def possible(name: str, parameters: Mapping[str, float], *, chooses_steps: bool = False) -> bool:
+    """Return whether a method takes these parameters, and then chooses its steps if that is asked for."""
+    try:
+        method = method_named(name, **parameters)
+    except EomgenError:
+        return False
+    return method.chooses_steps or not chooses_steps

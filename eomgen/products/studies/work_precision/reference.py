@@ -1,0 +1,268 @@
+"""The reference of a study: two runs by different methods at tight tolerances; their difference is its uncertainty."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.errors import EomgenError, NumericalError, Problem
+from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, possible, reason
+from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.work_precision.observation import (
+    STATE,
+    ErrorSize,
+    Observation,
+    errors,
+    known_errors,
+    with_arrays,
+)
+from eomgen.products.studies.work_precision.running import REACHED, Runner
+
+#: Tolerances of methods that choose their steps, as references.
+TIGHT = (1e-15, 1e-13)
+#: Steps are halved until two runs differ by no more than this, or by no less than before.
+SETTLED = 1e-13
+#: Steps between two times of the grid, at most.
+MOST_STEPS = 2**16
+#: Methods of a lower order come last, and are extrapolated if their steps are fixed.
+LOW_ORDER = 4
+#: Two references that differ by more than this are none.
+LARGEST_UNCERTAINTY = 0.01
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A run that serves as a reference.
+
+    Attributes
+    ----------
+    described : method, formulation and step or tolerance, in words
+    settled : by how much the last halving of its step, or another tolerance, changed it
+    """
+
+    observation: Observation
+    described: str
+    family: type
+    settled: float
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Reference of runs.
+
+    Attributes
+    ----------
+    observation : of the first run
+    described, second : both runs, in words
+    uncertainty : the difference of the two by quantity
+    """
+
+    observation: Observation
+    described: str
+    second: str
+    uncertainty: Mapping[str, ErrorSize]
+
+    def bar(self, quantity: str, measure: str = "largest") -> float:
+        """Return by how much a quantity of the reference may be wrong."""
+        size = self.uncertainty.get(quantity)
+        return 0.0 if size is None else float(getattr(size, measure))
+
+    def errors_of(self, observation: Observation) -> dict[str, ErrorSize]:
+        """Return the errors of a run by quantity, none below its uncertainty."""
+        return known_errors(observation, self.observation, self.uncertainty)
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "by": self.described,
+            "held against": self.second,
+            "uncertainty": {name: size.to_dict() for name, size in self.uncertainty.items()},
+        }
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How far a reference is refined: within so many seconds, until it is settled, from so many steps between times."""
+
+    seconds: float
+    settled: float
+    first_steps: int
+
+
+def reference(
+    runner: Runner,
+    found: Sequence[Candidate],
+    seconds: float,
+    say: Callable[[str], None],
+    *,
+    settled: float = SETTLED,
+    count: int = 2,
+    first_steps: int = 8,
+    **run: Any,
+) -> Reference:
+    """Return the reference of a study, or of one of its runs.
+
+    Of the methods from order 4 on, methods that choose their steps come first, then the highest orders; of
+    formulations, those without constraints. The second run is by a method of another family.
+
+    Parameters
+    ----------
+    seconds : that both may take
+    settled : steps are halved until two runs differ by no more than this
+    count : 1: a second run only if the method chooses its steps or its step has been halved, by the same method
+    first_steps : between two times of the grid, of the coarsest run
+    run : other conditions, as of ``Runner.run``
+
+    Raises
+    ------
+    NumericalError
+        There are no two that agree to a hundredth.
+    """
+    order = sorted(found, key=lambda c: rank(runner, c))
+    solved: list[Solved] = []
+    tried: list[str] = []
+    for candidate in order:
+        if any(candidate.family is one.family for one in solved):
+            continue
+        say(f"reference: {candidate.row.name}, {candidate.formulation}")
+        one, why = _solved(runner, candidate, Effort(seconds / count, settled, first_steps), run)
+        if one is None:
+            tried.append(f"{candidate.row.name} on {candidate.formulation}: {why}")
+            continue
+        solved.append(one)
+        if len(solved) == count:
+            break
+    if not solved:
+        fault = f"no method gives a reference for this scene: {'; '.join(tried[:3]) or 'there is none that runs on it'}"
+        raise NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))
+    first = solved[0]
+    check_moves(runner, first.observation)
+    if len(solved) == 1:
+        hold(f"{first.described} and the same at half its accuracy", first.settled)
+        known = {name: ErrorSize(*(first.settled,) * 3) for name in errors(first.observation, first.observation)}
+        return Reference(first.observation, first.described, "itself at half its accuracy", known)
+    apart = errors(solved[1].observation, first.observation)
+    hold(f"{first.described} and {solved[1].described}", _of_motion(apart))
+    return Reference(first.observation, first.described, solved[1].described, apart)
+
+
+def hold(both: str, part: float) -> None:
+    """Raise NumericalError if two references, in words, differ by too large a part of the motion."""
+    if not part <= LARGEST_UNCERTAINTY:
+        fault = f"{both} differ by {100.0 * part:.3g} % of the motion: no error can be told from them"
+        hint = "a shorter run, before motions that start side by side part, or a larger budget for the references"
+        raise NumericalError(Problem("reference", fault, hint))
+
+
+def check_moves(runner: Runner, observation: Observation) -> None:
+    """Raise NumericalError if a motion is none, so that its methods cannot be told apart by it."""
+    model = runner.model(next(iter(runner.formulations.scenes)))
+    if model.nz or not all(np.array_equal(one, one[:1].repeat(len(one), 0)) for one in (observation.q, observation.v)):
+        return
+    fault = "nothing moves in this run, so that all methods give the same at any step"
+    raise NumericalError(Problem("reference", fault, "an initial state off balance, an input, or a later end"))
+
+
+def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, int]:
+    """Return the sort key of candidates for a reference, the best first."""
+    constrained = bool(runner.model(candidate.formulation).multipliers)
+    names = list(runner.formulations.scenes)
+    return (
+        candidate.method.order < LOW_ORDER,
+        not candidate.method.chooses_steps,
+        -candidate.method.order,
+        constrained,
+        names.index(candidate.formulation),
+    )
+
+
+def _solved(runner: Runner, candidate: Candidate, effort: Effort, run: Mapping[str, Any]) -> tuple[Solved | None, str]:
+    """Return a candidate's best run, or why there is none."""
+    configuration = next(candidate.configurations(parameters=False, own={}))
+    name = f"{candidate.row.name}, {candidate.formulation}"
+    if candidate.method.chooses_steps:
+        known = {x for x in (*TIGHT, *candidate.tolerances) if possible(candidate.row.name, {TOLERANCE: x})}
+        tolerances = sorted(known)[:2]
+        runs = [
+            runner.run(configuration, tolerance=tolerance, dense=True, timed=False, estimated=False, **run)
+            for tolerance in tolerances
+        ]
+        tight, looser = runs[0].observation, runs[-1].observation
+        if tight is None:
+            return None, runs[0].said
+        settled = _difference(looser, tight) if looser is not None else 0.0
+        return Solved(tight, f"{name}, tolerance {tolerances[0]:g}", candidate.family, settled), ""
+    return _halved(runner, candidate, configuration, name, effort, run)
+
+
+def _halved(
+    runner: Runner,
+    candidate: Candidate,
+    configuration: Configuration,
+    name: str,
+    effort: Effort,
+    run: Mapping[str, Any],
+) -> tuple[Solved | None, str]:
+    """Return the run at which halving the step has ended, extrapolated to step zero for methods of low order."""
+    try:
+        runner.prepare(configuration)  # building takes none of the effort
+    except EomgenError as error:
+        return None, reason(error)
+    began = time.perf_counter()
+    before: Observation | None = None
+    best: Solved | None = None
+    per_row, said, change = effort.first_steps, "", np.inf
+    while per_row <= MOST_STEPS:
+        outcome = runner.run(configuration, per_row, dense=True, timed=False, estimated=False, **run)
+        said = outcome.said
+        if outcome.ended != REACHED or outcome.observation is None:
+            if best is not None:
+                break
+            per_row, before = 2 * per_row, None
+            if time.perf_counter() - began > effort.seconds:
+                break
+            continue
+        here = outcome.observation
+        if before is not None:
+            apart = _difference(before, here)
+            if apart > 0.7 * change and apart < 1e-6:  # rounding has the word from here on
+                break
+            change = apart
+            words = f"{name}, step {runner.grid.row / per_row:.3g} s"
+            if candidate.method.order < LOW_ORDER:
+                better = _extrapolated(here, before, candidate.method.order)
+                best = Solved(better, f"{words}, extrapolated", candidate.family, apart)
+            else:
+                best = Solved(here, words, candidate.family, apart)
+            if apart < effort.settled:
+                break
+        before = here
+        if time.perf_counter() - began + 2.2 * outcome.seconds > effort.seconds:
+            break
+        per_row *= 2
+    return best, said
+
+
+def _difference(first: Observation, second: Observation) -> float:
+    return _of_motion(errors(first, second))
+
+
+def _of_motion(apart: Mapping[str, ErrorSize]) -> float:
+    """Return the largest error of the state, or of the outputs if runs have no coordinates in common."""
+    return apart[STATE].largest if STATE in apart else max((size.largest for size in apart.values()), default=0.0)
+
+
+def _extrapolated(fine: Observation, coarse: Observation, order: int) -> Observation:
+    """Return the extrapolation to step zero from half the step and the step, quaternions brought to unit length."""
+    weight = 1.0 / (2.0**order - 1.0)
+    arrays = {name: fine.arrays[name] + weight * (fine.arrays[name] - coarse.arrays[name]) for name in fine.arrays}
+    for factor in fine.factors:
+        if factor.group != "R":
+            part = slice(factor.q_start, factor.q_start + 4)
+            arrays["q"][:, part] /= np.linalg.norm(arrays["q"][:, part], axis=1, keepdims=True)
+    for name in [key for key in arrays if key.startswith("poses.")]:
+        arrays[name][:, :4] /= np.linalg.norm(arrays[name][:, :4], axis=1, keepdims=True)
+    return with_arrays(arrays, fine.factors, fine.units, fine.rows)

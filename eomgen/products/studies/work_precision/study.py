@@ -1,0 +1,451 @@
+"""A work-precision study: all configurations of a scene over their steps or tolerances, coarse ones first."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.text import nearest, shown
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.pipeline import pipeline
+from eomgen.products.studies.defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
+from eomgen.products.studies.method_facts import facts_of
+from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, candidates, checked_axes, reason
+from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.work_precision.formulations import JOINT, formulations
+from eomgen.products.studies.work_precision.journal import Journal, identity
+from eomgen.products.studies.work_precision.machine import machine
+from eomgen.products.studies.work_precision.measured import NOT_BUILT, Point
+from eomgen.products.studies.work_precision.observation import MEASURES, STATE, quantities
+from eomgen.products.studies.work_precision.reference import reference
+from eomgen.products.studies.work_precision.result import Tradeoff
+from eomgen.products.studies.work_precision.running import REACHED, REFUSED, Grid, Outcome, Runner, timed
+from eomgen.products.studies.work_precision.times import ladder_grid, per_coarsest
+
+#: Called with points done and points known, and with a word on the present work.
+Progress = Callable[[int, int, str], None]
+#: Times of points that are not near the front are medians of as many runs as fit into the first, s, and of so many at
+#: least.
+FIRST_SECONDS, LEAST_REPEATS = 0.05, 3
+#: Points that cost up to this many times as much as the front at their error are near it.
+NEAR = 1.5
+#: The part of the budget that the references may take.
+REFERENCE_SHARE = 0.25
+#: Seconds that builds may take besides the budget's computation, if that is smaller.
+LEAST_BUILDING = 30.0
+#: Errors at which a configuration is fine enough.
+FINEST_ERROR = 1e-11
+#: Configurations of the front that are varied along the axes beside it.
+REFINED_CONFIGURATIONS = 3
+
+
+@dataclass
+class _Ladder:
+    """A configuration with its steps or tolerances, coarse to fine.
+
+    Attributes
+    ----------
+    values : steps in the coarsest, or tolerances
+    errors : of the points so far
+    """
+
+    configuration: Configuration
+    order: int
+    kind: str
+    values: tuple[float, ...]
+    next: int = 0
+    errors: list[float] = field(default_factory=list)
+    last_seconds: float = 0.0
+    refusals: int = 0
+
+    @property
+    def open(self) -> bool:
+        return self.next < len(self.values)
+
+    def end(self) -> None:
+        self.values = self.values[: self.next]
+
+
+def tradeoff(
+    scene: Any,
+    *,
+    outputs: Sequence[str] = (),
+    measure: str = MEASURE,
+    axes: Sequence[str] = (),
+    methods: Sequence[str] = (),
+    steps: Sequence[float] = (),
+    t_end: float | None = None,
+    parameters: Mapping[str, float] | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    budget: float = TRADEOFF_BUDGET,
+    repeats: int = TRADEOFF_REPEATS,
+    folder: str | Path | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+    announce: Callable[[str], None] | None = None,
+    **reading: Any,
+) -> Tradeoff:
+    """Measure speed against accuracy of a scene: time and error of all its configurations.
+
+    Parameters
+    ----------
+    scene : path, mapping, Scene, or another front end's document
+    outputs : sequence of str
+        Names of the scene's outputs, or ``q``, ``v``, ``state`` (both), ``multipliers``. The front is of the first;
+        ``state`` by default.
+    measure : str
+        Of the error over time: ``largest``, ``rms`` or ``final``.
+    axes : sequence of str
+        Varied axes, see ``axes.AXES``; all by default, but absolute coordinates of a scene with joint
+        coordinates without constraints, which are studied if ``formulation`` is named.
+    methods : sequence of str
+        Methods to try; by default all that make a difference to the scene.
+    steps : sequence of float
+        s; by default from up to 64 times the scene's, halved until errors are the reference's.
+    t_end : float
+        s; the scene's duration by default. The last whole coarsest step before it ends the runs.
+    parameters, inputs : mapping
+        As of ``simulate``.
+    budget : float
+        Seconds of computation; builds may take as many again, or 30. Configurations not built then are left out, and
+        reported.
+    repeats : int
+        Number of measured times near the front, of which the median is taken.
+    folder : path
+        Folder for points as they come; see also ``Tradeoff.save``.
+    resume : bool
+        Go on with the points of the folder.
+    progress : callable
+        Called with points done, points known, and a word on the present work.
+    announce : callable
+        Called before the runs with how many methods are to be built.
+    reading
+        As of ``eomgen.load``.
+
+    Returns
+    -------
+    Tradeoff
+
+    Raises
+    ------
+    UsageError
+        An unknown axis, output, method or measure; steps that do not divide the coarsest.
+    NumericalError
+        There is no reference: no method runs, or two of them do not agree.
+    FileError
+        The folder holds the points of another study, or of this one without ``resume``.
+    """
+    began = time.perf_counter()
+    chosen = checked_axes(axes)
+    if measure not in MEASURES:
+        raise UsageError(Problem("measure", f"there is no measure {shown(measure)}", f"one of {', '.join(MEASURES)}"))
+    if not budget > 0.0 or not math.isfinite(budget):
+        raise UsageError(Problem("budget", f"a study takes a positive number of seconds, not {budget:g}", "120"))
+    if repeats < 1:
+        raise UsageError(Problem("repeats", f"a median is of one time at least, not of {repeats}", "20"))
+    for step in steps:
+        if not (math.isfinite(step) and step > 0.0):
+            raise UsageError(Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not", "1e-3"))
+    found = formulations(scene, reading, others="formulation" in chosen, fidelity="fidelity" in chosen)
+    study = _Study(found, chosen, tuple(methods), t_end, tuple(steps), parameters, inputs, budget, repeats, progress)
+    study.absolute = "formulation" in axes
+    study.announce = announce
+    described = identity(found, study.runner.grid, parameters, inputs)
+    journal = Journal(None if folder is None else Path(folder), described, resume=resume)
+    return study.result(tuple(outputs), measure, journal, began)
+
+
+class _Study:
+    """The work of one call of ``tradeoff``."""
+
+    def __init__(
+        self,
+        found: Any,
+        axes: tuple[str, ...],
+        methods: tuple[str, ...],
+        t_end: float | None,
+        steps: tuple[float, ...],
+        parameters: Mapping[str, float] | None,
+        inputs: Mapping[str, Any] | None,
+        budget: float,
+        repeats: int,
+        progress: Progress | None,
+    ) -> None:
+        self.axes, self.methods, self.budget, self.repeats = axes, methods, budget, repeats
+        self.progress = progress
+        #: Whether absolute coordinates of a scene without constraints are asked for.
+        self.absolute = False
+        self.announce: Callable[[str], None] | None = None
+        document, front_end = pipeline.as_document(found.scenes[found.own])
+        self.defaults = front_end.describe(document).simulation
+        end = self.defaults.duration if t_end is None else t_end
+        if not (math.isfinite(end) and end > 0.0):
+            raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s", "10"))
+        interval = self.defaults.step * self.defaults.record_every
+        grid = ladder_grid(0.0, end, self.defaults.step, interval, steps)
+        #: The coarsest step, s, and how many of each step are in it.
+        self.coarsest = grid.row * grid.coarsest
+        self.in_coarsest = per_coarsest(Grid(self.coarsest, 1), steps)
+        self.runner = Runner(found, grid, parameters, inputs, limit=max(1.0, 0.1 * budget))
+        self.found, self.left_out = found, dict(found.refused)
+        self.points: dict[str, Point] = {}
+        self.spent = 0.0
+        self.done = 0
+
+    def result(self, outputs: tuple[str, ...], measure: str, journal: Journal, began: float) -> Tradeoff:
+        """Return the study's result."""
+        self.journal = journal
+        every = self._candidates()
+        known = quantities(self.runner.model(self.runner.formulations.own))
+        for name in outputs:
+            if name not in known:
+                fault = f"the scene has no output {shown(name)}"
+                raise UsageError(Problem("outputs", fault, nearest(name, known)))
+        self.quantity, self.measure = (outputs or (STATE,))[0], measure
+        ladders = [self._own(), *self._ladders(every)]
+        if self.announce is not None:
+            builds = {self.runner.build_name(ladder.configuration) for ladder in ladders} - set(self.runner.compiled)
+            front = 3 * REFINED_CONFIGURATIONS if {"arithmetic", "profile"} & set(self.axes) else 0
+            more = f", and up to {front} for the best" if front else ""
+            self.announce(f"methods to build, or to take from the cache: {len(builds)}{more}")
+        held = journal.reference()
+        if held is None:
+            exact = [c for c in every if c.formulation not in self.found.simplified]
+            held = reference(self.runner, exact, REFERENCE_SHARE * self.budget, self._say)
+            journal.keep_reference(held)
+        self.reference = held
+        if self.quantity not in held.uncertainty:
+            fault = f"errors in {self.quantity} cannot be told: the two references have no such quantity in common"
+            raise NumericalError(Problem("reference", fault, "state, or an output of the scene"))
+        self.began = time.perf_counter()
+        self._sweep(ladders)
+        self._sweep(self._refinements())
+        self._time_front()
+        runner = self.runner
+        return replace(
+            self._tradeoff(),
+            machine=machine(),
+            compiled=dict(runner.compiled),
+            seconds=time.perf_counter() - began,
+        )
+
+    def _tradeoff(self) -> Tradeoff:
+        grid = self.runner.grid
+        return Tradeoff(
+            self.runner.model(self.runner.formulations.own).name,
+            self.quantity,
+            self.measure,
+            (grid.start, grid.end, grid.rows),
+            tuple(self.points.values()),
+            self.reference.to_dict(),
+            {},
+            {},
+            dict(self.left_out),
+        )
+
+    def _candidates(self) -> tuple[Candidate, ...]:
+        found: list[Candidate] = []
+        methods = self.methods if "method" in self.axes else (self.methods or (self.runner.own_method(),))
+        own = self.runner.formulations.own
+        for name in list(self.runner.formulations.scenes):
+            less = name in self.found.simplified
+            if (
+                name != own
+                and not less
+                and not self.absolute
+                and own == JOINT
+                and not self.runner.model(own).multipliers
+            ):
+                self.left_out[name] = "joint coordinates have no constraints; studied with the axis formulation named"
+                continue
+            self._say(f"building: {name}")
+            try:
+                model = self.runner.model(name)
+            except ModelError as error:
+                if name == own:
+                    raise
+                self.left_out[name] = reason(error)
+                continue
+            found += candidates(name, model, methods, self.left_out)
+        if not found:
+            why = "; ".join(text for name, text in self.left_out.items() if name not in self.found.refused)
+            raise ModelError(Problem("methods", f"no method runs on this scene: {why}", "other methods"))
+        return tuple(found)
+
+    def _own(self) -> _Ladder:
+        """Return the scene's own settings, of which there is one point."""
+        configuration = self.runner.own_configuration()
+        in_coarsest = max(1, round(self.coarsest / self.defaults.step))
+        method = self.runner.method(configuration)
+        return _Ladder(configuration, method.order, "step", (in_coarsest,))
+
+    def _ladders(self, every: Sequence[Candidate]) -> list[_Ladder]:
+        ladders = []
+        own = {"rho_inf": self.defaults.rho_inf}
+        for candidate in every:
+            for configuration in candidate.configurations(parameters="parameters" in self.axes, own=own):
+                order = candidate.method.order
+                if candidate.tolerances:
+                    values = candidate.tolerances if "resolution" in self.axes else candidate.tolerances[-1:]
+                    ladders.append(_Ladder(configuration, order, TOLERANCE, values))
+                if not candidate.method.chooses_steps:
+                    ladders.append(_Ladder(configuration, order, "step", self._steps()))
+        return ladders
+
+    def _steps(self) -> tuple[float, ...]:
+        if "resolution" in self.axes:
+            return self.in_coarsest
+        return (max(1, round(self.coarsest / self.defaults.step)),)
+
+    def _refinements(self) -> list[_Ladder]:
+        """Return the best configurations with other settings, arithmetic and profiles, one change at a time."""
+        found: list[_Ladder] = []
+        near: dict[str, list[Point]] = {}
+        for point in self._tradeoff().front:
+            near.setdefault(point.configuration.key, []).append(point)
+        largest = sorted(near.values(), key=len, reverse=True)[:REFINED_CONFIGURATIONS]
+        for members in largest:
+            configuration = members[0].configuration
+            policies = facts_of(configuration.method).policies
+            varied = []
+            if "policy" in self.axes:
+                varied += [configuration.varied(policy=name, settings=s) for name, s in policies.items()]
+            if "arithmetic" in self.axes:
+                varied.append(configuration.varied(real="float"))
+            if "profile" in self.axes:
+                varied += [configuration.varied(profile=name) for name in ("reproducible", "quick")]
+            kind = members[0].kind
+            values = [p.value if kind == TOLERANCE else round(self.coarsest / p.value) for p in members]
+            values = sorted(values, reverse=kind == TOLERANCE)
+            found += [_Ladder(changed, members[0].order, kind, tuple(values)) for changed in varied]
+        return found
+
+    def _sweep(self, ladders: Sequence[_Ladder]) -> None:
+        """Run ladders side by side, one point of each at a time, so that a budget that ends leaves none out."""
+        for ladder in ladders:
+            if not self._prepared(ladder):
+                ladder.end()
+        while True:
+            opened = [ladder for ladder in ladders if ladder.open]
+            if not opened:
+                return
+            for ladder in opened:
+                self._take(ladder)
+                self._say(ladder.configuration.label, sum(len(one.values) - one.next for one in ladders))
+
+    def _prepared(self, ladder: _Ladder) -> bool:
+        self._say(f"building: {ladder.configuration.label}")
+        built = sum(self.runner.compiled.values())
+        name = self.runner.build_name(ladder.configuration)
+        first = name == self.runner.build_name(self._own().configuration)
+        if built > max(self.budget, LEAST_BUILDING) and name not in self.runner.compiled and not first:
+            self.left_out[ladder.configuration.label] = f"{NOT_BUILT}: builds have taken {built:.3g} s"
+            return False
+        try:
+            self.runner.prepare(ladder.configuration)
+        except (ModelError, UsageError) as error:
+            self.left_out[ladder.configuration.label] = reason(error)
+            return False
+        return True
+
+    def _take(self, ladder: _Ladder) -> None:
+        value = ladder.values[ladder.next]
+        finer = 2.0 if ladder.kind == "step" else 1.5
+        expected = finer * ladder.last_seconds
+        over = self.spent + expected > self.budget
+        if over or expected > self.runner.limit:
+            left = len(ladder.values) - ladder.next
+            why = "the budget is spent" if over else f"more than {self.runner.limit:.3g} s a run"
+            self.left_out[f"{ladder.configuration.label}, {left} finer"] = why
+            ladder.end()
+            return
+        ladder.next += 1
+        point = self._point(ladder, value)
+        self.done += 1
+        ladder.last_seconds = point.took
+        error = point.error_of(self.quantity, self.measure)
+        ladder.refusals = ladder.refusals + 1 if point.ended == REFUSED else 0
+        ladder.errors.append(error)
+        if self._fine_enough(ladder) or ladder.refusals > 3:
+            ladder.end()
+
+    def _fine_enough(self, ladder: _Ladder) -> bool:
+        """Return whether finer points would show the reference's uncertainty, or rounding."""
+        floor = max(FINEST_ERROR, self.reference.bar(self.quantity, self.measure))
+        if ladder.errors[-1] <= floor:
+            return True
+        last = ladder.errors[-3:]
+        return len(last) == 3 and last[-1] < 1e-6 and last[1] > 0.7 * last[0] and last[2] > 0.7 * last[1]
+
+    def _point(self, ladder: _Ladder, value: float) -> Point:
+        shown_value = value if ladder.kind == TOLERANCE else self.coarsest / value
+        key = f"{ladder.configuration.key} {ladder.kind} {shown_value!r}"
+        if key in self.points:
+            return self.points[key]
+        if (kept := self.journal.points.get(key)) is not None:
+            self.points[key] = kept
+            return kept
+        began = time.process_time()
+        outcome = self._run(ladder.configuration, ladder.kind, shown_value)
+        point = self._measured(ladder, shown_value, outcome)
+        took = time.process_time() - began
+        self.spent += took
+        self.points[key] = point = replace(point, took=took)
+        self.journal.keep(key, point)
+        return point
+
+    def _run(self, configuration: Configuration, kind: str, value: float) -> Outcome:
+        if kind == TOLERANCE:
+            return self.runner.run(configuration, tolerance=value)
+        in_coarsest = max(1, round(self.coarsest / value))
+        return self.runner.run(configuration, Fraction(in_coarsest, self.runner.grid.coarsest))
+
+    def _measured(self, ladder: _Ladder, value: float, outcome: Outcome) -> Point:
+        point = Point(ladder.configuration, ladder.kind, value, outcome.ended, outcome.said, order=ladder.order)
+        if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
+            return replace(point, stats=outcome.stats)
+        try:
+            taken = timed(outcome.repeated, 1)
+            more = math.ceil(FIRST_SECONDS / max(taken[0], 1e-9))
+            taken += timed(outcome.repeated, min(self.repeats, max(LEAST_REPEATS, more)) - 1)
+        except NumericalError as error:
+            return replace(point, said=str(error), stats=outcome.stats)
+        return replace(
+            point,
+            error=self.reference.errors_of(outcome.observation),
+            seconds=statistics.median(taken),
+            least=min(taken),
+            repeats=len(taken),
+            stats=outcome.stats,
+        )
+
+    def _time_front(self) -> None:
+        """Take the times of points near the front as often as the study wants them."""
+        front = self._tradeoff().front
+        for key, point in list(self.points.items()):
+            if point.repeats >= self.repeats or point.seconds is None or self.spent > self.budget:
+                continue
+            error = point.error_of(self.quantity, self.measure)
+            cost = min((p.seconds or 0.0 for p in front if p.error_of(self.quantity, self.measure) <= error), default=0)
+            if point.seconds > NEAR * cost or error > 0.1:
+                continue
+            began = time.process_time()
+            outcome = self._run(point.configuration, point.kind, point.value)
+            taken = [] if outcome.repeated is None else timed(outcome.repeated, self.repeats)
+            took = time.process_time() - began
+            self.spent += took
+            if taken:
+                median, count, took = statistics.median(taken), len(taken), point.took + took
+                changed = replace(point, seconds=median, least=min(taken), repeats=count, took=took)
+                self.points[key] = changed
+                self.journal.keep(key, changed)
+
+    def _say(self, what: str, left: int = 0) -> None:
+        if self.progress is not None:
+            self.progress(self.done, self.done + left, what)

@@ -1,0 +1,199 @@
+"""The compiled routines of a case: tables of components and pairs, and sums over them."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
+from eomgen.codegen.targets.c.folding import folded
+from eomgen.codegen.targets.c.printer import Printer, indented
+from eomgen.codegen.targets.c.target import environment
+from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, PairTape, gravity_waves
+from eomgen.symbolic.tape import Ref
+from eomgen.toolchain.builder import Builder
+
+_COEFFICIENTS = """\
+void eomgen_wave_components(long n, const double *vectors, const double *p, double *columns);
+void eomgen_wave_own(long n, const double *columns, const double *p, double *own);
+void eomgen_wave_pairs(long n, const double *columns, const double *p, double *table);
+"""
+_SUMS = """\
+long eomgen_wave_lanes(void);
+void eomgen_wave_kinematics(long n, const double *columns, const double *amplitude, const double *phase,
+    const double *self, const double *table, const double *level, const double *p, double t, long points,
+    const double *labels, double *given, double *room);
+void eomgen_wave_geometry(long n, const double *columns, const double *amplitude, const double *phase,
+    const double *self, const double *table, double t, long points, const double *labels, double *given, double *room);
+"""
+#: Frequencies that differ by less than this part of their sum are equal ones, in several directions.
+SAME_FREQUENCY = 1e-7
+
+
+def kinematics_of(spread: bool) -> tuple[str, ...]:
+    """Return the names of the sums of the motion, in order."""
+    return ("dx", "dy", "dz", "vx", "vy", "vz", "ax", "ay", "az", "p") if spread else (
+        "dx", "dz", "vx", "vz", "ax", "az", "p",
+    )  # fmt: skip
+
+
+def geometry_of(spread: bool) -> tuple[str, ...]:
+    """Return the names of the sums of derivatives by labels, in order."""
+    if not spread:
+        return ("xxa", "xza", "xxaa", "xzaa")
+    return tuple(f"x{axis}{by}" for by in ("a", "b", "aa", "ab", "bb") for axis in "xyz")
+
+
+def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, str]:
+    """Return the C of the tables and of the sums of a case."""
+    made = PairTape(case, dispersion)
+    planes = [f"columns[{number} * n + {{}}]" for number in range(len(COLUMNS))]
+
+    def body(refs: Sequence[Ref], targets: Sequence[str], depth: int) -> str:
+        plan = schedule(made.tape, [refs], ("k", "p", "i", "j"), 10**9, NEST_LIMIT, fill=False, reroll=False)
+        inputs = {"k": "k[{}]", "p": "p[{}]", **{x: [plane.format(x) for plane in planes] for x in "ij"}}
+        return indented(Printer(inputs, [targets]).lines(plan.parts[0].statements), depth)
+
+    targets = [f"table[{number} * pairs + at]" for number in range(len(case.entries))]
+    entries = {name: number for number, name in enumerate(case.entries)}
+    words = [
+        "a bottom" if case.finite else "no bottom",
+        "several directions" if case.spread else "one direction",
+        "the surface c = 0" if case.surface else "any depth c",
+    ]
+    shared = {"case": ", ".join(words), "finite": case.finite, "spread": case.spread, "entries": case.entries}
+    coefficients = (
+        environment()
+        .get_template("c/waves/coefficients.c.jinja")
+        .render(
+            **shared,
+            columns=COLUMNS,
+            w=COLUMNS.index("w"),
+            same=SAME_FREQUENCY,
+            component=body(made.component, [plane.format("m") for plane in planes], 2),
+            own=body(made.own, [f"own[{number} * n + i]" for number in range(len(OWN))], 2),
+            of_own=OWN,
+            pair=body(made.pair, targets, 4),
+            degenerate=body(made.degenerate, targets, 4) if case.spread else "",
+        )
+    )
+    sums = (
+        environment()
+        .get_template("c/waves/sums.c.jinja")
+        .render(
+            **shared,
+            col={name: number for number, name in enumerate(COLUMNS)},
+            ent=entries,
+            own={name: number for number, name in enumerate(OWN)},
+            has_sums="Xp" in entries,
+            kinematics=kinematics_of(case.spread),
+            geometry=geometry_of(case.spread),
+        )
+    )
+    return folded(coefficients), folded(sums)
+
+
+@dataclass(frozen=True)
+class Routines:
+    """Compiled tables and sums of a case."""
+
+    case: Case
+    _tables: tuple[Any, Any]
+    _sums: tuple[Any, Any]
+
+    @property
+    def lanes(self) -> int:
+        """How many labels are taken side by side."""
+        return int(self._sums[1].eomgen_wave_lanes())
+
+    def components(self, vectors: Array, p: Array) -> Array:
+        """Return the table of components, (len(COLUMNS), n), of wave vectors (n, 2) and (g, h, c)."""
+        ffi, lib = self._tables
+        columns = np.empty((len(COLUMNS), len(vectors)))
+        kept = np.ascontiguousarray(vectors, dtype=float)
+        lib.eomgen_wave_components(len(vectors), *(ffi.from_buffer("double[]", x) for x in (kept, p, columns)))
+        return columns
+
+    def own(self, columns: Array, p: Array) -> Array:
+        """Return the self-interactions of components, (len(OWN), n)."""
+        ffi, lib = self._tables
+        own = np.empty((len(OWN), columns.shape[1]))
+        lib.eomgen_wave_own(columns.shape[1], *(ffi.from_buffer("double[]", x) for x in (columns, p, own)))
+        return own
+
+    def pairs(self, columns: Array, p: Array) -> Array:
+        """Return the table of pairs, (entries, n (n - 1)/2)."""
+        ffi, lib = self._tables
+        n = columns.shape[1]
+        table = np.empty((len(self.case.entries), n * (n - 1) // 2))
+        lib.eomgen_wave_pairs(n, *(ffi.from_buffer("double[]", x) for x in (columns, p, table)))
+        return table
+
+    def kinematics(
+        self, columns: Array, waves: Waves, own: Array, table: Array | None, level: Array, p: Array, labels: Array
+    ) -> Array:
+        """Return ``kinematics_of`` the case at labels (2, points), (quantities, points); no table: first order."""
+        return self._sum(
+            "kinematics", len(kinematics_of(self.case.spread)), columns, waves, own, table, (level, p), labels
+        )
+
+    def geometry(self, columns: Array, waves: Waves, own: Array, table: Array | None, labels: Array) -> Array:
+        """Return ``geometry_of`` the case at labels (2, points), (quantities, points)."""
+        return self._sum("geometry", len(geometry_of(self.case.spread)), columns, waves, own, table, (), labels)
+
+    def _sum(
+        self,
+        name: str,
+        quantities: int,
+        columns: Array,
+        waves: Waves,
+        own: Array,
+        table: Array | None,
+        more: Sequence[Array],
+        labels: Array,
+    ) -> Array:
+        ffi, lib = self._sums
+        lanes, count, n = self.lanes, labels.shape[1], columns.shape[1]
+        filled = -(-count // lanes) * lanes
+        padded = np.zeros((2, filled))
+        padded[:, :count] = labels
+        given = np.empty((quantities, filled))
+        room = np.empty(2 * n * lanes + _ALIGNED)  # lanes are read and written at multiples of a register's length
+        start = -room.ctypes.data // 8 % _ALIGNED
+
+        def of(array: Array) -> Any:
+            return ffi.from_buffer("double[]", array)
+
+        function = getattr(lib, f"eomgen_wave_{name}")
+        function(
+            n, of(columns), of(waves.amplitude), of(waves.phase), of(own), ffi.NULL if table is None else of(table),
+            *map(of, more), waves.time, filled, of(padded), of(given), of(room[start:]),
+        )  # fmt: skip
+        return given[:, :count]
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Amplitudes and phases at the label 0 and the time ``time``, (n,) each."""
+
+    amplitude: Array
+    phase: Array
+    time: float
+
+
+#: Doubles of the longest vector register.
+_ALIGNED = 8
+
+
+@functools.lru_cache(maxsize=32)
+def routines(case: Case, dispersion: Dispersion = gravity_waves) -> Routines:
+    """Return the compiled routines of a case, from the cache if they are there."""
+    tables, sums = sources(case, dispersion)
+    return Routines(
+        case, Builder().build_routine(tables, _COEFFICIENTS), Builder(real="lanes").build_routine(sums, _SUMS)
+    )

@@ -1,0 +1,453 @@
+"""A sea of Lagrangian waves: motion of labelled particles, the surface they make, and the motion at fixed points."""
+
+from __future__ import annotations
+
+import copy
+import math
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_calls
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.products.waves.sea_states.components import STANDARD_GRAVITY, Components
+from eomgen.products.waves.sea_states.numbers import check_number
+from eomgen.products.waves.second_order.limits import check_points, check_sea, warn_of_doubtful_waves
+from eomgen.products.waves.second_order.motion import BoundWaves, Complex, Motion, Surface
+from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, gravity_waves
+from eomgen.products.waves.second_order.profiles import Profile, harmonics, multiples
+from eomgen.products.waves.second_order.routines import Routines, Waves, geometry_of, kinematics_of, routines
+
+#: Labels that are found for points on the water are off by this part of the shortest wave length at most.
+CLOSE = 1e-10
+_ROUNDS = 60
+#: Labels above the surface are taken so far, in parts of 1 over the highest wave number: differences by c at it.
+HIGHEST = 0.1
+Vorticity = Literal["none", "gerstner"]
+
+
+@checked_calls("Sea(Components(vectors, amplitude, phase), depth)")
+class Sea:
+    """A sea of components with all their sums and differences of second order, each water particle followed.
+
+    Parameters
+    ----------
+    components : Components
+    depth : float
+        Of the water in m; infinite by default.
+    order : 1 or 2
+    vorticity : ``none`` or ``gerstner``
+        Of second order: water that has been at rest has none, and its particles drift (Stokes). In Gerstner's
+        waves they go round in closed orbits. The surface at fixed points is the same to second order, and so are
+        first-order waves.
+    gravity : float, m/s^2
+    dispersion : callable
+        Angular frequency of a ``WaveNumber``. Its part that changes sign with the wave vector has to be U . k, with the
+        velocity U of a uniform current; the rest has to be sqrt(G k tanh k h) with one G, gravity or a substitute for
+        it, because the pressure at the surface is constant for no other.
+
+    Raises
+    ------
+    UsageError
+        Components, a depth, an order or a dispersion relation that cannot be.
+    """
+
+    def __init__(
+        self,
+        components: Components,
+        depth: float = math.inf,
+        *,
+        order: int = 2,
+        vorticity: Vorticity = "none",
+        gravity: float = STANDARD_GRAVITY,
+        dispersion: Dispersion = gravity_waves,
+    ) -> None:
+        check_sea(components, depth, order, gravity)
+        if vorticity not in ("none", "gerstner"):
+            raise UsageError(Problem("Sea: vorticity", f"there is no {vorticity!r}", "none, or gerstner"))
+        self.depth, self.order, self.gravity = float(depth), order, float(gravity)
+        self.vorticity: Vorticity = vorticity
+        self.dispersion = dispersion
+        vectors = np.asarray(components.vectors, dtype=float)
+        heading = vectors[0] / np.hypot(*vectors[0])
+        across = vectors @ np.array([-heading[1], heading[0]])
+        along = vectors @ heading
+        self.spread = bool(np.any(np.abs(across) > 1e-14 * np.abs(along)) or np.any(along <= 0.0))
+        #: columns: the direction of the waves and the one across it, for waves of one direction
+        self._axes = np.eye(2) if self.spread else np.array([heading, [-heading[1], heading[0]]]).T
+        columns = self._of(surface=True).components(vectors, self._numbers(0.0))
+        self._order = order_of = np.argsort(columns[COLUMNS.index("w")], kind="stable")
+        self.vectors = np.ascontiguousarray(vectors[order_of])
+        self.amplitude = np.ascontiguousarray(np.asarray(components.amplitude, dtype=float)[order_of])
+        self.phase = np.ascontiguousarray(np.asarray(components.phase, dtype=float)[order_of])
+        columns = columns[:, order_of]
+        self.frequency = columns[COLUMNS.index("w")]
+        self.current, self.restoring = self._current_and_restoring(columns)
+        warn_of_doubtful_waves(self.vectors, self.amplitude, self.depth, order)
+
+    @classmethod
+    def of_one_wave(
+        cls,
+        wave_number: float,
+        amplitude: float,
+        depth: float = math.inf,
+        *,
+        order: int = 2,
+        vorticity: Vorticity = "none",
+        gravity: float = STANDARD_GRAVITY,
+    ) -> Sea:
+        """Return the sea of one regular wave along x, with a crest at the label 0 at t = 0; at first order in deep
+        water it is Gerstner's, which is exact."""
+        single = Components(np.array([[wave_number, 0.0]]), np.array([amplitude]), np.zeros(1))
+        return cls(single, depth, order=order, vorticity=vorticity, gravity=gravity)
+
+    @property
+    def mean_square_slope(self) -> float:
+        """Sum of (k A)^2 / 2 coth^2 k h: the variance of the derivatives by labels of the horizontal displacement."""
+        row = dict(zip(COLUMNS, self._surface_tables[0], strict=True))
+        return float(0.5 * np.sum((row["k"] * self.amplitude * row["C"]) ** 2))
+
+    @property
+    def fold_probability(self) -> float:
+        """The part of labels at which waves of first order and of one direction fold over: erfc(1/sqrt(2 mss)) / 2."""
+        return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * self.mean_square_slope)) if np.any(self.amplitude) else 0.0
+
+    # -- components, self-interactions and pairs ---------------------------------------------------------------------
+
+    def _numbers(self, c: float) -> Array:
+        restoring = getattr(self, "restoring", self.gravity)  # which the components' own table has yet to tell
+        return np.array([restoring, self.depth if math.isfinite(self.depth) else 0.0, c])
+
+    def _of(self, *, surface: bool) -> Routines:
+        return routines(Case(math.isfinite(self.depth), self.spread, surface), self.dispersion)
+
+    def _current_and_restoring(self, columns: Array) -> tuple[Array, float]:
+        row = dict(zip(COLUMNS, columns, strict=True))
+        vectors, doppler = self.vectors, row["doppler"]
+        current = np.zeros(2)
+        if np.any(doppler):
+            current = np.linalg.lstsq(vectors, doppler, rcond=None)[0]
+            if np.abs(vectors @ current - doppler).max() > 1e-9 * np.abs(doppler).max():
+                fault = "what changes sign with the wave vector is not linear in it, so it is no uniform current's"
+                raise UsageError(Problem("Sea: dispersion", fault, "w.gravity_waves + U * w.kx"))
+        restoring = row["w"] ** 2 * row["C"] / row["k"]
+        if np.ptp(restoring) > 1e-9 * restoring.max():
+            fault = (
+                f"w^2 coth(k h) / k is {restoring.min():.6g} to {restoring.max():.6g} m/s^2; the pressure at the"
+                " surface is the same everywhere only where it is the same for all waves"
+            )
+            raise UsageError(
+                Problem("Sea: dispersion", fault, "w.gravity_waves, with terms that are linear in kx and ky")
+            )
+        return current, float(np.mean(restoring))
+
+    @cached_property
+    def _surface_tables(self) -> tuple[Array, Array, Array | None, Array]:
+        return self._tables(0.0)
+
+    def _tables(self, c: float) -> tuple[Array, Array, Array | None, Array]:
+        """Return columns, self-interactions of components, the table of pairs and the levels at a depth."""
+        if not -self.depth <= c <= HIGHEST / float(np.hypot(*self.vectors.T).max()):
+            fault = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0"
+            raise UsageError(Problem("Sea: c", fault, "0 for the surface, negative below"))
+        made, p = self._of(surface=c == 0.0), self._numbers(c)
+        given = np.array([self.gravity, p[1], p[2]])
+        columns = made.components(self.vectors, given)
+        own = made.own(columns, p)
+        table = made.pairs(columns, p) if self.order == 2 else None
+        if self.vorticity == "gerstner":
+            # a steady shear flow against the drift: it is free of divergence, and second order does not feel it
+            for names, rows in ((OWN, own), (self._entries, table)):
+                if rows is not None:
+                    rows[[number for number, name in enumerate(names) if name in ("Dx", "Dy")]] = 0.0
+        return columns, own, table, self._level(columns, own)
+
+    def _level(self, columns: Array, own: Array) -> Array:
+        """Return lift, the rise of the pressure, and the velocity of drift of all components."""
+        row, square = dict(zip(OWN, own, strict=True)), self.amplitude**2
+        raised = 0.25 * np.sum(square * columns[COLUMNS.index("w")] ** 2 * columns[COLUMNS.index("s")])
+        return np.array([row["lift"] @ square, raised, row["Dx"] @ square, row["Dy"] @ square])
+
+    def _waves(self, time: float) -> Waves:
+        check_number("Sea: time", time, "s")
+        return Waves(self.amplitude, np.remainder(self.phase - self.frequency * time, 2.0 * math.pi), time)
+
+    # -- labels -----------------------------------------------------------------------------------------------------
+
+    def motion(self, labels: ArrayLike, time: float, c: float = 0.0) -> Motion:
+        """Return positions, motion and pressure of the particles with labels.
+
+        Parameters
+        ----------
+        labels : (points, 2) array, m
+            Positions of the particles in water at rest, from above.
+        time : float, s
+        c : float, m
+            Their height in water at rest: 0 at the surface, negative below.
+        """
+        own = self._own_labels(labels)
+        columns, twice, table, level = self._surface_tables if c == 0.0 else self._tables(c)
+        found = self._of(surface=c == 0.0).kinematics(
+            columns, self._waves(time), twice, table, level, self._numbers(c), own
+        )
+        row = dict(zip(kinematics_of(self.spread), found, strict=True))
+        moved, velocity, acceleration = (self._vectors(row, kind) for kind in "dva")
+        moved[:, :2] += np.asarray(labels, dtype=float) + self.current * time
+        moved[:, 2] += c
+        velocity[:, :2] += self.current
+        return Motion(moved, velocity, acceleration, row["p"] - self.restoring * c + self._pressure_of_orbits(c))
+
+    def _pressure_of_orbits(self, c: float) -> float:
+        """Return the pressure over density that waves of first order in deep water lack, m^2/s^2.
+
+        It is -w^2 A^2 (1 - exp(2 k c))/2 of each component: with it one wave is Gerstner's in pressure too. Order 2
+        has it in its sums over pairs.
+        """
+        if self.order == 2 or math.isfinite(self.depth):
+            return 0.0
+        k = np.hypot(*self.vectors.T)
+        return 0.5 * self.restoring * float(np.sum(k * self.amplitude**2 * np.expm1(2.0 * k * c)))
+
+    def profile(self, count: int, time: float) -> Profile:
+        """Return the surface of a sea of one direction at equally spaced labels, by FFT.
+
+        Parameters
+        ----------
+        count : int
+            Labels over the length after which the sea repeats itself; more than twice the highest multiple that
+            pairs make.
+
+        Raises
+        ------
+        UsageError
+            Waves of several directions, wave numbers that are no multiples of one, or too few labels.
+        """
+        if self.spread:
+            fault = "the waves have several directions"
+            raise UsageError(Problem("Sea.profile", fault, "surface(labels, time), or waves of one direction"))
+        check_number("Sea: time", time, "s")
+        columns, own, table, level = self._surface_tables
+        unit, number = multiples(np.hypot(*self.vectors.T))
+        least = 2 * int(number.max()) * (self.order if table is not None and "Xp" in self._entries else 1)
+        if count <= least:
+            raise UsageError(Problem("Sea.profile: count", f"{count} labels are too few", f"{least + 1} or more"))
+        crest = self.amplitude * np.exp(1j * (self.phase - self.frequency * time))
+        named = None if table is None else dict(zip(self._entries, table, strict=True))
+        found, (drift, lift) = harmonics(number, columns, crest, own, named, level)
+        k = unit * np.arange(len(found["x"]))
+        labels = 2.0 * math.pi / unit * np.arange(count) / count
+
+        def over_labels(amplitudes: NDArray[np.complex128]) -> Array:
+            spectrum = np.zeros(count // 2 + 1, dtype=complex)
+            kept = min(len(spectrum), len(amplitudes))
+            spectrum[:kept] = 0.5 * count * amplitudes[:kept]
+            spectrum[0] = count * amplitudes[0].real
+            return np.fft.irfft(spectrum, count)
+
+        x, z, u, w = (over_labels(found[name]) for name in "xzuw")
+        xa, za, xaa, zaa = (over_labels(found[name] * (1j * k) ** n) for n in (1, 2) for name in "xz")
+        current = float(self.current @ self._axes[:, 0])
+        return Profile(
+            labels, labels + x + (drift + current) * time, z + lift, u + drift + current, w, 1.0 + xa, za, xaa, zaa
+        )
+
+    @property
+    def _entries(self) -> tuple[str, ...]:
+        return self._of(surface=True).case.entries
+
+    @property
+    def _drift(self) -> Array:
+        """Mean velocity of the particles of the surface that second order adds, along x and y."""
+        _, _, table, level = self._surface_tables
+        return self._axes @ level[2:] if table is not None else np.zeros(2)
+
+    @property
+    def columns(self) -> Array:
+        """The table of components at the surface, rows as ``pairs.COLUMNS``."""
+        return self._surface_tables[0]
+
+    @property
+    def raised(self) -> float:
+        """The constant K of the pressure of second order, which keeps the mean level at 0, in m^2/s^2."""
+        return float(self._surface_tables[3][1])
+
+    def bound_waves(self, time: float) -> BoundWaves:
+        """Return the contributions of pairs of components at the surface.
+
+        Raises
+        ------
+        UsageError
+            A sea of first order.
+        """
+        columns, own, table, level = self._surface_tables
+        if table is None:
+            raise UsageError(Problem("Sea.bound_waves", "a sea of order 1 has no pairs", "order = 2"))
+        crest = self.amplitude * np.exp(1j * (self.phase - self.frequency * time))
+        named, alone = dict(zip(self._entries, table, strict=True)), dict(zip(OWN, own, strict=True))
+        w, all_of = columns[COLUMNS.index("w")], np.arange(len(crest))
+        i, j = np.tril_indices(len(crest), -1)
+        zero = np.zeros(len(i))
+        groups = [
+            ((i, 1, j, -1), crest[i] * np.conj(crest[j]), named["w"], {x: named.get(f"{x}m", zero) for x in "BXY"})
+        ]
+        if "Xp" in named:
+            sums = {x: named.get(f"{x}p", zero) for x in "BXY"}
+            groups.append(((i, 1, j, 1), crest[i] * crest[j], w[i] + w[j], sums))
+            groups.append(((all_of, 1, all_of, 1), crest * crest, 2.0 * w, {x: alone[f"{x}p"] for x in "BXY"}))
+        potential: list[Complex] = []
+        rate: list[Complex] = []
+        x: list[Complex] = []
+        y: list[Complex] = []
+        for number, (_, product, speed, of) in enumerate(groups):
+            drifts = number == 0 and self.spread
+            potential.append(-1j * of["B"] * product)
+            rate.append(-1j * speed * potential[-1])
+            x.append((-1j * of["X"] + (time * named["Dx"] if drifts else 0.0)) * product)
+            y.append((-1j * of["Y"] + (time * named["Dy"] if drifts else 0.0)) * product)
+        along = np.stack((np.concatenate(x), np.concatenate(y)))
+        turned = self._axes @ along
+        drift = self._axes @ level[2:] * time
+        members = tuple(group[0] for group in groups)
+        return BoundWaves(members, np.concatenate(potential), np.concatenate(rate), turned[0], turned[1], drift)
+
+    def with_waves(self, components: Components) -> Sea:
+        """Return the sea of other amplitudes and phases of the same wave vectors, with the tables of this one.
+
+        Raises
+        ------
+        UsageError
+            Other wave vectors.
+        """
+        check_sea(components, self.depth, self.order, self.gravity)
+        vectors = np.asarray(components.vectors, dtype=float)
+        if vectors.shape != self.vectors.shape or np.any(vectors[self._order] != self.vectors):
+            raise UsageError(Problem("Sea.with_waves", "the wave vectors are others", "a Sea of its own"))
+        other = copy.copy(self)
+        other.amplitude = np.ascontiguousarray(np.asarray(components.amplitude, dtype=float)[self._order])
+        other.phase = np.ascontiguousarray(np.asarray(components.phase, dtype=float)[self._order])
+        columns, own, table, _ = self._surface_tables
+        other._surface_tables = columns, own, table, other._level(columns, own)
+        return other
+
+    def derivatives(self, labels: ArrayLike, time: float, c: float = 0.0) -> tuple[Array, Array]:
+        """Return derivatives of positions by labels a and b.
+
+        Returns
+        -------
+        first : (points, 3, 2) array
+            Of x, y, z by a and b.
+        second : (points, 3, 3) array, 1/m
+            Of x, y, z by aa, ab, bb.
+        """
+        own = self._own_labels(labels)
+        columns, twice, table, _ = self._surface_tables if c == 0.0 else self._tables(c)
+        found = self._of(surface=c == 0.0).geometry(columns, self._waves(time), twice, table, own)
+        row = dict(zip(geometry_of(self.spread), found, strict=True))
+        zero, points = np.zeros(own.shape[1]), own.shape[1]
+        cells = [[row.get(f"x{axis}{by}", zero) for by in ("a", "b", "aa", "ab", "bb")] for axis in "xyz"]
+        all_of = np.moveaxis(np.array(cells), 2, 0)
+        first, second = all_of[:, :, :2].copy(), np.empty((points, 3, 2, 2))
+        first[:, 0, 0] += 1.0
+        first[:, 1, 1] += 1.0
+        second[:, :, 0, 0], second[:, :, 1, 1] = all_of[:, :, 2], all_of[:, :, 4]
+        second[:, :, 0, 1] = second[:, :, 1, 0] = all_of[:, :, 3]
+        turn = np.eye(3)
+        turn[:2, :2] = self._axes
+        first = np.einsum("xy,nyi,ai->nxa", turn, first, self._axes)
+        second = np.einsum("xy,nyij,ai,bj->nxab", turn, second, self._axes, self._axes)
+        return first, np.stack((second[:, :, 0, 0], second[:, :, 0, 1], second[:, :, 1, 1]), axis=2)
+
+    def surface(self, labels: ArrayLike, time: float) -> Surface:
+        """Return the surface at labels (points, 2)."""
+        first, second = self.derivatives(labels, time)
+        along, across = first[:, :, 0], first[:, :, 1]
+        normal = np.cross(along, across)
+        length = np.linalg.norm(normal, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = -normal[:, :2] / normal[:, 2:]
+            E, F, G = (np.einsum("nx,nx->n", x, y) for x, y in ((along, along), (along, across), (across, across)))
+            L, M, N = (np.einsum("nx,nx->n", second[:, :, k], normal) / length for k in range(3))
+            curvature = 0.5 * (E * N - 2.0 * F * M + G * L) / (E * G - F * F)
+        # a cusp has no tangent: an upright one is met from both sides
+        slope = np.where(np.isnan(slope), np.inf, slope)
+        return Surface(self.motion(labels, time).position, slope, curvature, normal[:, 2])
+
+    # -- fixed points -----------------------------------------------------------------------------------------------
+
+    def labels_at(self, points: ArrayLike, time: float) -> Array:
+        """Return the labels (points, 2) of the particles of the surface that are above points (points, 2) in the plane.
+
+        Newton's method from the point itself, with steps that are halved unless they come closer.
+
+        Raises
+        ------
+        NumericalError
+            The surface is folded there, or the search finds no particle.
+        """
+        wanted = np.asarray(points, dtype=float)
+        check_points("Sea: points", wanted)
+        check_number("Sea: time", time, "s")
+        labels = wanted - (self.current + self._drift) * time
+        scale = 2.0 * math.pi / np.hypot(*self.vectors.T).max()
+        off = self.motion(labels, time).position[:, :2] - wanted
+        for _ in range(_ROUNDS):
+            distance = np.hypot(*off.T)
+            open_ = distance > CLOSE * scale
+            if not np.any(open_):
+                return labels
+            first, _ = self.derivatives(labels[open_], time)
+            step = np.linalg.solve(first[:, :2, :], off[open_][:, :, None])[:, :, 0]
+            long = np.hypot(*step.T)
+            step *= np.minimum(1.0, 0.25 * scale / np.maximum(long, 1e-300))[:, None]
+            factor = np.ones(len(step))
+            at, best = labels[open_], distance[open_]
+            for _ in range(8):
+                tried = at - factor[:, None] * step
+                found = self.motion(tried, time).position[:, :2] - wanted[open_]
+                worse = np.hypot(*found.T) > best
+                if not np.any(worse):
+                    break
+                factor[worse] *= 0.5
+            labels[open_], off[open_] = tried, found
+        bad = wanted[np.argmax(np.hypot(*off.T))]
+        fault = f"no single particle of the surface is above x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g} s"
+        hint = "waves that are less steep: where the Jacobian of surface(labels, t) is negative, the water folds over"
+        raise NumericalError(Problem("Sea.labels_at", fault, hint))
+
+    def at(self, points: ArrayLike, time: float) -> Motion:
+        """Return the particles of the surface that are above points (points, 2) in the plane; see ``labels_at``."""
+        return self.motion(self.labels_at(points, time), time)
+
+    def elevation(self, x: ArrayLike, y: ArrayLike, time: float) -> Array:
+        """Return the height of the surface in m above points of the plane, of the shape of x and y together."""
+        return self._above(x, y, time, "position")[..., 2]
+
+    def velocity(self, x: ArrayLike, y: ArrayLike, time: float) -> Array:
+        """Return velocities (..., 3) in m/s of the water's surface above points of the plane."""
+        return self._above(x, y, time, "velocity")
+
+    def acceleration(self, x: ArrayLike, y: ArrayLike, time: float) -> Array:
+        """Return accelerations (..., 3) in m/s^2 of the water's surface above points of the plane."""
+        return self._above(x, y, time, "acceleration")
+
+    def _above(self, x: ArrayLike, y: ArrayLike, time: float, what: str) -> Array:
+        try:
+            x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        except ValueError:
+            what = f"shapes {np.shape(x)} and {np.shape(y)} do not go together"
+            raise UsageError(Problem("Sea: x and y", what, "as many y as x, or one for all")) from None
+        result = getattr(self.at(np.column_stack((x.ravel(), y.ravel())), time), what)
+        return np.asarray(result).reshape(*x.shape, 3)
+
+    def _own_labels(self, labels: ArrayLike) -> Array:
+        """Return labels along and across the waves' direction, (2, points)."""
+        check_points("Sea: labels", labels)
+        return np.ascontiguousarray((np.asarray(labels, dtype=float) @ self._axes).T)
+
+    def _vectors(self, row: dict[str, Array], kind: str) -> Array:
+        along, up = row[f"{kind}x"], row[f"{kind}z"]
+        across = row[f"{kind}y"] if self.spread else np.zeros_like(along)
+        return np.column_stack((np.column_stack((along, across)) @ self._axes.T, up))

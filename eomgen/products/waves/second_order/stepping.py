@@ -1,0 +1,294 @@
+"""Second order stepped in time on a periodic grid of labels, wave number by wave number.
+
+The velocity potential of second order is an oscillator at each wave number, forced by products of the first order:
+
+    Phi_tt + g k tanh(k h) Phi = F = -2 u . u_t - zeta (w_tt + g w_c),   x2_t = (xi . grad) u_h + grad Phi   at c = 0,
+
+and g z2 = -|u|^2/2 - xi . u_t - Phi_t + K. Without forcing every oscillator turns by a known angle, so a step is a
+composition of such turns, in which time goes on (drifts), and of impulses of the forcing (kicks): the compositions of
+``eomgen.integrators.compositions``. A step costs transforms of a dozen fields for each kick, however many pairs there
+are. Dommermuth, Wave Motion 32 (2000) 307: a forcing that is switched on at once makes free waves, so motions start
+from the sums over pairs, or with a ramp.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_calls
+from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
+from eomgen.codegen.targets.c.folding import folded
+from eomgen.codegen.targets.c.printer import Printer, indented
+from eomgen.codegen.targets.c.target import environment
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.compositions import Composition, composition_named
+from eomgen.products.waves.second_order.pairs import COLUMNS
+from eomgen.products.waves.second_order.sea import Sea
+from eomgen.symbolic.scalar import Algebra
+from eomgen.symbolic.tape import Tape
+from eomgen.toolchain.builder import Builder
+
+Complex = NDArray[np.complex128]
+_CDEF = "void eomgen_wave_forcing(long points, double g, const double *fields, double *given);\n"
+#: Wave vectors that are off the grid's by this part of them at most are on it.
+_CLOSE = 1e-9
+
+
+@checked_calls()
+@dataclass(frozen=True)
+class Ramp:
+    """A forcing that comes in as 1 - exp(-(t/time)^power), of Dommermuth."""
+
+    time: float
+    power: float = 4.0
+
+    def __post_init__(self) -> None:
+        for name, value in (("time", self.time), ("power", self.power)):
+            if not value > 0.0:
+                raise UsageError(Problem(f"Ramp: {name}", f"{value:.6g} is not above 0"))
+
+    def __call__(self, elapsed: float) -> float:
+        return -math.expm1(-((max(elapsed, 0.0) / self.time) ** self.power))
+
+
+def fields_of(plane: bool) -> tuple[str, ...]:
+    """Return the fields of first order that the forcing reads, of one horizontal direction or of two."""
+    if not plane:
+        return ("x", "z", "u", "w", "ut", "wt", "lift", "ua", "wa")
+    return ("x", "y", "z", "u", "v", "w", "ut", "vt", "wt", "lift", "ua", "va", "vb", "wa", "wb")
+
+
+def given_of(plane: bool) -> tuple[str, ...]:
+    """Return derived quantities: the forcing, (xi . grad) u_h, and g z2 without Phi_t."""
+    return ("force", "carried_x", "carried_y", "raised") if plane else ("force", "carried_x", "raised")
+
+
+def source(plane: bool) -> str:
+    """Return the C of the products at each point."""
+    tape = Tape()
+    algebra = Algebra(tape)
+    names = fields_of(plane)
+    field = dict(zip(names, algebra.block("f", len(names)), strict=True))
+    zero = algebra.zero
+    x, y, z = field["x"], field.get("y", zero), field["z"]
+    u, v, w = field["u"], field.get("v", zero), field["w"]
+    ut, vt, wt = field["ut"], field.get("vt", zero), field["wt"]
+    speed = u * ut + v * vt + w * wt
+    # the field u is a gradient: du/dc = dw/da, du/db = dv/da
+    tape.blocks.append((len(tape.op), "-2 u . u_t - zeta (w_tt + g w_c)"))
+    force = speed * -2.0 - z * field["lift"]
+    tape.blocks.append((len(tape.op), "(xi . grad) u along the plane"))
+    carried = [x * field["ua"] + y * field.get("va", zero) + z * field["wa"]]
+    if plane:
+        carried.append(x * field["va"] + y * field["vb"] + z * field["wb"])
+    tape.blocks.append((len(tape.op), "-|u|^2/2 - xi . u_t"))
+    raised = (u * u + v * v + w * w) * -0.5 - (x * ut + y * vt + z * wt)
+    refs = [item.ref for item in (force, *carried, raised)]
+    plan = schedule(tape, [refs], ("f",), 10**9, NEST_LIMIT, fill=False, reroll=False)
+    inputs = {"f": [f"fields[{k} * points + n]" for k in range(len(names))]}
+    targets = [f"given[{k} * points + n]" for k in range(len(refs))]
+    text = environment().get_template("c/waves/forcing.c.jinja")
+    case = "two horizontal directions" if plane else "one horizontal direction"
+    body = indented(Printer(inputs, [targets]).lines(plan.parts[0].statements), 2)
+    return folded(text.render(case=case, fields=names, given=given_of(plane), body=body))
+
+
+@functools.cache
+def _routine(plane: bool) -> tuple[Any, Any]:
+    return Builder().build_routine(source(plane), _CDEF)
+
+
+@checked_calls()
+class SteppedSea:
+    """The second order of a sea on a periodic grid of labels, stepped in time.
+
+    Parameters
+    ----------
+    sea : Sea
+        Its components of first order, all of them on the grid's wave numbers.
+    lengths : (along x, along y), m
+        After which the sea repeats itself. Along y any length for waves along x, with one label.
+    counts : labels along x and y
+        More than four times the highest multiple of 2 pi/length among the components, so that no product of two is
+        taken for another wave number.
+    method : str
+        A composition: ``suzuki4`` (4th order, five evaluations a step), ``omf4``, ``leapfrog`` and others.
+    ramp : Ramp
+        Start from rest with a forcing that comes in; without one from the sums over pairs, if the sea is of order
+        2.
+
+    Attributes
+    ----------
+    time : float, s
+    """
+
+    def __init__(
+        self,
+        sea: Sea,
+        lengths: tuple[float, float],
+        counts: tuple[int, int],
+        *,
+        method: str = "suzuki4",
+        first: Literal["drift", "kick"] = "drift",
+        time: float = 0.0,
+        ramp: Ramp | None = None,
+    ) -> None:
+        if min(lengths) <= 0.0 or min(counts) < 1:
+            fault = f"lengths {lengths} m and {counts} labels are not above 0"
+            raise UsageError(Problem("SteppedSea", fault, "along x and y; any length with one label along y"))
+        if sea.vorticity != "none":
+            fault = f"particles of a sea with vorticity = {sea.vorticity!r} do not drift, and stepped ones do"
+            raise UsageError(Problem("SteppedSea: sea", fault, 'vorticity = "none"'))
+        self.composition: Composition = composition_named(method, first=first)
+        self._sea, self.time, self._start, self._ramp = sea, float(time), float(time), ramp
+        self._counts, self._lengths = counts, lengths
+        self._plane = counts[1] > 1
+        self._index = self._on_grid()
+        unit = [2.0 * math.pi / length for length in lengths]
+        self._kx = unit[0] * np.fft.fftfreq(counts[0], 1.0 / counts[0])[:, None]
+        self._ky = unit[1] * np.fft.rfftfreq(counts[1], 1.0 / counts[1])[None, :]
+        k = np.hypot(self._kx, self._ky)
+        self._turning = np.sqrt(sea.restoring * k * (np.tanh(k * sea.depth) if math.isfinite(sea.depth) else 1.0))
+        self._factors = self._factors_of_fields()
+        empty = np.zeros(k.shape, dtype=complex)
+        self._phi, self._rate, self._x, self._y = (empty.copy() for _ in range(4))
+        if ramp is None:
+            self._phi, self._rate, self._x, self._y = self._of_pairs(self.time)
+
+    def step(self, size: float, steps: int = 1) -> None:
+        """Step on by so many s; backwards with a negative size. Oscillators turn exactly, so no step is unstable."""
+        for part, fraction in self.composition.parts(steps):
+            if part == "drift":
+                self._drift(fraction * size)
+            else:
+                self._kick(fraction * size)
+
+    def potential(self) -> Array:
+        """Return Phi of second order at the labels, (counts), in m^2/s."""
+        return self._labels(self._phi)
+
+    def displacement(self) -> Array:
+        """Return displacements of second order at the labels, (counts, 3), in m."""
+        given = self._products()
+        up = (given[-1] - self._labels(self._rate) + self._sea.raised) / self._sea.restoring
+        return np.stack((self._labels(self._x), self._labels(self._y), up), axis=-1)
+
+    # -- parts of a step --------------------------------------------------------------------------------------------
+
+    def _drift(self, size: float) -> None:
+        """Turn every oscillator, and carry labels with the mean motion meanwhile."""
+        angle = self._turning * size
+        half = 0.5 * size * np.sinc(0.5 * angle / math.pi)
+        whole = size * np.sinc(angle / math.pi)  # integral of the cosine
+        moved = whole * self._phi + 2.0 * half * half * self._rate  # integral of Phi
+        self._x += 1j * self._kx * moved
+        self._y += 1j * self._ky * moved
+        cosine = np.cos(angle)
+        self._phi, self._rate = (
+            cosine * self._phi + whole * self._rate,
+            cosine * self._rate - self._turning**2 * whole * self._phi,
+        )
+        self.time += size
+
+    def _kick(self, size: float) -> None:
+        given = self._products()
+        weight = size if self._ramp is None else size * self._ramp(self.time - self._start)
+        moved = np.fft.rfft2(given[:-1])
+        self._rate += weight * moved[0]
+        self._x += weight * moved[1]
+        if self._plane:
+            self._y += weight * moved[2]
+
+    def _products(self) -> Array:
+        """Return ``given_of`` the grid at the present time, (quantities, counts)."""
+        sea = self._sea
+        crest = self._factors * (sea.amplitude * np.exp(1j * (sea.phase - sea.frequency * self.time)))
+        nx, ny = self._counts
+        whole = np.zeros((len(crest), nx * ny), dtype=complex)
+        for sign, values in ((1, crest), (-1, np.conj(crest))):  # no two components are at one place
+            whole[:, self._place(sign * self._index)] += 0.5 * nx * ny * values
+        fields = np.ascontiguousarray(np.fft.irfft2(whole.reshape(-1, nx, ny)[:, :, : ny // 2 + 1], s=self._counts))
+        ffi, lib = _routine(self._plane)
+        given = np.empty((len(given_of(self._plane)), nx, ny))
+        arrays = (ffi.from_buffer("double[]", array) for array in (fields, given))
+        lib.eomgen_wave_forcing(nx * ny, sea.restoring, *arrays)
+        return given
+
+    def _factors_of_fields(self) -> Complex:
+        """Return the factors of A exp(i theta) of each component in the fields of first order, (fields, n)."""
+        row, sea = dict(zip(COLUMNS, self._sea.columns, strict=True)), self._sea
+        w, Ch, Sh, k = row["w"], row["Ch"], row["Sh"], row["k"]
+        ex, ey = row["ex"], row["ey"]
+        slope = {"a": 1j * row["kx"], "b": 1j * row["ky"]}
+        amplitudes = {"x": 1j * ex * Ch, "y": 1j * ey * Ch, "z": Sh + 0j}
+        for name, of in (("u", "x"), ("v", "y"), ("w", "z")):
+            amplitudes[name] = -1j * w * amplitudes[of]
+            amplitudes[f"{name}t"] = -1j * w * amplitudes[name]
+            for by in "ab":
+                amplitudes[f"{name}{by}"] = slope[by] * amplitudes[name]
+        # w_tt + g w_c, with dSh/dc = k Ch
+        amplitudes["lift"] = -1j * w * amplitudes["wt"] + sea.restoring * (-1j * w) * k * Ch
+        return np.stack([amplitudes[name] for name in fields_of(self._plane)])
+
+    # -- wave numbers and labels ------------------------------------------------------------------------------------
+
+    def _on_grid(self) -> NDArray[np.int64]:
+        """Return the multiples of the grid's wave numbers that the components are, (n, 2)."""
+        multiples = self._sea.vectors * np.array(self._lengths) / (2.0 * math.pi)
+        if not self._plane:
+            multiples[:, 1] = np.where(self._sea.vectors[:, 1] == 0.0, 0.0, np.nan)
+        index = np.rint(np.nan_to_num(multiples, nan=0.5))
+        off = np.abs(multiples - index) > _CLOSE * np.hypot(*multiples.T)[:, None] + 1e-12
+        if np.any(off | np.isnan(multiples)):
+            number = int(np.argmax(np.any(off | np.isnan(multiples), axis=1)))
+            fault = f"component {number} is ({multiples[number, 0]:.6g}, {multiples[number, 1]:.6g}) times 2 pi/length"
+            raise UsageError(Problem("SteppedSea: lengths", fault, "lengths that all components divide"))
+        highest = np.abs(index).max(axis=0)
+        for axis, name in enumerate("xy"):
+            if self._counts[axis] <= 4 * highest[axis]:
+                fault = f"{self._counts[axis]} labels along {name} take sums of waves for others"
+                raise UsageError(Problem("SteppedSea: counts", fault, f"{int(4 * highest[axis]) + 1} or more"))
+        whole: NDArray[np.int64] = index.astype(np.int64)
+        return whole
+
+    def _place(self, index: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the places of wave vectors in the flat array of all that the grid has."""
+        nx, ny = self._counts
+        places: NDArray[np.int64] = index[:, 0] % nx * ny + index[:, 1] % ny
+        return places
+
+    def _spectrum(self, amplitudes: Complex, index: NDArray[np.int64]) -> Complex:
+        """Return the transform of the sum of Re(amplitude exp(i k a)) over wave vectors by their multiples."""
+        nx, ny = self._counts
+        whole = np.zeros(nx * ny, dtype=complex)
+        for sign, values in ((1, amplitudes), (-1, np.conj(amplitudes))):
+            at = self._place(sign * index)
+            whole.real += np.bincount(at, values.real, nx * ny)
+            whole.imag += np.bincount(at, values.imag, nx * ny)
+        return np.asarray(0.5 * nx * ny * whole.reshape(nx, ny)[:, : ny // 2 + 1])
+
+    def _labels(self, spectrum: Complex) -> Array:
+        return np.asarray(np.fft.irfft2(spectrum, s=self._counts))
+
+    def _of_pairs(self, time: float) -> tuple[Complex, Complex, Complex, Complex]:
+        """Return Phi, its rate, and the displacements along the plane by sums over pairs."""
+        amplitudes = self._sea.bound_waves(time)
+        places = np.concatenate(
+            [sign_i * self._index[i] + sign_j * self._index[j] for i, sign_i, j, sign_j in amplitudes.members]
+        )
+        spectra = (
+            self._spectrum(values, places)
+            for values in (amplitudes.potential, amplitudes.rate, amplitudes.x, amplitudes.y)
+        )
+        phi, rate, x, y = spectra
+        points = self._counts[0] * self._counts[1]
+        x[0, 0] += points * amplitudes.drift[0]
+        y[0, 0] += points * amplitudes.drift[1]
+        return phi, rate, x, y

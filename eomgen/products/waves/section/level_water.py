@@ -1,0 +1,30 @@
+"""The rule for gravity in scenes with water."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from eomgen.base.arrays import Flags, Numbers
+
+#: Share of gravity across z from which on water is not level.
+_LEVEL = 1e-9
+
+
+class LevelWater:
+    """Rule for the three components of gravity, m/s^2, in scenes with water: the surface at rest is level, of constant
+    z, with air above."""
+
+    stage: ClassVar[int] = 1
+
+    def broken(self, numbers: Sequence[Numbers]) -> Flags:
+        x, y, z = numbers
+        return np.logical_or(np.greater(np.hypot(x, y), np.multiply(_LEVEL, np.abs(z))), np.greater(z, 0.0))
+
+    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
+        x, y, z = numbers
+        fault = f"water at rest is level in z and below the air, and gravity is [{x:.6g}, {y:.6g}, {z:.6g}]"
+        return fault, f"gravity = [0, 0, {-math.hypot(x, y, z):.6g}], and z upwards"

@@ -1,0 +1,298 @@
+"""Reading of waves: their components, from a spectrum by seed or one by one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from eomgen.base.text import key_of
+from eomgen.errors import UsageError
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Formula, Number
+from eomgen.formula.wave_fields import WaveComponent, WaveField
+from eomgen.products.reliability.random_processes import WAVES, standard_normals
+from eomgen.products.waves.sea_states.bound_waves import beyond_second_order, bound_waves, members_of_bound_waves
+from eomgen.products.waves.sea_states.components import Components
+from eomgen.products.waves.sea_states.spectra import (
+    MOST_EXPONENT,
+    Jonswap,
+    PiersonMoskowitz,
+    Spectrum,
+    SpectrumTable,
+    Spreading,
+    divided,
+    frequency_and_group_velocity,
+    wave_number,
+)
+from eomgen.products.waves.sea_states.steepness import breaking_height, low_crest_of_first_order, too_steep_together
+from eomgen.products.waves.section import schema as written
+from eomgen.products.waves.section.breaking import UnbrokenSea
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.values import Values
+from eomgen.system.random_processes import variables_of
+from eomgen.system.signals import Parameter
+
+#: By type of spectrum: the keys that it needs, and the keys that it may have in addition.
+_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "jonswap": (("height", "period"), ("peakedness",)),
+    "pierson_moskowitz": (("wind",), ("height",)),
+    "points": (("points",), ("height",)),
+}
+_EXAMPLES = {"height": "3", "period": "9", "wind": "15", "points": "[[0.4, 0], [0.7, 2], [1.5, 0]]"}
+#: Free waves whose pairs are taken at most.
+MOST_WITH_PAIRS = 100
+#: Free waves with variables at most: each has two parameters.
+MOST_WITH_VARIABLES = 500
+#: Periods of waves in s: far beyond them numbers run out.
+_PERIODS = (1e-6, 1e9)
+#: Keys that are of spectra alone.
+_OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes", "variables")
+
+
+def no_waves(name: str) -> WaveField:
+    """Return waves in place of refused ones, so that reading can go on to the next problem."""
+    return WaveField(name, (WaveComponent(1.0, 0.0, 1.0, 0.0, 0.0, 0.0),), math.inf, 0.0, 0.0, "none")
+
+
+def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Values) -> WaveField:
+    """Return the waves of an entry; faults are reported.
+
+    Parameters
+    ----------
+    gravity : of the scene, m/s^2
+    """
+    key, report = key_of("waves", name), values.report
+    before = len(report.noted)
+    if (entry.spectrum is None) == (entry.regular is None):
+        both = "both spectrum and regular say" if entry.spectrum is not None else "neither spectrum nor regular says"
+        report.add(key, f"{both} which waves there are", 'spectrum = { type = "jonswap", height = 3, period = 9 }')
+    depth = math.inf
+    if entry.depth is not None:
+        depth = values.constant(f"{key}.depth", entry.depth)
+        if depth <= 0.0:
+            report.add(
+                f"{key}.depth", f"the depth {depth:.6g} m is not positive", "no depth for water without a bottom"
+            )
+    ramp = values.constant(f"{key}.ramp", entry.ramp)
+    if ramp < 0.0:
+        report.add(f"{key}.ramp", f"the time {ramp:.6g} s is negative", "ramp = 20")
+    level = values.constant(f"{key}.level", entry.level)
+    if not gravity > 0.0:
+        report.add(key, "waves need gravity, and the scene has none", "gravity = [0, 0, -9.81]")
+    components: Sequence[WaveComponent] = ()
+    factor: Formula | None = None
+    if len(report.noted) == before and not math.isnan(depth + ramp + level + gravity):
+        if entry.regular is not None:
+            components = _regular(key, entry, depth, gravity, values)
+        else:
+            components, factor = _irregular(key, entry, depth, gravity, values)
+    free = len(components)
+    if components and len(report.noted) == before:
+        values.note(f"{key}: {text}" for text in _steep(components, depth, entry) if text)
+    if entry.order == 2 and len(report.noted) == before:
+        components = [*components, *_bound(key, components, depth, gravity, values)]
+    if len(report.noted) > before or not components:
+        return no_waves(name)
+    whole = WaveField(
+        name, tuple(components), depth, level, ramp, entry.stretching, free=free, factor=factor, seed=entry.seed
+    )
+    if not entry.variables:
+        return whole
+    drawn = [(place, -1, 1) for place in range(free)] + (members_of_bound_waves(free) if entry.order == 2 else [])
+    return replace(whole, variables=variables_of(name, 2 * free), drawn=tuple(drawn))
+
+
+def _steep(components: Sequence[WaveComponent], depth: float, entry: written.SeaWaves) -> Iterator[str]:
+    """Yield notes on waves that are steep, empty ones among them."""
+    kx, ky, _, amplitude, _, _ = np.array(components).T
+    k, regular = np.hypot(kx, ky), entry.regular is not None
+    yield too_steep_together(k, amplitude, depth, alone=regular, unit=entry.variables)
+    if regular and entry.order == 1:
+        steepest = int(np.argmax(k * amplitude))
+        yield low_crest_of_first_order(float(k[steepest]), float(amplitude[steepest]), depth)
+
+
+def variables_as_parameters(waves: WaveField) -> list[Parameter]:
+    """Return the parameters that the variables of waves are, with the values that the seed gives them."""
+    names = waves.variables
+    made = zip(names, standard_normals(waves.seed, len(names), WAVES).tolist(), strict=True)
+    return [
+        Parameter(name, value, True, "1", f"standard normal variable of wave {k // 2 + 1} of {waves.name}")
+        for k, (name, value) in enumerate(made)
+    ]
+
+
+def _bound(
+    key: str, components: Sequence[WaveComponent], depth: float, gravity: float, values: Values
+) -> list[WaveComponent]:
+    """Return the waves of second order that go with free ones."""
+    if len(components) > MOST_WITH_PAIRS:
+        fault = f"{len(components)} waves have {len(components) ** 2} bound waves, more than {MOST_WITH_PAIRS**2}"
+        values.report.add(f"{key}.order", fault, "fewer components or directions, or order = 1")
+        return []
+    kx, ky, w, amplitude, phase, _ = np.array(components).T
+    vectors = np.stack((kx, ky), axis=1)
+    if len(np.unique(vectors, axis=0)) < len(vectors):
+        values.report.add(f"{key}.regular", "two waves have the same period and heading", "one with the sum of both")
+        return []
+    if fault := beyond_second_order(vectors, amplitude, depth):
+        values.note([f"{key}: {fault}, or order = 1"])
+    waves, frequencies, raised, phases, potentials = bound_waves(vectors, w, amplitude, phase, depth, gravity)
+    columns = (*waves.T, frequencies, raised, phases, potentials)
+    return [WaveComponent(*row) for row in np.array(columns).T.tolist()]
+
+
+def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values) -> list[WaveComponent]:
+    report, result = values.report, []
+    for word in _OF_SPECTRA:
+        if getattr(entry, word) != written.SeaWaves.model_fields[word].default:
+            report.add(f"{key}.{word}", f"{word} is of a spectrum, and these waves are told one by one", "without it")
+    if not entry.regular:
+        report.add(f"{key}.regular", "there are no waves", "regular = [{ amplitude = 1, period = 8 }]")
+    for number, wave in enumerate(entry.regular or ()):
+        place = f"{key}.regular[{number}]"
+        amplitude, period, heading, phase = (
+            values.constant(f"{place}.{word}", getattr(wave, word))
+            for word in ("amplitude", "period", "heading", "phase")
+        )
+        if amplitude < 0.0:
+            report.add(f"{place}.amplitude", f"the amplitude {amplitude:.6g} m is negative", "the phase + pi")
+        if period <= 0.0:
+            report.add(f"{place}.period", f"the period {period:.6g} s is not positive", "period = 8")
+        elif not _of_water(f"{place}.period", period, report):
+            continue
+        if not amplitude >= 0.0 or not period > 0.0 or math.isnan(heading + phase):
+            continue
+        w = 2.0 * math.pi / period
+        k = wave_number(w, depth, gravity)
+        most = 0.5 * breaking_height(k, depth)
+        if amplitude > most:
+            fault = f"a wave of {2.0 * math.pi / k:.4g} m breaks from an amplitude of {most:.4g} m on, and this one has"
+            report.add(f"{place}.amplitude", f"{fault} {amplitude:.4g} m", "a smaller amplitude, or a longer period")
+        vector = k * math.cos(heading), k * math.sin(heading)
+        result.append(WaveComponent(*vector, w, amplitude, phase, amplitude * gravity / w))
+    return result
+
+
+def _irregular(
+    key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values
+) -> tuple[list[WaveComponent], Formula | None]:
+    """Return the free waves of a spectrum, of amplitude 1 if variables give amplitudes, and the common factor of all
+    amplitudes if the height has tunable parameters."""
+    report = values.report
+    assert entry.spectrum is not None  # checked by ``read_waves``
+    spectrum, of_height = _spectrum(f"{key}.spectrum", entry.spectrum, gravity, values)
+    height = None if of_height is None else values.value(of_height)
+    heading = values.constant(f"{key}.heading", entry.heading)
+    low, high = values.constants(f"{key}.band", entry.band)
+    if not 0.0 < low < high:
+        report.add(f"{key}.band", f"the band from {low:.6g} to {high:.6g} is none", "band = [0.5, 3]")
+    spreading = None
+    if entry.spreading is not None:
+        exponent = values.constant(f"{key}.spreading.exponent", entry.spreading.exponent)
+        if not exponent > 0.0:
+            report.add(f"{key}.spreading.exponent", f"the exponent {exponent:.6g} is not positive", "exponent = 10")
+        elif exponent > MOST_EXPONENT:
+            fault = f"with the exponent {exponent:.6g}, above {MOST_EXPONENT:.6g}, all waves run one way"
+            report.add(f"{key}.spreading.exponent", fault, "no spreading")
+        else:
+            spreading = Spreading(exponent, heading, entry.spreading.directions)
+    if spectrum is None or not 0.0 < low < high or report.concerns(f"{key}.spreading") or math.isnan(heading):
+        return [], None
+    if not _of_water(f"{key}.spectrum", 2.0 * math.pi / spectrum.peak, report):
+        return [], None
+    if entry.variables and entry.amplitudes == "fixed":
+        fault = "amplitudes are fixed, and variables make amplitudes and phases"
+        report.add(f"{key}.variables", fault, 'amplitudes = "gaussian"')
+        return [], None
+    count = entry.components * (1 if entry.spreading is None else entry.spreading.directions)
+    if entry.variables and count > MOST_WITH_VARIABLES:
+        fault = f"{count} waves have {2 * count} variables, more than {2 * MOST_WITH_VARIABLES}"
+        report.add(f"{key}.variables", fault, "fewer components or directions")
+        return [], None
+    try:
+        parts = divided(
+            spectrum,
+            entry.components,
+            depth=depth,
+            gravity=gravity,
+            band=(low, high),
+            spreading=spreading,
+            heading=heading,
+            height=height,
+        )
+    except UsageError as error:
+        report.add(f"{key}.band", error.problems[0].what, "a band in which the spectrum has energy")
+        return [], None
+    unbroken = UnbrokenSea(wave_number(spectrum.peak, depth, gravity), depth)
+    values.require(f"{key}.spectrum", unbroken, [Number(parts.height) if of_height is None else of_height])
+    if report.concerns(f"{key}.spectrum"):
+        return [], None
+    tunable = of_height is not None and any(values.names.parameters.get(item.name) for item in symbols(of_height))
+    waves = parts.realisation(entry.seed, entry.amplitudes)
+    if entry.variables:
+        waves = Components(waves.vectors, np.sqrt(parts.energy), np.zeros(len(parts.energy)))
+    numbers = np.hypot(*waves.vectors.T)
+    w, _ = frequency_and_group_velocity(numbers, depth, gravity)
+    columns = (*waves.vectors.T, w, waves.amplitude, waves.phase, waves.amplitude * gravity / w)
+    rows = [WaveComponent(*row) for row in np.array(columns).T.tolist()]
+    return rows, of_height / height if tunable and of_height is not None and height is not None else None
+
+
+def _of_water(key: str, period: float, report: Report) -> bool:
+    """Return whether waves have a period of water waves in s, or a spectrum at its peak; report other periods."""
+    shortest, longest = _PERIODS
+    if math.isnan(period) or shortest <= period <= longest:
+        return True
+    fault = f"the period {period:.6g} s is not from {shortest:g} to {longest:g} s"
+    report.add(key, fault if key.endswith("period") else f"at the peak {fault}", "period = 8")
+    return False
+
+
+def _spectrum(
+    key: str, entry: written.SeaSpectrum, gravity: float, values: Values
+) -> tuple[Spectrum | None, Formula | None]:
+    """Return a spectrum, None for a refused one, and the significant height that it is scaled to."""
+    report = values.report
+    needed, allowed = _KEYS[entry.type]
+    for word in needed:
+        if getattr(entry, word) is None:
+            report.add(key, f"{entry.type} needs {word}", f"{word} = {_EXAMPLES[word]}")
+    for word in ("height", "period", "peakedness", "wind", "points"):
+        if getattr(entry, word) is not None and word not in needed and word not in allowed:
+            report.add(f"{key}.{word}", f"{entry.type} takes no {word}", " and ".join((*needed, *allowed)))
+    number: dict[str, float] = {}
+    height = None
+    if entry.height is not None:
+        height = values.formula(f"{key}.height", entry.height, PARAMETERS)
+        number["height"] = values.value(height)
+    for word in ("period", "wind", "peakedness"):
+        value = getattr(entry, word)
+        if value is not None:
+            number[word] = values.constant(f"{key}.{word}", value)
+            if number[word] <= 0.0:  # NaN was reported
+                report.add(
+                    f"{key}.{word}", f"the {word} {number[word]:.6g} is not positive", _EXAMPLES.get(word, "3.3")
+                )
+    if not 1.0 <= number.get("peakedness", 1.0) <= 20.0:
+        fault = f"the peakedness {number['peakedness']:.6g} is not from 1 to 20"
+        report.add(f"{key}.peakedness", fault, "3.3, or 1 for a fully developed sea")
+    if report.concerns(key) or any(map(math.isnan, number.values())):
+        return None, None
+    if entry.type == "jonswap":
+        return Jonswap(number["height"], number["period"], number.get("peakedness", 3.3)), height
+    if entry.type == "pierson_moskowitz":
+        return PiersonMoskowitz(number["wind"], gravity), height
+    points = [values.constants(f"{key}.points[{place}]", pair) for place, pair in enumerate(entry.points or ())]
+    if len(points) < 2:
+        report.add(f"{key}.points", f"a spectrum needs two points or more, not {len(points)}", _EXAMPLES["points"])
+        return None, None
+    try:
+        return SpectrumTable(*np.array(points).T), height
+    except UsageError as error:
+        report.add(f"{key}.points", error.problems[0].what, "frequencies that increase, and no density below 0")
+        return None, None

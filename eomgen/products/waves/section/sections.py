@@ -1,0 +1,60 @@
+"""The section of waves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from eomgen.formula.evaluate import symbols
+from eomgen.products.reliability.section.sections import fault_of_variables
+from eomgen.products.waves.section.level_water import LevelWater
+from eomgen.products.waves.section.reading import no_waves, read_waves, variables_as_parameters
+from eomgen.products.waves.section.schema import SeaWaves
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.section import Entries, Reading, Section
+
+
+class _Waves(Section):
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        entries: Mapping[str, SeaWaves] = document.section("waves")
+        if name not in entries or not entries[name].variables:
+            return "", ""
+        if name in document.section("random"):
+            fault = f"the name {name} is both a random process and waves with variables of their own"
+            return fault, "another name for one of them"
+        sea = entries[name]
+        count = 2 * sea.components * (1 if sea.spreading is None else sea.spreading.directions)
+        return fault_of_variables("sea", name, count, document, rows)
+
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        return {"waves": {}}
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        document, values, fields = reading.document, reading.values, reading.tables["waves"]
+        if document.section("waves") or document.section("hulls"):
+            # by a reader of its own: problems, notes and requirements of the key follow when the base is read
+            aside = reading.aside().values
+            gravity = aside.vector("gravity", document.gravity, PARAMETERS)
+            down = [aside.value(part) for part in gravity]
+            values.require("gravity", LevelWater(), gravity)
+            tunable = any(reading.names.parameters.get(symbol.name) for part in gravity for symbol in symbols(part))
+            if document.section("waves") and tunable:
+                values.note(["waves have the gravity of the default parameters, whatever it is in a run"])
+            for name, entry in document.section("waves").items():
+                fields[name] = read_waves(name, entry, math.hypot(*down), values)
+                reading.add_parameters(variables_as_parameters(fields[name]))
+        fields |= {name: no_waves(name) for name in sorted(reading.refused["waves"])}
+        return {name: fields[name] for name in document.section("waves")}
+
+
+WAVES = _Waves(
+    key="waves",
+    entry=SeaWaves,
+    scene_field="waves",
+    method="waves",
+    after=("random",),
+    documentation="""
+    Add waves, of a ``spectrum`` or ``regular`` ones, which formulas ask for elevation, slope, velocity and
+    acceleration of the water.""",
+)
