@@ -12,7 +12,10 @@ from typing import TYPE_CHECKING
 from eomgen.base.version import __version__
 
 if TYPE_CHECKING:
-    from eomgen import control, fields, sampling, spectra, waves
+    from collections.abc import Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
+
     from eomgen.errors import (
         DescriptionError,
         EomgenError,
@@ -23,30 +26,45 @@ if TYPE_CHECKING:
         ToolchainError,
         UsageError,
     )
+    from eomgen.linear import control, spectra
     from eomgen.pipeline.controllers import with_controller
     from eomgen.pipeline.model import Model
     from eomgen.pipeline.pipeline import build, derive, generate, load
-    from eomgen.products.studies import (
-        Extremes,
-        Identification,
-        RandomVibration,
-        RealTime,
-        Tradeoff,
-        Tuned,
-        extremes,
-        identify,
-        random_vibration,
-        tradeoff,
-        tune,
-    )
-    from eomgen.products.studies.savings.study import savings
+    from eomgen.products import exported
+    from eomgen.products.exported import *  # noqa: F403  # a stub with __all__
     from eomgen.results.solution import Solution
     from eomgen.scene.builder import SceneBuilder
     from eomgen.scene.scene import Scene
     from eomgen.system.system import System
 
-#: Rooms that callers use as they are.
-_ROOMS = ("control", "fields", "sampling", "spectra", "waves")
+    __all__ = [
+        "DescriptionError",
+        "EomgenError",
+        "FileError",
+        "Model",
+        "ModelError",
+        "NumericalError",
+        "Problem",
+        "Scene",
+        "SceneBuilder",
+        "Solution",
+        "System",
+        "ToolchainError",
+        "UsageError",
+        "__version__",
+        "build",
+        "control",
+        "derive",
+        "generate",
+        "load",
+        "spectra",
+        "with_controller",
+    ]
+    __all__ += exported.__all__
+
+#: Modules of the core that callers use as they are.
+_MODULES = ("control", "spectra")
+#: Other names of the core, each with its module; products register theirs.
 _HOMES = {
     **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline.pipeline"),
     "Model": "eomgen.pipeline.model",
@@ -54,9 +72,6 @@ _HOMES = {
     "SceneBuilder": "eomgen.scene.builder",
     "Scene": "eomgen.scene.scene",
     "System": "eomgen.system.system",
-    **dict.fromkeys(("Extremes", "extremes", "RealTime", "Tradeoff", "Tuned", "tradeoff", "tune"), "eomgen.studies"),
-    **dict.fromkeys(("Identification", "RandomVibration", "identify", "random_vibration"), "eomgen.studies"),
-    "savings": "eomgen.products.studies.savings.study",
     "with_controller": "eomgen.pipeline.controllers",
     **dict.fromkeys(
         (
@@ -73,60 +88,55 @@ _HOMES = {
     ),
 }
 
-__all__ = [
-    "DescriptionError",
-    "EomgenError",
-    "Extremes",
-    "FileError",
-    "Identification",
-    "Model",
-    "ModelError",
-    "NumericalError",
-    "Problem",
-    "RandomVibration",
-    "RealTime",
-    "Scene",
-    "SceneBuilder",
-    "Solution",
-    "System",
-    "ToolchainError",
-    "Tradeoff",
-    "Tuned",
-    "UsageError",
-    "__version__",
-    "build",
-    "control",
-    "derive",
-    "extremes",
-    "fields",
-    "generate",
-    "identify",
-    "load",
-    "random_vibration",
-    "sampling",
-    "savings",
-    "spectra",
-    "tradeoff",
-    "tune",
-    "waves",
-    "with_controller",
-]
+
+class _PublicModules:
+    """Finder of public modules with files elsewhere, such as ``eomgen.control``; asked last, if there is no file."""
+
+    @staticmethod
+    def find_spec(
+        fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        package, _, name = fullname.partition(".")
+        if package != __name__ or not name or "." in name or name.startswith("_"):
+            return None
+        from eomgen.base.public_modules import spec_of  # noqa: PLC0415  # most imports are of files
+
+        return spec_of(name)
+
+
+sys.meta_path.append(_PublicModules)
 
 
 def __getattr__(name: str) -> object:
-    if name in _ROOMS:
-        return import_module(f"eomgen.{name}")
-    if name not in _HOMES:
-        text = f"module 'eomgen' has no attribute {name!r}"
-        if not name.startswith("_"):
-            from eomgen.base.calls import attribute_hint  # noqa: PLC0415  # for a mistake only
-
-            text = f"{text}; try: {attribute_hint(name, __all__)}"
-        raise AttributeError(text)
-    value = getattr(import_module(_HOMES[name]), name)
+    if name in _HOMES:
+        value = getattr(import_module(_HOMES[name]), name)
+    elif name in _MODULES:
+        value = import_module(f"{__name__}.{name}")
+    elif name == "__all__":
+        value = __dir__()
+    else:
+        value = _of_products(name)
     setattr(sys.modules[__name__], name, value)
     return value
 
 
+def _of_products(name: str) -> object:
+    """Return the public name or module of a product. Raises AttributeError."""
+    text = f"module 'eomgen' has no attribute {name!r}"
+    if name.startswith("_"):
+        raise AttributeError(text)
+    from eomgen.base.products import named, public_modules, public_names  # noqa: PLC0415  # for names of products
+
+    if name in public_modules():
+        return import_module(f"{__name__}.{name}")
+    if name in public_names():
+        return named(public_names()[name])
+    from eomgen.base.calls import attribute_hint  # noqa: PLC0415  # for a mistake only
+
+    raise AttributeError(f"{text}; try: {attribute_hint(name, __dir__())}")
+
+
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    from eomgen.base.products import public_modules, public_names  # noqa: PLC0415  # for lists only
+
+    return sorted(["__version__", *_HOMES, *_MODULES, *public_modules(), *public_names()])

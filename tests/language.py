@@ -63,10 +63,13 @@ def texts_of(file: Path) -> list[str]:
 
 
 def files_of_packages() -> dict[str, list[Path]]:
-    """Return the counted files of each entry of the first floor of ``eomgen``, of the templates and of the pages."""
+    """Return the counted files of each entry of the first floor of ``eomgen``, of each product, of the templates and of
+    the pages."""
     packages: dict[str, list[Path]] = {}
     for file in sorted((ROOT / "eomgen").rglob("*.py")):
-        packages.setdefault(file.relative_to(ROOT / "eomgen").parts[0].removesuffix(".py"), []).append(file)
+        parts = file.relative_to(ROOT / "eomgen").parts
+        name = ".".join(parts[: 2 if parts[0] == "products" else 1]).removesuffix(".py")
+        packages.setdefault(name, []).append(file)
     packages["(templates)"] = sorted((ROOT / "templates").rglob("*.jinja"))
     packages["(pages)"] = [
         ROOT / "README.md",

@@ -1,8 +1,9 @@
 """The picture of the rooms in docs/architecture.md, drawn from the imports: ``python -m tests.rooms docs/rooms.svg``
 renews it.
 
-An arrow leads from a room to one that it imports; those that follow from others are left out (transitive reduction),
-and so are the rooms that everybody may import.
+An arrow leads from a room to one that it imports; arrows that follow from others are left out (transitive reduction),
+and so are the rooms that everybody may import. A product has one arrow, to the highest room of the core that it
+imports.
 """
 
 from __future__ import annotations
@@ -11,28 +12,35 @@ import sys
 from html import escape
 from pathlib import Path
 
-from tests.test_doors import DOORS, PACKAGE, _own
+from tests.test_doors import DOORS, PACKAGE, _own, room_of
 
 #: Rooms that are at everybody's hand, drawn as one box without arrows.
-BASE = ("version", "arrays", "errors", "text", "threads", "files", "resources", "calls")
+BASE = ("base", "errors")
+#: Entries of the table that are no rooms: the way in, and a stub for type checkers.
+APART = ("__main__", "products.exported")
+PRODUCTS = "products."
 WIDTH, HEIGHT, GAP, RISE, MARGIN, LETTER = 1120.0, 40.0, 18.0, 48.0, 12.0, 6.3
 
 
 def arrows() -> dict[str, set[str]]:
     """Return what each room imports, without what follows."""
-    direct: dict[str, set[str]] = {room: set() for room in DOORS if room not in (*BASE, "__main__")}
+    direct: dict[str, set[str]] = {room: set() for room in DOORS if room not in (*BASE, *APART)}
     for module, target, _ in _own():
-        user, room = module.split(".")[0], target.split(".")[0]
-        if user in direct and room in direct and user != room:
+        user, room = room_of(module), room_of(target)
+        if user in direct and room in direct and user != room and not room.startswith(PRODUCTS):
             direct[user].add(room)
 
     def reached(room: str) -> set[str]:
         return set().union(*({other} | reached(other) for other in direct[room])) if direct[room] else set()
 
     below = {room: reached(room) for room in direct}
-    return {
+    graph = {
         room: {to for to in targets if not any(to in below[other] for other in targets)}
         for room, targets in direct.items()
+    }
+    return {
+        room: {max(targets, key=lambda to: (len(below[to]), to))} if room.startswith(PRODUCTS) else targets
+        for room, targets in graph.items()
     }
 
 
@@ -55,7 +63,7 @@ def levels(graph: dict[str, set[str]]) -> list[list[str]]:
 
 def parts(room: str) -> str:
     """Return the rooms within a room."""
-    return ", ".join(sorted(path.parent.name for path in (PACKAGE / room).glob("*/__init__.py")))
+    return ", ".join(sorted(path.parent.name for path in PACKAGE.joinpath(*room.split(".")).glob("*/__init__.py")))
 
 
 def lines_of(room: str) -> list[str]:

@@ -19,293 +19,200 @@ import eomgen
 
 PACKAGE = Path(eomgen.__file__).parent
 
-#: Rooms beside the core, and identifiers of theirs that the core must not use.
-PRODUCTS = {
-    *("ensembles", "fields", "hamiltonian", "random_processes", "reliability", "sampling", "sea_states", "studies"),
-    "waves",
-}
+#: Identifiers of products that the core must not use, by the product's package.
 PRODUCT_WORDS: dict[str, set[str]] = {
-    "studies": {
+    "products.studies": {
         *("compared", "contender", "facts_of", "fine_by", "identification", "ladder", "ladders", "method_facts"),
-        *("policies", "policy", "studied", "tuning", "vibration", "work_precision"),
+        *("policies", "policy", "studied", "tuning", "work_precision"),
     },
-    "ensembles": {"ensembles"},
-    "reliability": {"importance_sampling", "reliability"},
-    "random_processes": {"karhunen_loeve"},
-    "fields": {"posterior"},
+    "products.ensembles": {"ensembles"},
+    "products.reliability": {"importance_sampling", "karhunen_loeve", "reliability", "vibration"},
+    "products.fields": {"posterior"},
 }
 
-#: For each room: the other rooms that it may import, or the one module of a room. Every room is here.
+#: For each room: the other rooms that it may import, or the one module of a room. Every room is here; a product is a
+#: room of its own.
 DOORS: dict[str, set[str]] = {
-    # what every room may need
-    "version": set(),
-    "arrays": set(),
+    # for every room
+    "base": {"errors", "system.terms"},
     "errors": set(),
-    "text": set(),
-    "threads": {"errors"},
-    "attributes_elsewhere": set(),
-    "calls": {"attributes_elsewhere", "errors", "system.terms", "text", "verbs"},
-    "extensions": {"errors", "text"},
-    "verbs": {"errors", "extensions", "text"},
-    "files": {"arrays", "errors", "text"},
-    "resources": {"errors"},
-    "figures": {"errors"},
-    "html": set(),
-    "locks": set(),
-    "progress": {"errors"},
-    "random_roads": {"road_classes"},
-    "random_processes": {"arrays", "errors", "formula", "road_classes", "solvers.quadrature"},
-    "road_classes": set(),
-    "study_defaults": set(),
-    "spectra": {"arrays", "calls", "errors", "figures", "html", "road_classes", "text", "units"},
     # arrays and C alone
-    "toolchain": {"errors", "locks"},
-    "control": {"arrays", "calls", "errors", "figures", "html", "linear", "road_classes", "text"},
-    "solvers": {"arrays", "errors", "lie"},
-    "linear": {
-        "arrays",
-        "calls",
-        "errors",
-        "figures",
-        "html",
-        "lie",
-        "progress",
-        "road_classes",
-        "spectra",
-        "text",
-        "units",
-    },
+    "toolchain": {"base", "errors"},
+    "solvers": {"base", "errors", "lie"},
+    "linear": {"base", "errors", "formula", "lie"},
     # from a description to C
     "symbolic": set(),
     "lie": {"symbolic"},
-    "formula": {"arrays", "errors", "symbolic"},
-    "units": {"errors", "formula.words", "text"},
-    "system": {"arrays", "calls", "errors", "formula", "html", "lie", "symbolic", "text"},
-    "scene": {
-        "arrays",
-        "calls",
-        "errors",
-        "extensions",
-        "files",
-        "formula",
-        "html",
-        "lie",
-        "random_processes",
-        "random_roads",
-        "sea_states",
-        "system",
-        "text",
-        "units",
-    },
-    "mechanics": {"arrays", "errors", "formula", "lie", "scene", "symbolic", "system", "text"},
-    "integrators": {"arrays", "errors", "extensions", "lie", "symbolic", "system", "text"},
-    "codegen": {"errors", "extensions", "files", "integrators", "resources", "symbolic", "system", "text", "version"},
-    "hamiltonian": {
-        "arrays",
-        "calls",
-        "codegen",
-        "errors",
-        "figures",
-        "files",
-        "formula",
-        "integrators",
-        "lie",
-        "scene",
-        "symbolic",
-        "system",
-        "text",
-        "toolchain",
-    },
-    "fields": {
-        "arrays",
-        "calls",
-        "codegen",
-        "errors",
-        "files",
-        "formula",
-        "integrators.compositions",
-        "scene",
-        "symbolic",
-        "text",
-        "threads",
-        "toolchain",
-    },
-    "sampling": {"arrays", "errors", "fields", "figures", "files", "formula", "progress", "scene", "text"},
-    # a compiled model, and what it can do
-    "compiled": {
-        "arrays",
-        "calls",
-        "errors",
-        "formula",
-        "html",
-        "lie",
-        "solvers",
-        "system",
-        "text",
-        "threads",
-        "toolchain",
-        "units",
-    },
-    "results": {
-        "arrays",
-        "calls",
-        "compiled",
-        "errors",
-        "figures",
-        "files",
-        "formula",
-        "html",
-        "lie",
-        "linear",
-        "resources",
-        "spectra",
-        "system",
-        "text",
-    },
-    "analysis": {
-        "arrays",
-        "compiled",
-        "errors",
-        "figures",
-        "files",
-        "formula",
-        "lie",
-        "linear",
-        "progress",
-        "solvers",
-        "spectra",
-        "system",
-        "text",
-    },
+    "formula": {"base", "errors", "symbolic"},
+    "system": {"base", "errors", "formula", "lie", "symbolic"},
+    "scene": {"base", "errors", "formula", "lie", "system"},
+    "mechanics": {"base", "errors", "formula", "lie", "scene", "symbolic", "system"},
+    "integrators": {"base", "errors", "lie", "symbolic", "system"},
+    "codegen": {"base", "errors", "integrators", "symbolic", "system"},
+    # a compiled model, and its results
+    "compiled": {"base", "errors", "formula", "lie", "solvers", "system", "toolchain"},
+    "results": {"base", "compiled", "errors", "formula", "lie", "linear", "system"},
+    "analysis": {"base", "compiled", "errors", "formula", "lie", "linear", "solvers", "system"},
     "simulation": {
         "analysis",
-        "arrays",
-        "calls",
+        "base",
         "codegen.metadata",
         "compiled",
         "errors",
-        "files",
         "formula",
         "integrators",
         "lie",
         "linear",
-        "progress",
-        "resources",
         "results",
         "system",
-        "text",
-        "toolchain",
-        "version",
-    },
-    "ensembles": {
-        "arrays",
-        "calls",
-        "compiled",
-        "errors",
-        "figures",
-        "files",
-        "locks",
-        "progress",
-        "random_processes",
-        "random_roads",
-        "results",
-        "simulation",
-        "system",
-        "text",
-        "threads",
-        "units",
-        "version",
-    },
-    "model": {"analysis", "calls", "compiled", "ensembles", "errors", "simulation", "verbs"},
-    "reliability": {"arrays", "errors", "solvers.quadrature"},
-    "sea_states": {"arrays", "calls", "errors", "random_processes"},
-    "waves": {
-        "arrays",
-        "calls",
-        "codegen",
-        "errors",
-        "integrators.compositions",
-        "sea_states",
-        "symbolic",
         "toolchain",
     },
     # verbs
     "pipeline": {
-        "arrays",
-        "calls",
+        "analysis",
+        "simulation",
+        "base",
         "codegen",
         "compiled",
-        "control",
         "errors",
-        "extensions",
         "formula",
-        "hamiltonian",
         "integrators",
         "linear",
         "mechanics",
-        "model",
         "scene",
         "solvers",
         "symbolic",
         "system",
-        "text",
         "toolchain",
-        "version",
-    },
-    "studies": {
-        "analysis",
-        "arrays",
-        "calls",
-        "compiled",
-        "ensembles",
-        "errors",
-        "extensions",
-        "figures",
-        "files",
-        "formula",
-        "integrators",
-        "lie",
-        "model",
-        "pipeline",
-        "reliability",
-        "results",
-        "scene",
-        "simulation",
-        "study_defaults",
-        "symbolic",
-        "system",
-        "text",
-        "toolchain",
-        "version",
     },
     "cli": {
         "analysis",
-        "ensembles",
+        "base",
         "errors",
-        "extensions",
-        "files",
-        "hamiltonian",
+        "formula",
         "integrators.compositions",
         "linear",
         "mechanics",
-        "model",
         "pipeline",
-        "progress",
         "results",
-        "road_classes",
-        "sampling",
         "scene",
         "simulation",
-        "spectra",
-        "studies",
         "system",
-        "text",
         "toolchain",
-        "units",
-        "verbs",
-        "version",
     },
     "__main__": {"cli"},
+    # products
+    "products.derivatives": {
+        "base",
+        "compiled",
+        "errors",
+        "formula",
+        "integrators",
+        "lie",
+        "simulation",
+        "system",
+        "toolchain",
+    },
+    "products.ensembles": {
+        "analysis",
+        "base",
+        "cli",
+        "codegen",
+        "compiled",
+        "errors",
+        "formula",
+        "integrators",
+        "pipeline",
+        "products.reliability",
+        "results",
+        "simulation",
+        "system",
+        "toolchain",
+    },
+    "products.reliability": {
+        "base",
+        "cli",
+        "compiled",
+        "errors",
+        "formula",
+        "pipeline",
+        "products.derivatives",
+        "products.ensembles",
+        "results",
+        "scene",
+        "simulation",
+        "solvers.quadrature",
+        "system",
+    },
+    "products.waves": {
+        "base",
+        "codegen",
+        "errors",
+        "formula",
+        "integrators.compositions",
+        "products.reliability",
+        "scene",
+        "symbolic",
+        "system",
+        "toolchain",
+    },
+    "products.fields": {
+        "base",
+        "cli",
+        "codegen",
+        "errors",
+        "formula",
+        "integrators",
+        "lie",
+        "pipeline",
+        "scene",
+        "symbolic",
+        "system",
+        "toolchain",
+    },
+    "products.studies": {
+        "analysis",
+        "base",
+        "cli",
+        "compiled",
+        "errors",
+        "formula",
+        "integrators",
+        "lie",
+        "pipeline",
+        "products.derivatives",
+        "results",
+        "scene",
+        "simulation",
+        "symbolic",
+        "system",
+        "toolchain",
+    },
+    "products.exported": {"products.fields", "products.reliability", "products.studies", "products.waves"},
+}
+
+#: Imports of products by the core that are left, by importing module: none may be added.
+OF_PRODUCTS: dict[str, set[str]] = {
+    "cli.fields": {"products.fields.documents.fields", "products.fields.sampling"},
+    "cli.hamiltonian": {
+        "products.fields.documents.document",
+        "products.fields.front_end",
+        "products.fields.hamiltonian.methods",
+        "products.fields.hamiltonian.plots",
+        "products.fields.hamiltonian.solution",
+    },
+    "cli.info": {"products.fields.front_end"},
+    "cli.schema": {"products.fields.documents.json_schema"},
+    "cli.simulate": {"products.fields.front_end"},
+    "pipeline.model": {"products.derivatives.linearise", "products.ensembles.simulate_many"},
+    "pipeline.pipeline": {
+        "products.ensembles.lane_code",
+        "products.fields.documents.document",
+        "products.fields.front_end",
+    },
+    "scene.document.column_units": {"products.reliability.section.schema"},
+    "scene.load": {"products.fields.documents.document"},
+    "scene.sections": {"products.reliability.section.sections", "products.waves.section.sections"},
 }
 
 #: For rooms with an inner order: their parts, each of which imports only from parts of lines before its own.
@@ -316,8 +223,6 @@ ORDER: dict[str, tuple[str, ...]] = {
         "reading",
         "section",
         "signals",
-        "random",
-        "waves",
         "bodies",
         "joints",
         "forces",
@@ -325,7 +230,6 @@ ORDER: dict[str, tuple[str, ...]] = {
         "scene sections sources",
         "document",
         "includes scaling",
-        "hamiltonian",
         "load",
         "builder_methods",
         "builder_keys",
@@ -348,7 +252,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "program",
         "folder metadata scheduling",
         "series targets",
-        "convert lanes",
+        "convert",
     ),
     "symbolic": (
         "operations",
@@ -370,12 +274,12 @@ ORDER: dict[str, tuple[str, ...]] = {
         "judgement",
         "automatic_method checkpoint motions option_types row_times run_metadata simulator_state timing",
         "run_model",
-        "outcome recorded_motion side_by_side",
+        "outcome recorded_motion",
         "bounded_steps",
-        "resume sensitivities simulate simulator",
+        "resume simulate simulator",
         "start",
     ),
-    "simulation.sensitivities": (
+    "products.derivatives": (
         "equations functionals motion routines turning undefined_derivatives",
         "following_start galerkin_sweeps linear_steps",
         "galerkin_steps",
@@ -387,7 +291,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "run_sensitivities",
         "linearise",
     ),
-    "studies.tuning": (
+    "products.studies.tuning": (
         "contender demand nearby_conditions scene_text",
         "judge",
         "verification_runs",
@@ -395,7 +299,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "entries",
         "tune",
     ),
-    "studies.ladders": (
+    "products.studies.ladders": (
         "runs",
         "subject verdicts",
         "references register structure",
@@ -403,7 +307,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "result",
         "study",
     ),
-    "studies.work_precision": (
+    "products.studies.work_precision": (
         "common_start configuration fidelity machine observation",
         "formulations",
         "axes running",
@@ -412,7 +316,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "result",
         "study",
     ),
-    "studies.identification": (
+    "products.studies.identification": (
         "combinations measurements",
         "estimation experiment findings",
         "plots unknowns",
@@ -421,25 +325,25 @@ ORDER: dict[str, tuple[str, ...]] = {
         "torques",
         "study",
     ),
-    "fields": (
+    "products.fields.posteriors": (
         "diagnostics mesh",
         "cells operators record transforms",
         "posterior",
         "sampling",
     ),
-    "sampling": ("problem", "result", "plots run"),
-    "waves": (
+    "products.fields.sampling": ("problem", "result", "plots run"),
+    "products.waves.second_order": (
         "derivation derived motion",
         "pairs",
         "limits profiles routines",
         "sea",
         "radar statistics stepping",
     ),
-    "studies.savings": (
+    "products.studies.savings": (
         "variants",
         "study",
     ),
-    "studies.verification": (
+    "products.studies.verification": (
         "engines",
         "claims",
         "differences states tolerances",
@@ -454,7 +358,11 @@ ORDER: dict[str, tuple[str, ...]] = {
 LATE: dict[str, dict[str, str]] = {
     "__main__": {"cli": "Ctrl-C while it is imported leaves no traceback"},
     "solvers.consistency": {"solvers.strain_energy": "SciPy; few loops strain their beams"},
-    "eomgen": {"calls": "for a mistake only"},
+    "eomgen": {
+        "base.calls": "for a mistake only",
+        "base.products": "the core needs no product",
+        "base.public_modules": "most imports are of files",
+    },
     "integrators.families.generalized_alpha": {
         "integrators.newton": "pivots are chosen when code is made",
         "integrators.harmonics": "inputs are looked at when code is made",
@@ -465,23 +373,29 @@ LATE: dict[str, dict[str, str]] = {
     "integrators.families.corrected_predictor": {"integrators.step_work": "operations are counted on request"},
     "integrators.families.discontinuous_galerkin": {"integrators.step_work": "operations are counted on request"},
     "cli": {"": "a command imports what it needs when its arguments are known to be fine"},
-    "ensembles.cluster": {"ensembles.worker": "distributed, an optional package, for those who ask for a cluster"},
-    "ensembles.ensemble": {"ensembles.plots": "matplotlib; an ensemble is used without it"},
+    "products.ensembles.cluster": {
+        "products.ensembles.worker": "distributed, an optional package, for those who ask for a cluster"
+    },
+    "products.ensembles.ensemble": {"products.ensembles.plots": "matplotlib; an ensemble is used without it"},
+    "products.ensembles.command": {"": "as in cli"},
+    "products.fields.command": {"": "as in cli"},
+    "products.reliability.command": {"": "as in cli"},
+    "products.studies.commands": {"": "as in cli"},
     "mechanics.tree.beam_links": {"mechanics.shape_functions": "SciPy and mpmath; most scenes have no beams"},
     "mechanics.forces.distributed_loads": {"mechanics.shape_functions": "SciPy and mpmath; as above"},
     "pipeline.scenes": {
         "mechanics": "SymPy; a cached model needs none of it",
         "pipeline": "SciPy; a cached model needs none of it",
     },
-    "hamiltonian.model": {
+    "products.fields.hamiltonian.model": {
         "codegen.metadata": "a cached model needs no Jinja",
-        "hamiltonian.code": "a cached model needs no Jinja",
+        "products.fields.hamiltonian.code": "a cached model needs no Jinja",
     },
-    "pipeline.hamiltonians": {
+    "products.fields.front_end": {
         "codegen.folder": "a model is built without it",
-        "hamiltonian": "most scenes are mechanical",
-        "scene.hamiltonian.reading": "most scenes are mechanical",
-        "scene.hamiltonian.field_reading": "most scenes are mechanical",
+        "products.fields.hamiltonian": "most scenes are mechanical",
+        "products.fields.documents.reading": "most scenes are mechanical",
+        "products.fields.documents.field_reading": "most scenes are mechanical",
         "toolchain.builder": "reading needs no compiler",
     },
     "pipeline.content": {"integrators.families": "methods are looked up with the library; loading a scene needs none"},
@@ -489,24 +403,30 @@ LATE: dict[str, dict[str, str]] = {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
     },
     "results.solution": {"results.animation": "solutions are used without it"},
-    "scene.document.column_units": {"units.conversion": "Pint; most scenes have no units of their own"},
-    "scene.reading.values": {"units.conversion": "Pint; few curves say the unit of their argument"},
-    "scene.document.units": {"units.conversion": "Pint; most scenes have no units of their own"},
-    "scene.scaling": {"units.conversion": "Pint; studies of other sizes alone change units"},
-    "scene.signals.curves": {"units.conversion": "Pint; most scenes have no units of their own"},
-    "scene.signals.output_units": {"units.conversion": "Pint; most outputs have the unit of their kind"},
-    "units.labels": {"units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.document.column_units": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.reading.values": {"formula.units.conversion": "Pint; few curves say the unit of their argument"},
+    "scene.document.units": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.scaling": {"formula.units.conversion": "Pint; studies of other sizes alone change units"},
+    "scene.signals.curves": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.signals.output_units": {"formula.units.conversion": "Pint; most outputs have the unit of their kind"},
+    "formula.units.labels": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
     "scene.load": {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",
-        "scene.hamiltonian": "for a mistake only",
+        "products.fields.documents": "for a mistake only",
         "scene.includes": "most scenes include nothing",
     },
-    "scene.sources.text": {"files": "for a mistake only"},
+    "scene.sources.text": {"base.files": "for a mistake only"},
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
-    "studies.ladders.result": {"studies.ladders.plots": "matplotlib; a map is used without it"},
-    "studies.identification.result": {"studies.identification.plots": "matplotlib; a study is used without it"},
-    "studies.vibration.result": {"studies.vibration.plots": "matplotlib; a study is used without it"},
-    "studies.work_precision.result": {"studies.work_precision.plots": "matplotlib; a study is used without it"},
+    "products.studies.ladders.result": {"products.studies.ladders.plots": "matplotlib; a map is used without it"},
+    "products.studies.identification.result": {
+        "products.studies.identification.plots": "matplotlib; a study is used without it"
+    },
+    "products.reliability.vibration.result": {
+        "products.reliability.vibration.plots": "matplotlib; a study is used without it"
+    },
+    "products.studies.work_precision.result": {
+        "products.studies.work_precision.plots": "matplotlib; a study is used without it"
+    },
     "simulation.stepping.settings": {
         "formula.jumps": "it evaluates on the tape; most scenes prescribe no motion",
         "formula.steepness": "likewise",
@@ -516,7 +436,7 @@ LATE: dict[str, dict[str, str]] = {
     "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
 }
-SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "waves"}
+SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.waves"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
 
 
@@ -579,12 +499,20 @@ def _own() -> Iterator[tuple[str, str, Kind]]:
                 yield module, name.removeprefix("eomgen").removeprefix("."), kind
 
 
-def _may(room: str, target: str) -> bool:
-    return any(target == door or target.startswith(door + ".") for door in {room, *DOORS[room]})
+def room_of(module: str) -> str:
+    """Return the room of a module: its package on the first floor, or its product."""
+    parts = module.split(".")
+    return ".".join(parts[: 2 if parts[0] == "products" else 1])
+
+
+def _may(module: str, target: str) -> bool:
+    room = room_of(module)
+    doors = {room, *DOORS[room], *OF_PRODUCTS.get(module, ())}
+    return any(target == door or target.startswith(door + ".") for door in doors)
 
 
 def test_every_room_is_in_the_table() -> None:
-    assert {module.split(".")[0] for module, _ in _modules()} - {""} == set(DOORS)
+    assert {room_of(module) for module, _ in _modules()} - {"", "products"} == set(DOORS)
 
 
 @pytest.mark.parametrize("room", DOORS)
@@ -592,9 +520,14 @@ def test_rooms_import_what_their_doors_allow(room: str) -> None:
     wrong = [
         f"{module} imports {name}"
         for module, name, _ in _own()
-        if module.split(".")[0] == room and not _may(room, name)
+        if module and room_of(module) == room and not _may(module, name)
     ]
     assert wrong == []
+
+
+def test_imports_of_products_by_the_core_are_in_use() -> None:
+    used = {(module, name) for module, name, _ in _own()}
+    assert {(module, name) for module, names in OF_PRODUCTS.items() for name in names} - used == set()
 
 
 def _identifiers(path: Path) -> Iterator[str]:
@@ -606,11 +539,10 @@ def _identifiers(path: Path) -> Iterator[str]:
 
 @pytest.mark.parametrize("product", PRODUCT_WORDS)
 def test_core_rooms_do_not_use_words_of_a_product(product: str) -> None:
-    rooms = set(DOORS) - PRODUCTS - {"model", "cli"}
     used = {
         f"{module}: {name}"
         for module, path in _modules()
-        if module.split(".")[0] in rooms
+        if not module.startswith("products") and module not in OF_PRODUCTS
         for name in _identifiers(path)
         if name in PRODUCT_WORDS[product]
     }
@@ -619,12 +551,12 @@ def test_core_rooms_do_not_use_words_of_a_product(product: str) -> None:
 
 @pytest.mark.parametrize("product", PRODUCT_WORDS)
 def test_words_of_a_product_are_in_use_there(product: str) -> None:
-    files = [path for module, path in _modules() if module.split(".")[0] == product]
+    files = [path for module, path in _modules() if room_of(module) == product]
     assert set(PRODUCT_WORDS[product]) <= {name for path in files for name in _identifiers(path)}
 
 
 def test_no_door_is_open_for_nobody() -> None:
-    used = [(module.split(".")[0], name) for module, name, _ in _own()]
+    used = [(room_of(module), name) for module, name, _ in _own()]
     stale = [
         f"{room} -> {door}"
         for room, doors in DOORS.items()
@@ -740,7 +672,7 @@ def test_sympy_is_imported_where_laws_are_derived_only() -> None:
     wrong = [
         module
         for module, path in _modules()
-        if module.split(".")[0] not in SYMPY_ROOMS
+        if room_of(module) not in SYMPY_ROOMS
         for name, kind in _imports(path)
         if name.split(".")[0] == "sympy" and kind is not Kind.TYPING
     ]
@@ -750,7 +682,7 @@ def test_sympy_is_imported_where_laws_are_derived_only() -> None:
 def test_dask_is_imported_where_it_is_asked_for_only() -> None:
     every = [(module, name, kind) for module, path in _modules() for name, kind in _imports(path)]
     assert {module for module, name, _ in every if name.split(".")[0] in ("dask", "distributed")} == {
-        "ensembles.worker"
+        "products.ensembles.worker"
     }
     assert {kind for _, name, kind in every if name.startswith("eomgen.products.ensembles.worker")} == {Kind.LATE}
 

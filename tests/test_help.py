@@ -9,19 +9,19 @@ from contextlib import suppress
 from typing import Any, get_type_hints
 
 import pytest
-from eomgen.verbs import METHODS
 
 import eomgen
+from eomgen import random_vibration
 from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Sizes
 from eomgen.integrators.families.register import row_of
 from eomgen.integrators.methods import METHOD_NAMES, method_named
 from eomgen.products.derivatives.linearise import sensitivities
-from eomgen.products.ensembles import simulate_many
+from eomgen.products.ensembles.simulate_many import simulate_many
 from eomgen.scene.sources.register import BUILT_IN
 from eomgen.simulation import option_types
 from eomgen.simulation.simulate import simulate
-from eomgen.studies import random_vibration
+from eomgen.verbs import METHODS
 
 #: Functions that hand options on: their types, and the function that takes the options in the end.
 HANDED_ON = {

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import click
 import pytest
-from eomgen.verbs import BUILT_IN, METHODS, Verb, methods_of, others
 
 import eomgen
 from eomgen.base.calls import UnknownAttribute
 from eomgen.cli import main
 from eomgen.cli.options import FunctionOption, argument_of
 from eomgen.compiled.model import CompiledModel
+from eomgen.verbs import BUILT_IN, METHODS, Verb, methods_of, others
 from tests.model_stub import COMMAND, stub
 from tests.models.cache import shared_cache
 from tests.models.scenes import pendulum
@@ -68,7 +68,7 @@ def test_help_of_the_class_has_every_method() -> None:
 
 
 def test_the_stub_is_up_to_date() -> None:
-    path = Path(eomgen.__file__).parent / "model.pyi"
+    path = Path(eomgen.__file__).parent / "pipeline" / "model.pyi"
     assert path.read_text(encoding="utf-8") == stub(), f"out of date: {COMMAND}"
 
 
@@ -100,7 +100,10 @@ def test_a_type_checker_knows_methods_with_all_their_arguments(tmp_path: Path) -
 
 def test_a_model_is_imported_without_its_verbs() -> None:
     targets = sorted({target.partition(":")[0] for target in ROWS.values()})
-    program = f"import sys, eomgen.pipeline.model; dir(eomgen.Model); print([name for name in {targets} if name in sys.modules])"
+    program = (
+        "import sys, eomgen.pipeline.model; dir(eomgen.Model);"
+        f" print([name for name in {targets} if name in sys.modules])"
+    )
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 

@@ -9,7 +9,7 @@ from eomgen.errors import FileError
 
 def template_folder() -> Path:
     """Return the folder of the templates, one folder in it for each kind of text that is made."""
-    package = Path(__file__).resolve().parent
+    package = Path(__file__).resolve().parents[1]
     for folder in (package / "_templates", package.parent / "templates"):
         if (folder / "c").is_dir():
             return folder

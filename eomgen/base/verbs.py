@@ -77,6 +77,8 @@ class Verb:
         return value
 
 
+Verb.__module__ = "eomgen.verbs"  # the name from which other distributions import it
+
 BUILT_IN: tuple[Verb, ...] = (
     Verb("info", "Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info:info"),
     Verb("generate", "Write the model and its stepper as a folder of C.", "eomgen.cli.generate:generate"),

@@ -189,3 +189,6 @@ def _show_warning(
     line: str | None = None,
 ) -> None:
     click.echo(f"warning: {message}", err=True)
+
+
+__all__ = ["options", "printing", "running", "tables"]

@@ -17,6 +17,7 @@ __all__ = [
     "steepness",
     "substitution",
     "undefined_laws",
+    "units",
     "wave_fields",
     "wave_recording",
     "words",

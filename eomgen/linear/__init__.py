@@ -2,10 +2,10 @@
 inside."""
 
 __all__ = [
-    "augmentation",
     "balancing",
     "campbell",
     "campbell_search",
+    "control",
     "freedom",
     "linearization",
     "modes",
@@ -13,6 +13,6 @@ __all__ = [
     "plots",
     "root_locus",
     "sampled_loop",
-    "sampling",
+    "spectra",
     "state_space",
 ]

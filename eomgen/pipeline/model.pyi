@@ -28,9 +28,9 @@ class Model(CompiledModel):
     road_excitation = _road_excitation
     root_locus = _root_locus
     steady_motion = _steady_motion
+    sensitivities = _sensitivities
     simulate_many = _simulate_many
     resume = _resume
     attach = _attach
-    sensitivities = _sensitivities
     simulate = _simulate
     start = _start

@@ -1,6 +1,21 @@
 """Scene descriptions, read and validated: scene files, URDF, formulas, and the Scene."""
 
 __all__ = [
-    "bodies", "builder", "control", "document", "forces", "geometry", "hamiltonian", "joint_types",
-    "joints", "load", "reading", "scaling", "scene", "sources",
-]  # fmt: skip  # a table
+    "bodies",
+    "builder",
+    "control",
+    "document",
+    "forces",
+    "formula",
+    "geometry",
+    "includes",
+    "joint_types",
+    "joints",
+    "load",
+    "reading",
+    "scaling",
+    "scene",
+    "section",
+    "signals",
+    "sources",
+]

@@ -3,13 +3,15 @@
 __all__ = [
     "automatic_method",
     "checkpoint",
+    "judgement",
+    "motions",
     "option_types",
     "resume",
     "row_times",
     "run_model",
-    "sensitivities",
     "side_by_side",
     "simulate",
     "start",
+    "stepping",
     "timing",
 ]

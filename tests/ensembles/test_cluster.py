@@ -29,7 +29,7 @@ pytestmark = pytest.mark.slow
 FAULTS = """
 import distributed
 
-from eomgen.ensembles import cluster
+from eomgen.products.ensembles import cluster
 
 
 def faults():

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen import random_vibration
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
@@ -22,7 +23,6 @@ from eomgen.products.reliability.vibration.inputs import processes_of
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, Names
 from eomgen.scene.load import from_data
-from eomgen.studies import random_vibration
 from eomgen.symbolic.calculus.partials import weighted_gradient
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra, Scalar

@@ -9,8 +9,8 @@ import pytest
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 import eomgen
+from eomgen import random_vibration
 from eomgen.base.arrays import Array
-from eomgen.studies import random_vibration
 from tests.studies.test_truncation import model_of
 
 #: Natural frequency of the structure, rad/s, and its damping ratio; of the ground.

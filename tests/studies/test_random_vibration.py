@@ -15,6 +15,7 @@ import pytest
 from scipy.stats import norm
 
 import eomgen
+from eomgen import RandomVibration, random_vibration
 from eomgen.base.arrays import Array
 from eomgen.base.text import told_apart
 from eomgen.cli import main
@@ -27,7 +28,6 @@ from eomgen.products.reliability.vibration.over_time import first_passage, judge
 from eomgen.products.reliability.vibration.plots import _covariance, _modes, _title_of_modes
 from eomgen.products.reliability.vibration.run_response import RunResponse
 from eomgen.scene.load import load_toml
-from eomgen.studies import RandomVibration, random_vibration
 from tests.reliability.duffing import Duffing
 
 SCENE = """

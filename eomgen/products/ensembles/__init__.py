@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from eomgen.products.ensembles.designs import DESIGNS, OTHER_DESIGNS
-from eomgen.products.ensembles.distributions import DISTRIBUTIONS, LISTS, Distribution, read_distribution
-from eomgen.products.ensembles.ensemble import Ensemble
-from eomgen.products.ensembles.samples import Failed
-from eomgen.products.ensembles.sensitivity import Ranking
-from eomgen.products.ensembles.simulate_many import simulate_many
+from typing import TYPE_CHECKING
+
+from eomgen.base.products import Product, named
+
+if TYPE_CHECKING:
+    from eomgen.products.ensembles.designs import DESIGNS, OTHER_DESIGNS
+    from eomgen.products.ensembles.distributions import DISTRIBUTIONS, LISTS, Distribution, read_distribution
+    from eomgen.products.ensembles.ensemble import Ensemble
+    from eomgen.products.ensembles.samples import Failed
+    from eomgen.products.ensembles.sensitivity import Ranking
 
 __all__ = [
     "DESIGNS",
@@ -18,6 +22,22 @@ __all__ = [
     "Ensemble",
     "Failed",
     "Ranking",
+    "lane_code",
     "read_distribution",
     "simulate_many",
 ]
+
+PRODUCT = Product()
+_HOMES = {
+    **dict.fromkeys(("DESIGNS", "OTHER_DESIGNS"), "designs"),
+    **dict.fromkeys(("DISTRIBUTIONS", "LISTS", "Distribution", "read_distribution"), "distributions"),
+    "Ensemble": "ensemble",
+    "Failed": "samples",
+    "Ranking": "sensitivity",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOMES:
+        return named(f"{__name__}.{_HOMES[name]}:{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Failed samples that are named.
 _NAMED = 3
 
-_option = arguments_of("eomgen.products.ensembles:simulate_many")
+_option = arguments_of("eomgen.products.ensembles.simulate_many:simulate_many")
 
 
 @click.command()

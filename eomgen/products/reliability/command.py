@@ -26,7 +26,7 @@ from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
 
 if TYPE_CHECKING:
-    from eomgen.products.studies import RandomVibration
+    from eomgen.products.reliability.vibration import RandomVibration
 
 #: Results of methods in tables, in their order.
 _SHOWN = (
@@ -41,7 +41,7 @@ _SHOWN = (
     "monte_carlo",
 )
 
-_option = arguments_of("eomgen.studies:random_vibration")
+_option = arguments_of("eomgen.products.reliability.vibration:random_vibration")
 
 
 @click.command()
@@ -73,7 +73,7 @@ def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) 
     Writes random.json, distribution.csv, autocovariance.csv and plots.
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
-    from eomgen.products.studies import random_vibration  # noqa: PLC0415
+    from eomgen.products.reliability.vibration import random_vibration  # noqa: PLC0415
 
     words = ("output", "points", "projected", "whole", "samples", "tail_samples", "pairs", "times", "levels", "seed")
     own = {name: options.pop(name) for name in words}

@@ -1,23 +1,26 @@
-"""Studies of whole scenes: checks of all closed forms, speed against accuracy, tuning, savings, random vibration,
-identification."""
+"""Studies of whole scenes: checks of all closed forms, speed against accuracy, tuning, savings, identification."""
 
 from __future__ import annotations
 
-from eomgen.products.reliability.vibration import Distribution, RandomVibration, random_vibration
-from eomgen.products.studies.identification import Identification, identify
-from eomgen.products.studies.ladders.register import LADDERS
-from eomgen.products.studies.ladders.result import Extremes
-from eomgen.products.studies.ladders.study import extremes
-from eomgen.products.studies.ladders.verdicts import VERDICTS, Cell
-from eomgen.products.studies.tuning.real_time import RealTime
-from eomgen.products.studies.tuning.result import Tuned
-from eomgen.products.studies.tuning.tune import tune
-from eomgen.products.studies.verification.check import check
-from eomgen.products.studies.verification.form_report import Disagreement, FormReport
-from eomgen.products.studies.verification.report import CheckReport
-from eomgen.products.studies.work_precision.measured import DEMANDS, Point, Slope
-from eomgen.products.studies.work_precision.result import Tradeoff
-from eomgen.products.studies.work_precision.study import tradeoff
+from typing import TYPE_CHECKING
+
+from eomgen.base.products import Product, named
+
+if TYPE_CHECKING:
+    from eomgen.products.studies.identification import Identification, identify
+    from eomgen.products.studies.ladders.register import LADDERS
+    from eomgen.products.studies.ladders.result import Extremes
+    from eomgen.products.studies.ladders.study import extremes
+    from eomgen.products.studies.ladders.verdicts import VERDICTS, Cell
+    from eomgen.products.studies.tuning.real_time import RealTime
+    from eomgen.products.studies.tuning.result import Tuned
+    from eomgen.products.studies.tuning.tune import tune
+    from eomgen.products.studies.verification.check import check
+    from eomgen.products.studies.verification.form_report import Disagreement, FormReport
+    from eomgen.products.studies.verification.report import CheckReport
+    from eomgen.products.studies.work_precision.measured import DEMANDS, Point, Slope
+    from eomgen.products.studies.work_precision.result import Tradeoff
+    from eomgen.products.studies.work_precision.study import tradeoff
 
 __all__ = [
     "DEMANDS",
@@ -26,12 +29,10 @@ __all__ = [
     "Cell",
     "CheckReport",
     "Disagreement",
-    "Distribution",
     "Extremes",
     "FormReport",
     "Identification",
     "Point",
-    "RandomVibration",
     "RealTime",
     "Slope",
     "Tradeoff",
@@ -39,9 +40,46 @@ __all__ = [
     "check",
     "extremes",
     "identify",
-    "random_vibration",
-    "savings",
     "tradeoff",
     "tune",
-    "verification",
+]
+
+_HOMES = {
+    **dict.fromkeys(("Identification", "identify"), "identification"),
+    "LADDERS": "ladders.register",
+    "Extremes": "ladders.result",
+    "extremes": "ladders.study",
+    **dict.fromkeys(("VERDICTS", "Cell"), "ladders.verdicts"),
+    "RealTime": "tuning.real_time",
+    "Tuned": "tuning.result",
+    "tune": "tuning.tune",
+    "check": "verification.check",
+    **dict.fromkeys(("Disagreement", "FormReport"), "verification.form_report"),
+    "CheckReport": "verification.report",
+    **dict.fromkeys(("DEMANDS", "Point", "Slope"), "work_precision.measured"),
+    "Tradeoff": "work_precision.result",
+    "tradeoff": "work_precision.study",
+}
+_OF_EOMGEN = ("Extremes", "Identification", "RealTime", "Tradeoff", "Tuned", "extremes", "identify", "tradeoff", "tune")
+
+PRODUCT = Product(
+    modules={"studies": "eomgen.products.studies"},
+    names={name: f"eomgen.products.studies.{_HOMES[name]}:{name}" for name in _OF_EOMGEN}
+    | {"savings": "eomgen.products.studies.savings.study:savings"},
+)
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOMES:
+        return named(f"{__name__}.{_HOMES[name]}:{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+#: Open to the other parts of ``products`` as well.
+WITHIN = [
+    "identification",
+    "ladders",
+    "savings",
+    "tuning",
+    "work_precision",
 ]

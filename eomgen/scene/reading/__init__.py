@@ -1,15 +1,5 @@
 """Reading of one key: its kind, its formula, its requirement, and the report of problems."""
 
-__all__ = ["report", "rotations"]
+__all__ = ["key_metadata", "kinds", "report", "rotations", "values"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = [
-    "key_metadata",
-    "kinds",
-    "orientation",
-    "part",
-    "requirements",
-    "rotation_schema",
-    "shares",
-    "symbol_units",
-    "values",
-]
+WITHIN = ["orientation", "part", "requirements", "rotation_schema", "shares", "symbol_units"]

@@ -1,5 +1,5 @@
 """Parameters, inputs, internal states, curves, roads and outputs of a scene, read into ``system.signals``."""
 
-__all__ = []
+__all__ = ["curves", "schema"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["curves", "sampling", "schema", "sections", "tables"]
+WITHIN = ["sampling", "sections", "tables"]

@@ -1,5 +1,5 @@
 """Sources of descriptions: TOML, XML, URDF, and sources of other distributions."""
 
-__all__ = ["register", "source"]
+__all__ = ["register", "source", "text", "toml"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["register", "source", "text", "toml", "urdf"]
+WITHIN = ["register", "source", "urdf"]

@@ -3,18 +3,21 @@
 #: Open to the other parts of ``simulation``.
 WITHIN = [
     "angle_range",
-    "chunks",
     "compiled_steps",
     "controllers",
     "events",
+    "step_parts",
+    "taylor_output",
+]
+
+__all__ = [
+    "chunks",
     "inputs",
     "lane_stepper",
     "run",
     "settings",
     "start_state",
     "states",
-    "step_parts",
     "stepper",
-    "taylor_output",
     "time_grid",
 ]

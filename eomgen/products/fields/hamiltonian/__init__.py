@@ -1,3 +1,5 @@
 """Hamiltonian systems: equations on the tape, C, compiled models, motions."""
 
-__all__ = ["code", "derivation", "methods", "model", "plots", "solution"]
+__all__ = ["methods", "plots", "solution"]
+#: Open to the other parts of ``products.fields`` as well.
+WITHIN = ["code", "derivation", "model"]

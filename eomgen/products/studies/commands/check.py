@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 #: Largest number of non-smooth functions that are named.
 _NAMED = 20
 
-_option = arguments_of("eomgen.studies:check")
+_option = arguments_of("eomgen.products.studies:check")
 
 
 @click.command()

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _NAMED = 8
 _OF_SCENES = ("strict", "coordinates", *all_options())
 
-_option = arguments_of("eomgen.studies:extremes")
+_option = arguments_of("eomgen.products.studies:extremes")
 
 
 @click.command()

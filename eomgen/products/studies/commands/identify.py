@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from eomgen.products.studies import Identification
     from eomgen.scene.scene import Scene
 
-_option = arguments_of("eomgen.studies:identify")
+_option = arguments_of("eomgen.products.studies:identify")
 
 
 @click.command()

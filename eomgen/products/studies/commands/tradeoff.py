@@ -38,7 +38,7 @@ _OFF = 0.15
 #: So many of these are named.
 _NAMED = 4
 
-_option = arguments_of("eomgen.studies:tradeoff")
+_option = arguments_of("eomgen.products.studies:tradeoff")
 
 
 @click.command()

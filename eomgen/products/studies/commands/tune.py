@@ -37,7 +37,7 @@ _UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
 #: Rivals that are named.
 _RIVALS = 5
 
-_option = arguments_of("eomgen.studies:tune")
+_option = arguments_of("eomgen.products.studies:tune")
 
 
 @click.command()

@@ -1,6 +1,6 @@
 """Work-precision studies: time and error of all configurations of a scene."""
 
-__all__: list[str] = []
+__all__: list[str] = ["result", "study"]
 #: Open to the other parts of ``studies``.
 WITHIN = [
     "axes",
@@ -10,8 +10,6 @@ WITHIN = [
     "measured",
     "observation",
     "reference",
-    "result",
     "running",
-    "study",
     "times",
 ]

@@ -1,3 +1,5 @@
 """Spectra of seas, their components, and realisations by seed: shared by waves by particles and scenes."""
 
-__all__ = ["bound_waves", "components", "numbers", "spectra", "steepness"]
+__all__ = []
+#: Open to the other parts of ``products.waves`` as well.
+WITHIN = ["bound_waves", "components", "numbers", "spectra", "steepness"]

@@ -1,5 +1,6 @@
-"""Second-order Lagrangian waves by SymPy, from the Lagrangian equations of motion: ``python -m
-eomgen.products.waves.second_order.derivation eomgen/products/waves/second_order/derived.py`` writes the kernels of a pair of components.
+"""Second-order Lagrangian waves by SymPy, from the Lagrangian equations of motion:
+``python -m eomgen.products.waves.second_order.derivation eomgen/products/waves/second_order/derived.py`` writes the
+kernels of a pair of components.
 
 Labels are (a, b, c) with c = 0 at the free surface; positions are labels + e xi + e^2 eta, pressure over density is
 -g c + e p1 + e^2 p2. Irrotational flow: eta_t = (xi . grad) u + grad Phi, u = xi_t, with Phi harmonic, which

@@ -1,5 +1,3 @@
 """Waves of a scene: spectra, or waves one by one, as functions of place and time."""
 
-__all__ = []
-#: Open to the other parts of ``scene`` as well.
-WITHIN = ["sections"]
+__all__ = ["sections"]

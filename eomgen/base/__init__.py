@@ -1,0 +1,21 @@
+"""Modules without knowledge of mechanics, open to every room: arrays, text, files, calls, registers of extensions."""
+
+__all__ = [
+    "arrays",
+    "calls",
+    "extensions",
+    "figures",
+    "files",
+    "html",
+    "locks",
+    "products",
+    "progress",
+    "public_modules",
+    "random_roads",
+    "resources",
+    "road_classes",
+    "text",
+    "threads",
+    "verbs",
+    "version",
+]

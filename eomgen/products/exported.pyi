@@ -1,0 +1,35 @@
+"""Public names of products, for type checkers: the rows in the packages, which a test holds equal."""
+
+from eomgen.products import studies
+from eomgen.products.fields import posteriors as fields
+from eomgen.products.fields import sampling
+from eomgen.products.reliability.vibration import RandomVibration, random_vibration
+from eomgen.products.studies.identification import Identification, identify
+from eomgen.products.studies.ladders.result import Extremes
+from eomgen.products.studies.ladders.study import extremes
+from eomgen.products.studies.savings.study import savings
+from eomgen.products.studies.tuning.real_time import RealTime
+from eomgen.products.studies.tuning.result import Tuned
+from eomgen.products.studies.tuning.tune import tune
+from eomgen.products.studies.work_precision.result import Tradeoff
+from eomgen.products.studies.work_precision.study import tradeoff
+from eomgen.products.waves import second_order as waves
+
+__all__ = [
+    "Extremes",
+    "Identification",
+    "RandomVibration",
+    "RealTime",
+    "Tradeoff",
+    "Tuned",
+    "extremes",
+    "fields",
+    "identify",
+    "random_vibration",
+    "sampling",
+    "savings",
+    "studies",
+    "tradeoff",
+    "tune",
+    "waves",
+]

@@ -1,0 +1,3 @@
+"""Commands of the studies."""
+
+__all__ = []

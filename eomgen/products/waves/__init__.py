@@ -1,0 +1,9 @@
+"""Ocean waves: spectra of seas, waves in scenes, and second-order motion of particles and surface."""
+
+from eomgen.base.products import Product
+
+__all__ = ["section"]
+
+PRODUCT = Product(modules={"waves": "eomgen.products.waves.second_order"})
+#: Open to the other parts of ``products`` as well.
+WITHIN = ["second_order"]

@@ -1,0 +1,94 @@
+"""Public modules whose files are elsewhere, and public names of products."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.base.products import products, public_modules, public_names
+from eomgen.base.public_modules import OF_THE_CORE
+
+MODULES = OF_THE_CORE | public_modules()
+STUB = Path(eomgen.__file__).parent / "products" / "exported.pyi"
+#: A module within each package.
+WITHIN = {
+    "control": "regulator",
+    "fields": "sampling",
+    "sampling": "problem",
+    "spectra": "road",
+    "studies": "tuning.tune",
+    "waves": "sea",
+}
+
+
+def _run(program: str) -> str:
+    return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.strip()
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_a_public_module_is_one_object_with_the_module_itself(name: str) -> None:
+    assert import_module(f"eomgen.{name}") is import_module(MODULES[name]) is getattr(eomgen, name)
+
+
+@pytest.mark.parametrize("name", WITHIN)
+def test_modules_within_are_the_same_objects(name: str) -> None:
+    within = WITHIN[name]
+    assert import_module(f"eomgen.{name}.{within}") is import_module(f"{MODULES[name]}.{within}")
+
+
+def test_every_public_package_has_a_witness() -> None:
+    assert set(WITHIN) == {name for name in MODULES if hasattr(import_module(MODULES[name]), "__path__")}
+
+
+def test_public_modules_are_imported_by_each_form_of_an_import_first() -> None:
+    forms = ("import eomgen.waves.sea as it", "from eomgen.waves import sea as it", "from eomgen.waves.sea import Sea")
+    for form in forms:
+        check = "sys.modules['eomgen.waves.sea'] is sys.modules['eomgen.products.waves.second_order.sea']"
+        if "Sea" in form:
+            check = f"{check} and Sea is eomgen.waves.Sea"
+        elif form.startswith("from"):
+            check = "it is sys.modules['eomgen.products.waves.second_order.sea']"
+        assert _run(f"import sys, eomgen\n{form}\nprint({check})") == "True", form
+
+
+def test_a_module_that_there_is_not_is_refused_as_python_does() -> None:
+    for name in ("eomgen.oceans", "eomgen.waves.oceans"):
+        with pytest.raises(ModuleNotFoundError, match=f"No module named '{name}'"):
+            import_module(name)
+
+
+def test_rows_of_products_are_read_without_their_modules() -> None:
+    program = (
+        "import sys; from eomgen.base.products import products; names = list(products());"
+        "print([name for name in sys.modules if name.startswith('eomgen.products.') and name.count('.') > 2],"
+        " 'numpy' in sys.modules, *names)"
+    )
+    assert _run(program) == f"[] False {' '.join(products())}"
+
+
+def test_public_names_are_the_objects_of_their_rows() -> None:
+    for name, target in public_names().items():
+        module, _, attribute = target.partition(":")
+        assert getattr(eomgen, name) is getattr(import_module(module), attribute)
+    assert {*public_names(), *public_modules()} <= set(eomgen.__all__)
+
+
+def test_the_stub_of_public_names_holds_the_rows() -> None:
+    tree = ast.parse(STUB.read_text(encoding="utf-8"))
+    homes = {
+        alias.asname or alias.name: import_module(f"{node.module}.{alias.name}")
+        if f"{node.module}.{alias.name}" in public_modules().values()
+        else getattr(import_module(str(node.module)), alias.name)
+        for node in tree.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert homes == {name: getattr(eomgen, name) for name in (*public_names(), *public_modules())}
+    declared = next(node.value for node in tree.body if isinstance(node, ast.Assign))
+    assert sorted(ast.literal_eval(declared)) == sorted(homes)
