@@ -128,7 +128,7 @@ def test_the_c_says_what_does_not_follow_there(tmp_path: Path) -> None:
     eomgen.generate(hamiltonian_from_data(OSCILLATOR), tmp_path)
     header = (tmp_path / "derived_oscillator.h").read_text(encoding="utf-8")
     assert "/* k (N/m): it follows m, w in files, not here */" in header
-    assert "In files, and not here, these follow the\n * parameters: x, p_x. */" in header
+    assert "In files, and not here, these follow the parameters: x, p_x. */" in header.replace("\n *", "")
 
 
 @pytest.mark.parametrize("verb", ["simulate", "info", "generate"])

@@ -343,8 +343,8 @@ def test_conditions_have_other_states_parameters_and_inputs() -> None:
         assert 0.01 * runner.grid.rows < one["later"] <= 0.03 * runner.grid.rows
     assert "parameters" not in first
     assert abs(second["parameters"]["length"] - 0.5) == pytest.approx(0.015)
-    again = [c.what for c, _ in zip(conditions(runner, motion), range(2), strict=False)]
-    assert again == [c.what for c, _ in zip(conditions(runner, motion), range(2), strict=False)]
+    again = [c.label for c, _ in zip(conditions(runner, motion), range(2), strict=False)]
+    assert again == [c.label for c, _ in zip(conditions(runner, motion), range(2), strict=False)]
     assert "inputs by 3 %" in again[0]
     assert "parameters by 3 %" in again[1]
 

@@ -254,8 +254,8 @@ class _Run:
             self._threads, self._asked = sum(self._client.nthreads().values()), now
             if not self._threads and not self._lonely:
                 self._lonely = True
-                what = f"cluster {self._machines.name} has no workers: the samples wait for the first one"
-                warnings.warn(what, RuntimeWarning, stacklevel=2)
+                message = f"cluster {self._machines.name} has no workers: the samples wait for the first one"
+                warnings.warn(message, RuntimeWarning, stacklevel=2)
         return self._threads
 
     def _size(self, left: int) -> int:
@@ -294,8 +294,10 @@ class _Run:
     def _notes(self) -> tuple[str, ...]:
         if len(self._codes) == 1:
             return ()
-        what = f"the model was compiled to {len(self._codes)} different codes, here and on the workers: the last digits"
-        return (f"{what} may depend on which of them ran a sample, but with the profile reproducible",)
+        message = (
+            f"the model was compiled to {len(self._codes)} different codes, here and on the workers: the last digits"
+        )
+        return (f"{message} may depend on which of them ran a sample, but with the profile reproducible",)
 
 
 def _whole(parts: Iterator[Block], first: int, total: int, block: int) -> Iterator[Block]:

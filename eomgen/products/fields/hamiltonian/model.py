@@ -483,10 +483,10 @@ def _change_of_energy(energy: Mapping[str, Array], method: Method, step: float) 
     if not np.any(changes > _DOUBTED * np.maximum(sizes, max(start, float(np.quantile(sizes, 0.75))))):
         return "", False
     worst = int(np.argmax(changes))
-    what = f"H, which nothing changes, goes from {total[0]:.6g} to {total[worst]:.6g}: this is not the motion of the"
-    what = f"{what} system"
+    message = f"H, which nothing changes, goes from {total[0]:.6g} to {total[worst]:.6g}: this is not the motion of the"
+    message = f"{message} system"
     hint = "a smaller tolerance" if method.chooses_steps else f"a step smaller than {abs(step):.3g}, or rk45"
-    return f"{what}; try: {hint}", bool(changes[worst] > _EXPLODED * start)
+    return f"{message}; try: {hint}", bool(changes[worst] > _EXPLODED * start)
 
 
 def _ending(status: int, t: Array, step: float, steps: int) -> str:

@@ -156,9 +156,10 @@ def _note_on_floored(mesh: Mesh, wanted: Array, modes: Array, floored: Array) ->
     share = float(np.sum((floored > modes) * weights)) / mesh.size
     of_power = float(np.sum(wanted[off] * weights[off]) / np.sum(wanted * weights))
     first = float(mesh.wave_numbers[off].min()) if off.any() else math.inf
-    what = f"no lognormal field has this power spectrum: {share:.2%} of the modes of its Gaussian field would have a"
-    what += f" negative variance, and have next to none; the variance is {added / whole:.2%} larger, and the power of"
-    return f"{what} the density off by more than a tenth in modes from k = {first:.3g} on, with {of_power:.2%} of it"
+    message = f"no lognormal field has this power spectrum: {share:.2%} of the modes of its Gaussian field would have a"
+    message += f" negative variance, and have next to none; the variance is {added / whole:.2%} larger, and the power"
+    message += f" of the density off by more than a tenth in modes from k = {first:.3g} on, with {of_power:.2%} of it"
+    return message
 
 
 def smoothing(mesh: Mesh, radius: float) -> LinearOperator:

@@ -166,8 +166,8 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
         slopes = 0 if chosen.first == "drift" else 1 + chains  # gradients if trajectories begin with kicks
         watched = min(chosen.watched, mesh.size) + chosen.bins + len(TRAJECTORY)
         numbers = chains * (chosen.samples * watched + chosen.warm_up * len(TRAJECTORY))
-        what = f"sampling with {counted(chains, 'chain')}"
-        return mesh.require_memory(_SPECTRA + chains + slopes + single, fields, what, numbers)
+        purpose = f"sampling with {counted(chains, 'chain')}"
+        return mesh.require_memory(_SPECTRA + chains + slopes + single, fields, purpose, numbers)
 
 
 #: Keys of ``[sampling]`` by the heads of messages about them.

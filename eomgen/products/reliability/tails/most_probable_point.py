@@ -211,9 +211,9 @@ class Unreached(NumericalError):
 
     def __init__(self, last: MostProbablePoint, threshold: float, why: str) -> None:
         far = float(np.linalg.norm(last.point))
-        what = f"the curve of most probable points from the mean does not come to {threshold:.6g}: it ends at "
-        what += f"{last.threshold:.6g}, {far:.3g} standard deviations out, {why}"
-        super().__init__(what, "a threshold nearer to the mean, or Monte Carlo without most probable points")
+        message = f"the curve of most probable points from the mean does not come to {threshold:.6g}: it ends at "
+        message += f"{last.threshold:.6g}, {far:.3g} standard deviations out, {why}"
+        super().__init__(message, "a threshold nearer to the mean, or Monte Carlo without most probable points")
         self.last, self.why = last, why
 
 

@@ -53,14 +53,14 @@ def variants(scene: Scene, of_step: tuple[str, ...], absolute: Scene | str | Non
         Variant("all terms", "every term that the scene can have, with two time derivatives", scene, ALL_TERMS),
     ]
     everything = absolute if isinstance(absolute, Scene) else scene
-    for name, (what, change) in _CHANGES.items():
-        made.append(Variant(name, what, _named(change(scene), name)))
+    for name, (description, change) in _CHANGES.items():
+        made.append(Variant(name, description, _named(change(scene), name)))
         everything = change(everything)
-    what = "absolute coordinates, joints as constraints"
+    description = "absolute coordinates, joints as constraints"
     if isinstance(absolute, Scene):
-        made.append(Variant("absolute", what, absolute))
+        made.append(Variant("absolute", description, absolute))
     elif absolute is not None:
-        made.append(Variant("absolute", what, None, problem=absolute))
+        made.append(Variant("absolute", description, None, problem=absolute))
     whole = _named(everything, "everything")
     return (*made, Variant("everything", "all of that together, as far as it can be", whole, ALL_TERMS))
 

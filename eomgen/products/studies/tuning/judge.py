@@ -87,9 +87,9 @@ class Judge:
         It cannot be known well enough for the demand, or there is no motion.
             It cannot be known well enough to tell the demand, or it is none: nothing moves.
         """
-        if condition.what not in self._held:
-            self._held[condition.what] = self._reference(condition)
-        return self._held[condition.what]
+        if condition.label not in self._held:
+            self._held[condition.label] = self._reference(condition)
+        return self._held[condition.label]
 
     def error(self, observation: Observation, condition: Condition = OWN) -> float:
         """Return the error of a run under a condition, as far as it can be told."""
@@ -108,7 +108,7 @@ class Judge:
         best: _Known | None = None
         apart = 0
         for candidate in self._order():
-            self.say(f"reference: {candidate.row.name}{', ' * bool(condition.what)}{condition.what}")
+            self.say(f"reference: {candidate.row.name}{', ' * bool(condition.label)}{condition.label}")
             known = self._known(candidate, condition)
             if known is not None and (best is None or known.error < best.error):
                 best = known
@@ -128,7 +128,7 @@ class Judge:
             fault = f"the best reference, {best.described}, is known to {best.error:.2g} only: {self.demand.error:g}"
             hint = "a larger demand, a shorter run, or a larger budget"
             raise NumericalError(Problem("error", f"{fault} cannot be told", hint))
-        if not condition.what:
+        if not condition.label:
             self._served = best.candidate, best.level
         return Reference(best.observation, best.described, "itself at half its accuracy", best.apart)
 
@@ -156,7 +156,7 @@ class Judge:
                 configuration, **resolution, dense=True, timed=False, estimated=False, **condition.arguments
             )
             if outcome.ended != REACHED or outcome.observation is None:
-                if not condition.what:
+                if not condition.label:
                     self.tried[candidate.row.name] = outcome.said
                 before = None
                 if candidate.method.chooses_steps:

@@ -30,11 +30,11 @@ class Condition:
 
     Attributes
     ----------
-    what : in words, empty for the scene's own
+    label : in words, empty for the scene's own
     arguments : of ``Runner.run``
     """
 
-    what: str = ""
+    label: str = ""
     arguments: Mapping[str, Any] = field(default_factory=dict)
 
 

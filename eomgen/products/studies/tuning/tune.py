@@ -229,13 +229,13 @@ class _Tuning:
             tried = list(itertools.islice(near, RUNS))
             checks: list[Verified] = []
             for condition in tried:
-                self.say(f"verifying: {condition.what}")
+                self.say(f"verifying: {condition.label}")
                 check = verified(race.judge, winner.how(run), condition)
                 checks += [] if check is None else [check]
             missed = {check.what for check in checks if not check.error <= race.demand}
             if not missed or not left:
                 break
-            race.training += [condition for condition in tried if condition.what in missed]
+            race.training += [condition for condition in tried if condition.label in missed]
             for contender in contenders:
                 contender.reopen(race.demand)
             best = race.run(contenders)

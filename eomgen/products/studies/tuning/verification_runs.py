@@ -50,9 +50,9 @@ def verified(judge: Judge, run: Mapping[str, Any], condition: Condition) -> Veri
         return None
     outcome = under(judge, run, condition)
     if outcome.ended != REACHED or outcome.observation is None:
-        return Verified(condition.what, np.inf, 0.0, "", outcome.said)
+        return Verified(condition.label, np.inf, 0.0, "", outcome.said)
     error = judge.error(outcome.observation, condition)
-    return Verified(condition.what, error, judge.bar(condition), held.described, outcome.said)
+    return Verified(condition.label, error, judge.bar(condition), held.described, outcome.said)
 
 
 def under(judge: Judge, run: Mapping[str, Any], condition: Condition = OWN) -> Outcome:

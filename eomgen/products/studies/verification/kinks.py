@@ -35,21 +35,21 @@ class Remarks:
     def __init__(self) -> None:
         self._states: dict[tuple[str, str], dict[str, None]] = {}
 
-    def add(self, state: str, what: str, of: str = "") -> None:
-        """Remark ``what`` at a state, of a formula if it is one's fault."""
-        self._states.setdefault((what, of), {})[state] = None
+    def add(self, state: str, remark: str, of: str = "") -> None:
+        """Note a remark at a state, and the formula at fault, if any."""
+        self._states.setdefault((remark, of), {})[state] = None
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """One sentence for each thing and its states; of many formulas the first are named."""
+        """One sentence for each remark and its states; of many formulas the first are named."""
         alike: dict[tuple[str, tuple[str, ...]], list[str]] = {}
-        for (what, of), where in self._states.items():
-            alike.setdefault((what, tuple(where)), []).append(of)
+        for (remark, of), where in self._states.items():
+            alike.setdefault((remark, tuple(where)), []).append(of)
         texts = []
-        for (what, states), formulas in alike.items():
+        for (remark, states), formulas in alike.items():
             more = f" and {len(formulas) - _NAMED} more" if len(formulas) > _NAMED else ""
             named = f" ({', '.join(formulas[:_NAMED])}{more})" if formulas[0] else ""
-            texts.append(f"{what} at {', '.join(states)}{named}")
+            texts.append(f"{remark} at {', '.join(states)}{named}")
         return tuple(texts)
 
 
@@ -88,8 +88,8 @@ def non_smooth_entries(
                     seen[direction, step] = _decided(operations, engine, here, rates, int(k), direction, step)
                 decided += seen.get((direction, step), [])
             non_smooth[at] = bool(decided)
-            for what in decided:
-                remarks.add(names[k], "not smooth", what)
+            for operation in decided:
+                remarks.add(names[k], "not smooth", operation)
         if (vague[k] & ~non_smooth[k]).any():
             remarks.add(names[k], "differences have no digits")
     return non_smooth
@@ -150,12 +150,12 @@ class NonSmoothOperations:
                 _decision(op, operands[number], self._breaks(node) if op is Op.CURVE else None) for operands in values
             ]
             if any(decision != taken[0] for decision in taken):
-                what = (
+                operation = (
                     f"curve {tape.curves[tape.b[node]][0].name}"
                     if op is Op.CURVE
                     else _BY_SIGN.get(op) or _BY_ORDER[op]
                 )
-                result.append(f"{what} in {tape.label(node) or 'the scene'}")
+                result.append(f"{operation} in {tape.label(node) or 'the scene'}")
         return list(dict.fromkeys(result))
 
     def kinks_and_jumps(self) -> list[str]:
@@ -163,7 +163,9 @@ class NonSmoothOperations:
         result = [
             (_BY_SIGN.get(op) or _BY_ORDER[op], node) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER
         ]
-        return list(dict.fromkeys(f"{what} in {self.system.tape.label(node) or 'the scene'}" for what, node in result))
+        return list(
+            dict.fromkeys(f"{operation} in {self.system.tape.label(node) or 'the scene'}" for operation, node in result)
+        )
 
     def singular(self, state: Blocks) -> list[str]:
         """Return the functions whose derivative is unbounded at their argument, as text."""

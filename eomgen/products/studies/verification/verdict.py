@@ -86,8 +86,8 @@ def _not_numbers(
     failures = []
     for k in np.flatnonzero(~finite.all(axis=(-2, -1))):
         found = operations.singular({name: array[k] for name, array in state.items()})
-        for what in found:
-            remarks.add(names[k], "unbounded derivative", what)
+        for remark in found:
+            remarks.add(names[k], "unbounded derivative", remark)
         if not found:
             entry = _named(claim, np.argwhere(~finite[k])[0])
             failures.append(

@@ -71,7 +71,7 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
             continue
         for changed in [scene] if coordinates == "joint" else [_on_group(scene, group) for group in GROUPS]:
             result.setdefault(_name_of(changed), changed)
-    less = {f"{_name_of(own)}, {what}": scene for what, scene in simplified(own)} if fidelity else {}
+    less = {f"{_name_of(own)}, {change}": scene for change, scene in simplified(own)} if fidelity else {}
     return Formulations({**result, **less}, refused, tuple(less))
 
 

@@ -446,6 +446,6 @@ class _Study:
                 self.points[key] = changed
                 self.journal.keep(key, changed)
 
-    def _say(self, what: str, left: int = 0) -> None:
+    def _say(self, label: str, left: int = 0) -> None:
         if self.progress is not None:
-            self.progress(self.done, self.done + left, what)
+            self.progress(self.done, self.done + left, label)

@@ -34,8 +34,8 @@ def beyond_second_order(vectors: Array, amplitude: Array, depth: float) -> str:
     ursell = math.sqrt(float(np.sum(amplitude**2))) / (k**2 * depth**3)
     if not ursell > MOST_URSELL:
         return ""
-    what = f"A / (k^2 h^3) = {ursell:.3g} for the largest wave, k = {k:.4g} rad/m; an expansion of second order holds"
-    return f"{what} below {MOST_URSELL:g}. Lower waves or deeper water"
+    message = f"A / (k^2 h^3) = {ursell:.3g} for the largest wave, k = {k:.4g} rad/m; an expansion of second order"
+    return f"{message} holds below {MOST_URSELL:g}. Lower waves or deeper water"
 
 
 def _pairs(n: int) -> list[tuple[float, NDArray[np.int64], NDArray[np.int64]]]:

@@ -37,9 +37,9 @@ def too_steep_together(k: Array, amplitude: Array, depth: float, *, alone: bool,
     most = _STEEPEST * math.pi
     if (alone and len(k) < 2) or not slope > most:
         return ""
-    what = f"where crests meet the slope comes to {slope:.3g}" if alone else f"the significant slope is {slope:.3g}"
-    what += f", and waves break from {most:.3g} on: forces there are those of no water"
-    return what if alone else f"{what}. A lower sea, or a band that ends before its shortest waves"
+    message = f"where crests meet the slope comes to {slope:.3g}" if alone else f"the significant slope is {slope:.3g}"
+    message += f", and waves break from {most:.3g} on: forces there are those of no water"
+    return message if alone else f"{message}. A lower sea, or a band that ends before its shortest waves"
 
 
 def low_crest_of_first_order(k: float, amplitude: float, depth: float) -> str:
@@ -52,5 +52,5 @@ def low_crest_of_first_order(k: float, amplitude: float, depth: float) -> str:
     part = 0.25 * k * amplitude * (3.0 - s * s) / s**3
     if not part > _NOTED:
         return ""
-    what = f"a wave of first order with k A = {k * amplitude:.3g} has crests that are {100.0 * part:.0f} % too low"
-    return f"{what}, and troughs as much too deep: order = 2 has the bound wave that is missing"
+    message = f"a wave of first order with k A = {k * amplitude:.3g} has crests that are {100.0 * part:.0f} % too low"
+    return f"{message}, and troughs as much too deep: order = 2 has the bound wave that is missing"

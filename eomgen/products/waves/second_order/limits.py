@@ -77,6 +77,6 @@ def warn_of_doubtful_waves(vectors: Array, amplitude: Array, depth: float, order
     k = np.hypot(*vectors.T)
     shallow = beyond_second_order(vectors, amplitude, depth) if order == 2 else ""
     steep = too_steep_together(k, amplitude, depth, alone=False) if len(k) > 1 else ""
-    for what in (shallow, steep):
-        if what:
-            warnings.warn(f"Sea: {what}", RuntimeWarning, stacklevel=4)
+    for message in (shallow, steep):
+        if message:
+            warnings.warn(f"Sea: {message}", RuntimeWarning, stacklevel=4)

@@ -433,13 +433,13 @@ class Sea:
         """Return accelerations (..., 3) in m/s^2 of the water's surface above points of the plane."""
         return self._above(x, y, time, "acceleration")
 
-    def _above(self, x: ArrayLike, y: ArrayLike, time: float, what: str) -> Array:
+    def _above(self, x: ArrayLike, y: ArrayLike, time: float, quantity: str) -> Array:
         try:
             x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         except ValueError:
-            what = f"shapes {np.shape(x)} and {np.shape(y)} do not go together"
-            raise UsageError(Problem("Sea: x and y", what, "as many y as x, or one for all")) from None
-        result = getattr(self.at(np.column_stack((x.ravel(), y.ravel())), time), what)
+            fault = f"shapes {np.shape(x)} and {np.shape(y)} do not go together"
+            raise UsageError(Problem("Sea: x and y", fault, "as many y as x, or one for all")) from None
+        result = getattr(self.at(np.column_stack((x.ravel(), y.ravel())), time), quantity)
         return np.asarray(result).reshape(*x.shape, 3)
 
     def _own_labels(self, labels: ArrayLike) -> Array:

@@ -380,8 +380,8 @@ def _base() -> Claim:
         )
 
     names = [
-        f"{what}[{k}]"
-        for what, size in (("quaternion", 4), ("position", 3), ("omega", 3), ("velocity", 3))
+        f"{part}[{k}]"
+        for part, size in (("quaternion", 4), ("position", 3), ("omega", 3), ("velocity", 3))
         for k in range(size)
     ]
     return Claim(
