@@ -156,7 +156,8 @@ def test_frame_that_turns_far_away() -> None:
     text = (
         r"cannot be met together: after 0 corrections still off: .*held: origins meet along y by .*; turning moves"
         r" held: "
-        r"origins meet along y by 1e\+06 m per rad, where what it joins measures 0.6 m; try: the two frames of the"
+        r"origins meet along y by 1e\+06 m per rad, but the bodies that it joins measure 0.6 m; try: the two frames of"
+        r" the"
         r" constraint "
         r"near each other, or its first and second exchanged"
     )
@@ -180,7 +181,8 @@ def test_rows_that_rounding_hides() -> None:
     text = (
         r"rounding hides whether these rows follow from others: table: contact.*; places up to 1e\+08 m away are"
         r" subtracted in "
-        r"them, and what they join measures 3e-05 m; try: frames of constraints and an origin nearer to the machine"
+        r"them, and the bodies that they join measure 3e-05 m; try: frames of constraints and an origin nearer to the"
+        r" machine"
     )
     with pytest.raises(ModelError, match=text):
         assembled(data)

@@ -96,7 +96,7 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
         Rounding hides whether some columns are independent.
     """
     if model.multipliers:
-        fault = "constraints share efforts out, so fewer combinations decide a motion than those of the tree"
+        fault = "constraints share efforts out, so fewer combinations decide a motion than in the tree"
         raise UsageError(Problem("base_parameters", fault, "the scene without its constraints"))
     p = model.evaluator.one_set(parameters, "base_parameters(...) for each set")
     pi = model.regressor_parameters(parameters=p)

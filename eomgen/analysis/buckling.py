@@ -121,7 +121,7 @@ def _misleads(statics: LoadedStatics, rest: Rest, name: str, value: float, facto
         return ""
     told = "there is none" if later is None else f"it is {value + later:.6g}"
     return (
-        f"the lowest linear buckling load is {name} = {value + lowest:.6g} by what stiffness does at {value:.6g}, and"
+        f"the lowest linear buckling load is {name} = {value + lowest:.6g} by the stiffness at {value:.6g}, and"
         f" half way there {told}: the load bends the structure, so extrapolation misleads; try: equilibrium_path, which"
         " finds limit points and bifurcations"
     )

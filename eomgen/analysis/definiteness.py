@@ -38,7 +38,7 @@ def inertia_warning(
     what = f"the inertia matrix {where} is not positive definite, its smallest eigenvalue is {smallest:.3g}"
     beams = beams_beyond_linear_range(model, q, p)
     if beams:
-        what += f": this is beyond what order = 1 of beam{'s' * (len(beams) > 1)} {', '.join(beams)} is for"
+        what += f": this is beyond the range of order = 1 of beam{'s' * (len(beams) > 1)} {', '.join(beams)}"
     if start is not None and _definite(model, start, p):  # the masses are fine, and the state has run away
         return InertiaWarning(what, f"a step smaller than {step:.3g} s{', then order = 2' if beams else ''}")
     return InertiaWarning(what, "order = 2" if beams else "masses and inertias that bodies can have")
@@ -79,7 +79,7 @@ def linear_range_exceeded(model: CompiledModel, t: Array, q: Array, p: Array) ->
     for row in sorted(rows | set(range(0, len(t), len(t) // 200 + 1))):
         if beams := beams_beyond_linear_range(model, q[row], p):
             named = f"beam{'s' * (len(beams) > 1)} {', '.join(beams)}"
-            what = f"at t = {t[row]:.6g} s the deflection of {named} is beyond what order = 1 is for"
+            what = f"at t = {t[row]:.6g} s the deflection of {named} is beyond the range of order = 1"
             return f"{what}: the inertia matrix is not positive definite; try: order = 2"
     return ""
 

@@ -147,7 +147,7 @@ def check_lasting(model: CompiledModel, measures: Measures, u: Inputs, q: Array,
             f" t = {later.t:.6g} s {model.v_names[k]} would accelerate with {excess[k]:.3g} {unit}"
         )
         hint = off_axis_hint(model, measures, q, v) or (
-            "a scene in which nothing depends on what is driven (axes and masses symmetric about it)"
+            "a scene that is symmetric about the driven axis (axes and masses)"
         )
         raise NumericalError(Problem("equilibrium", fault, f"{hint}; {_AS_IT_MOVES}"))
 

@@ -222,7 +222,7 @@ def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Point,
         return "forces or moments that follow the motion, or moments about fixed axes, have no potential"
     # in an even number of directions (Chetaev 1961)
     if np.any(v) and against and against % 2 == 0:
-        return "gyroscopic forces may hold what it pushes away"
+        return "gyroscopic forces may stabilise directions of negative stiffness"
     return ""
 
 

@@ -227,7 +227,7 @@ def _warn_of_change(model: CompiledModel, state: State, operating_point: Operati
     if change > _SAME * float(np.max(np.abs(before))):
         what = (
             f"linear about the {state.what}: the linear model changes with the turn of {drives(model, state.v)}, so it"
-            " holds at this instant only; try: a scene that is symmetric about what turns, or simulate"
+            " holds at this instant only; try: a scene that is symmetric about the axis of the turn, or simulate"
         )
         warnings.warn(what, RuntimeWarning, stacklevel=4)
 
@@ -241,7 +241,7 @@ def _warn_of_acceleration(model: CompiledModel, found: Linearization) -> None:
         name, unit = model.v_names[k].removeprefix("v."), model.v_units[k].replace("/s", "/s^2")
         what = f"linear about a state that does not rest: {name} accelerates with {a[k]:.4g} {unit}"
         hint = 'linearize() for an equilibrium, at="initial", or the a of the state if it is meant'
-        warnings.warn(f"{what}, so modes are those of this instant; try: {hint}", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"{what}, so modes hold at this instant only; try: {hint}", RuntimeWarning, stacklevel=4)
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:

@@ -97,7 +97,7 @@ def check_constraints(model: CompiledModel, state: State, operating_point: Opera
                 f"the state does not meet the constraints: {names[worst]} is off by {values[worst]:.3g} in its {level}"
             )
             hint = (
-                "a without it, for that of the motion"
+                "no a, for the acceleration of the motion"
                 if level == "acceleration"
                 else "q and v of model.consistent(q, v)"
             )
@@ -114,7 +114,7 @@ def found_state(
 ) -> tuple[State, OperatingPoint]:
     """Return the state that ``at`` specifies; by default an equilibrium, else the initial state."""
     if at not in (None, "equilibrium", "steady", "initial"):
-        hint = '"equilibrium", "steady", "initial", or what model.equilibrium or model.steady_motion found'
+        hint = '"equilibrium", "steady", "initial", or the result of model.equilibrium or model.steady_motion'
         raise UsageError(Problem("linearize", f"at = {at!r} is unknown", hint))
     reason = ""
     start = initial_state(model, initial, operating_point.parameters)

@@ -140,7 +140,7 @@ def start_of_path(
         return varied, statics, first_point(statics, rest, float(np.sign(change)))
     except PathEndError as end:
         fault = f"no equilibrium was found at {parameter} = {value:.6g}, where the path is to start: {end.why}"
-        hint = "a start where less is loaded, or the initial state of an equilibrium"
+        hint = "a start with smaller loads, or the initial state of an equilibrium"
         raise NumericalError(Problem(call, fault, hint)) from None
 
 

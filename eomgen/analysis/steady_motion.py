@@ -256,7 +256,7 @@ def _failure(model: CompiledModel, conditions: Conditions, found: Search, given:
     state = found.state
     unbalanced = conditions.accelerations(*state.motion)
     if not np.all(np.isfinite(unbalanced)):
-        fault = "forces are not finite numbers where the search starts"
+        fault = "forces are not finite numbers at the start of the search"
         return NumericalError(Problem("steady motion", fault, "another initial state"))
     linear = linear_conditions(conditions, found.fields, given, state)
     parts = []
@@ -296,10 +296,10 @@ def _rows_not_met(model: CompiledModel, linear: Linear) -> list[str]:
 
 
 def _not_positive_definite(model: CompiledModel, q: Array, p: Array) -> ModelError:
-    start = inertia_warning(model, q, p, where="where the search starts")
+    start = inertia_warning(model, q, p, where="at the start of the search")
     if start is not None and beams_beyond_linear_range(model, q, p):
         return ModelError(Problem("steady motion", start.what, start.hint))
-    fault = "the inertia matrix is singular where the search came to"
+    fault = "the inertia matrix is singular at the end of the search"
     hint = "an initial state nearer to the motion, or masses and inertias that bodies can have"
     return ModelError(Problem("steady motion", fault, hint))
 

@@ -42,7 +42,7 @@ def _check_scene(path: Path) -> None:
     """Raise UsageError for a table or a folder of a run, beside which its solution lies."""
     folder = path if path.is_dir() else path.parent if path.suffix == ".csv" else None
     if folder is not None:
-        fault = "this is a folder" if folder == path else "a table does not hold what is drawn"
+        fault = "this is a folder" if folder == path else "a table has no poses of bodies"
         kept = folder / "solution.npz"
         hint = f"{kept}" if kept.is_file() else "the scene, or the solution.npz of eomgen simulate"
         raise UsageError(Problem(str(path), f"{fault}, and a scene or a stored solution is needed", hint))

@@ -13,7 +13,7 @@ from eomgen.errors import ToolchainError
 
 
 @click.command()
-@click.option("--quiet", is_flag=True, help="Print only what is not fine.")
+@click.option("--quiet", is_flag=True, help="Print failed checks only.")
 @json_option
 @debug_option
 def doctor(quiet: bool, as_json: bool) -> int:

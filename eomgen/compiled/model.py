@@ -51,7 +51,7 @@ _INTERNALS = frozenset(
     {"branches", "description", "evaluator", "factors", "functions", "having", "in_complex", "library", "stepper"}
 )
 
-_OTHER_PARAMETERS = "simulate(..., parameters={...}), or set_parameter of what start(...) gives"
+_OTHER_PARAMETERS = "simulate(..., parameters={...}), or set_parameter of the simulator of start(...)"
 
 
 class CompiledModel:

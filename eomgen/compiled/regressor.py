@@ -77,7 +77,9 @@ def _with(model: Extensible, term: str) -> Terms:
             fault = f"the bodies {', '.join(sorted(evaluator.beams))} deform, and ten numbers do not tell their inertia"
             hint = 'a scene without beams, or parameter_partials(q, v, a, of=["..."]) in parameters of the scene'
         else:
-            fault = "in absolute coordinates q is where centres of mass are, so what moves changes with the parameters"
+            fault = (
+                "in absolute coordinates q has positions of centres of mass, so coordinates change with the parameters"
+            )
             hint = 'joint coordinates: eomgen.load(path, coordinates="joint")'
         raise UsageError(Problem("regressor", fault, hint))
     return model.having((term,)).evaluator

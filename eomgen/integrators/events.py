@@ -46,7 +46,7 @@ OFF_CONSTRAINTS = Status(
 NEGATIVE_RESTITUTION = Status(
     25,
     "EVENT_NEGATIVE_RESTITUTION",
-    "the restitution of an impact is negative, and the motion would go on through what it meets",
+    "the restitution of an impact is negative, and the motion would go on through the obstacle",
     "a formula of the restitution that gives 0 or more there",
 )
 LOG_FULL = Status(

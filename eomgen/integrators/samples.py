@@ -17,7 +17,7 @@ CONTROLLER_ADVICE = "a function that gives finite values from the signals of tha
 #: Record of a stepper on the last function that failed; all zero but the first: the caller gave no function.
 CONTROLLER_FAILURE = (
     Field("failed_controller", "whose function failed last, counted from 1; 0: none", 0, "long"),
-    Field("controller_returned", "what that function returned, 0 where all is well", 0, "long"),
+    Field("controller_returned", "return value of that function, 0 without an error", 0, "long"),
     Field("controller_not_finite", "which of its values, then memory, is not finite, from 1; 0: none", 0, "long"),
 )
 

@@ -29,9 +29,9 @@ _KERNELS: Mapping[GroupFunction, Callable[[Group], kernels.Kernel]] = {
 }
 #: Structs within the state of all steppers.
 _GROUPS = {
-    "statistics": "What was counted and measured since the state was initialized.",
-    "conditions": "What accelerations were evaluated with, beside t, q, v and z.",
-    "event_state": "Where the functions of the events are, and what their actions have set.",
+    "statistics": "Counts and measures since the state was initialized.",
+    "conditions": "Arguments of the present accelerations, beside t, q, v and z.",
+    "event_state": "Values of the functions of events, and values set by their actions.",
 }
 
 
@@ -129,7 +129,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
 
 def _state(method: Family, system: System, sizes: Sizes) -> list[Field]:
     """Return the members of the state in their order; steps copy all before the conditions, which are last."""
-    beyond = "what angles that count up to whole turns only have beyond the digits of q; initialize clears it"
+    beyond = "parts of counted angles beyond the digits of q; initialize clears them"
     counted = (
         Field("steps", "of the time grid", 0, "long"),
         Field("newton_iterations", "", 0, "long"),
@@ -156,7 +156,7 @@ def _state(method: Family, system: System, sizes: Sizes) -> list[Field]:
         *(dataclasses.replace(item, group="statistics") for item in counted),
     ]
     if method.inputs == "sampled":
-        formulas = "inputs; not a number: those of the scene's formulas"
+        formulas = "inputs; not a number: by the scene's formulas"
         members += [Field("u", formulas, sizes.u, group="conditions")] if sizes.u else []
         members += [Field("p", "", sizes.p, "parameters", "conditions", "parameters")] if sizes.p else []
     return [dataclasses.replace(item, member=item.member or item.name) for item in members]

@@ -163,7 +163,7 @@ class StateSpace:
         try:
             states = np.linalg.solve(pencils, entering.astype(complex))
         except np.linalg.LinAlgError:
-            fault = "a frequency is that of a mode without damping, whose response has no bound"
+            fault = "a frequency is equal to the frequency of a mode without damping, whose response has no bound"
             raise NumericalError(Problem("frequency response", fault, "other frequencies, or damping")) from None
         return np.asarray(left @ states + direct, dtype=complex)
 
@@ -282,5 +282,5 @@ def _solved(M: Array, right: Array, names: Sequence[str]) -> Array:
         direction = np.abs(vectors[:, 0])
         along = ", ".join(name for name, size in zip(names, direction, strict=True) if size > 0.1 * np.max(direction))
         fault = f"the inertia matrix is singular along {along}, so there is no linear model of second order"
-        raise ModelError(Problem("linearization", fault, "mass or inertia for what moves along it"))
+        raise ModelError(Problem("linearization", fault, "mass or inertia for motion along it"))
     return np.asarray(scipy.linalg.solve(M, right, assume_a="pos")) if len(M) else right

@@ -227,7 +227,7 @@ def _check_second_order(linear: Linearization) -> None:
     """Raise ModelError if the linear model is none of second order."""
     if linear.names.states and np.abs(linear.Z0).max(initial=0.0) > 0.0:
         where = ", ".join(name for name, column in zip(linear.names.states, linear.Z0.T, strict=True) if np.any(column))
-        fault = f"forces depend on the internal states {where}, and modes are those of models of second order"
+        fault = f"forces depend on the internal states {where}, and modes belong to models of second order"
         raise ModelError(fault, "lqr, or all poles; a controller without memory between, or gains of your own")
 
 
@@ -299,7 +299,7 @@ def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Arr
     if np.any(Y_u):
         signal = item.labels[int(np.argwhere(np.any(Y_u, axis=1))[0, 0])]
         raise ModelError(
-            f"the signal {signal} depends on what the controller gives at the same instant", "another signal"
+            f"the signal {signal} depends on the controller's output at the same instant", "another signal"
         )
     there, back = state.there, state.back
     scaled, wanted = Y @ back, G @ back

@@ -65,7 +65,7 @@ def with_controller(
         raise UsageError(Problem("with_controller", fault, hint))
     if not isinstance(law, Regulator | OutputFeedback):
         fault = f"a Regulator or an OutputFeedback is needed, not {type(law).__name__}"
-        raise UsageError(Problem("with_controller", fault, "what lqr, place or output_feedback returns"))
+        raise UsageError(Problem("with_controller", fault, "the result of lqr, place or output_feedback"))
     data = dict(scene) if isinstance(scene, Mapping) else data_of(Path(scene))
     writer = _Writer(data, law.space, prefix)
     added = writer.regulator(law) if isinstance(law, Regulator) else writer.output_feedback(law)
@@ -119,7 +119,7 @@ class _Writer:
         if self.space.sample is not None:
             names = [_fitting(f"measured_{_legal(name)}") for name in law.observer.measured]
             for name, formula, label in zip(names, measured, controller.units["inputs"], strict=True):
-                states[name] = self._sampled(formula) | {"unit": label, "description": "what is measured, from rest on"}
+                states[name] = self._sampled(formula) | {"unit": label, "description": "measured signal, from rest on"}
             measured = names
         for k, name in enumerate(estimates):
             terms = [*zip(controller.A[k].tolist(), estimates, strict=True)]

@@ -123,7 +123,7 @@ def _undetermined(system: System, equations: Constrained, q: Array, rows: Redund
         return []
     return [
         f"at the start {system.multipliers[row]} follows from the other rows, and nearby only {part:.1g} of it is new:"
-        " nothing determines what it transmits, and no implicit method can start; try: another start, or a constraint"
+        " nothing determines its force, and no implicit method can start; try: another start, or a constraint"
         ' less (of a straight beam held at both ends: model = "kirchhoff", which stretches)'
         for row, part in rows.hardly.items()
     ]

@@ -120,7 +120,7 @@ def animation_page(solution: Animated) -> str:
     try:
         data = _packed(solution, poses_and_scenery.poses, poses_and_scenery.scenery)
     except (KeyError, TypeError, ValueError, IndexError) as error:
-        fault = f"its poses or its scenery are not what eomgen writes: {type(error).__name__}: {error}"
+        fault = f"its poses or its scenery are not in eomgen's format: {type(error).__name__}: {error}"
         raise FileError(Problem("solution", fault, "eomgen simulate again")) from None
     folder = template_folder() / "html"
     page = (folder / "animation.html").read_text(encoding="utf-8")

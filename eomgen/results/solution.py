@@ -511,7 +511,9 @@ class Solution:
                 k = int(np.argmax(off))
                 fault = f"at t = {begins:.9g} s {names[k]} is {first[near[-1], k]:.6g} in the first part"
                 fault += f" and {second[0, k]:.6g} in the second, which does not go on from it"
-                raise UsageError(Problem("followed_by", fault, "what model.resume makes of this run's checkpoint"))
+                raise UsageError(
+                    Problem("followed_by", fault, "the solution of model.resume from this run's checkpoint")
+                )
 
     def columns(self) -> dict[str, Array]:
         """Return all columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``input.motor``, ``output.tip[0]``,

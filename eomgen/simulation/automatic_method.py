@@ -79,7 +79,7 @@ def automatic(
         return _chosen(STANDARD, "no explicit method runs on this scene")
     if not facts["smooth"]:
         return _chosen(
-            STANDARD, "forces have corners where the motion decides, at which an explicit method loses its order"
+            STANDARD, "forces have corners at places met by the motion, at which an explicit method loses its order"
         )
     fastest = largest_eigenvalue(model, initial_state(model, initial, p), t, p)
     if fastest is None:

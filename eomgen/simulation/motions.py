@@ -176,7 +176,7 @@ def read_target(name: str, target: ArrayLike, when: str = "") -> Array:
     array = numbers(where, target)
     if array.shape != (3,):
         fault = f"its position, rate and acceleration{when} are needed, three numbers, not shape {array.shape}"
-        hint = "(x, v, a): what follows the motion needs its derivatives; of a spline s: (s(t), s(t, 1), s(t, 2))"
+        hint = "(x, v, a): joints that follow the motion need its derivatives; of a spline s: (s(t), s(t, 1), s(t, 2))"
         raise UsageError(Problem(where, fault, hint))
     check_finite(where, array)
     return array.copy()

@@ -454,7 +454,7 @@ class Simulator:
             There are no recorded rows.
         """
         if not self._recorded:
-            fault = "there are no rows: a simulator keeps those that it is asked to keep"
+            fault = "there are no rows: a simulator keeps the states that it is asked to record"
             raise UsageError(Problem("solution", fault, "run.record() at the start and after steps"))
         return recorded_solution(self._run, self._recorded, self.statistics, self.notes, self._stopped)
 

@@ -263,5 +263,7 @@ def long_lever(rows: Rows, names: Sequence[str], row: int) -> str:
     """Return in words that rotation moves a row far more than the size of the joined bodies."""
     text = f"turning moves {names[row]} by {rows.lever(row):.3g} m per rad"
     return (
-        f"{text}, where what it joins measures {rows.extent[row]:.3g} m" if rows.lever(row) > rows.extent[row] else text
+        f"{text}, but the bodies that it joins measure {rows.extent[row]:.3g} m"
+        if rows.lever(row) > rows.extent[row]
+        else text
     )

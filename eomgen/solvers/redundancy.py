@@ -121,7 +121,7 @@ def _too_far_away(system: Constrained, here: Rows, rows: Sequence[int]) -> Model
         f"rounding hides whether these rows follow from others: {listed}; places up to {size:.3g} m away are"
         " subtracted in "
     )
-    fault += f"them, and what they join measures {extent:.3g} m"
+    fault += f"them, and the bodies that they join measure {extent:.3g} m"
     return ModelError(Problem("constraints", fault, "frames of constraints and an origin nearer to the machine"))
 
 

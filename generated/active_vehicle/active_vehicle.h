@@ -163,13 +163,13 @@ typedef struct active_vehicle_settings {
     long reuse; /* 1: keep a factorization as long as it converges well; 0: one per step */
 } active_vehicle_settings;
 
-/* What accelerations were evaluated with, beside t, q, v and z. */
+/* Arguments of the present accelerations, beside t, q, v and z. */
 typedef struct active_vehicle_conditions {
-    eomgen_real u[4]; /* inputs; not a number: those of the scene's formulas */
+    eomgen_real u[4]; /* inputs; not a number: by the scene's formulas */
     active_vehicle_parameters parameters;
 } active_vehicle_conditions;
 
-/* What was counted and measured since the state was initialized. */
+/* Counts and measures since the state was initialized. */
 typedef struct active_vehicle_statistics {
     long steps; /* of the time grid */
     long newton_iterations;

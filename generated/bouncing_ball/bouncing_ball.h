@@ -164,7 +164,7 @@ typedef enum bouncing_ball_status {
     /* no impulse gives the velocities that an event asks for: constraints, or other velocities, decide them */
     BOUNCING_BALL_EVENT_WITHOUT_IMPULSE = 23,
     BOUNCING_BALL_EVENT_OFF_CONSTRAINTS = 24, /* the positions that an event sets break the constraints */
-    /* the restitution of an impact is negative, and the motion would go on through what it meets */
+    /* the restitution of an impact is negative, and the motion would go on through the obstacle */
     BOUNCING_BALL_EVENT_NEGATIVE_RESTITUTION = 25,
     BOUNCING_BALL_EVENT_LOG_FULL = 26, /* more events lie between two rows than the 64 that are kept */
     /* the formula of an event, or its rate, has no finite value within the next step */
@@ -179,7 +179,7 @@ typedef struct bouncing_ball_settings {
     eomgen_real largest_step; /* of the method's own, s, at most 256 steps of the grid; 0: these */
 } bouncing_ball_settings;
 
-/* Where the functions of the events are, and what their actions have set. */
+/* Values of the functions of events, and values set by their actions. */
 typedef struct bouncing_ball_event_state {
     long known; /* 1 behind the first step */
     long side[4]; /* signs of the functions: 1, -1, 0 on a root */
@@ -189,7 +189,7 @@ typedef struct bouncing_ball_event_state {
     eomgen_real mode[1]; /* values of the modes */
 } bouncing_ball_event_state;
 
-/* What was counted and measured since the state was initialized. */
+/* Counts and measures since the state was initialized. */
 typedef struct bouncing_ball_statistics {
     long steps; /* of the time grid */
     long newton_iterations;

@@ -43,7 +43,7 @@ static void bouncing_ball_series_next(const real *q_k, const real *v_k, const re
     v_next[1] = -(K(5.0) * ((K(400.0) * q_k[1] + K(12.0) * v_k[1]) * kept[1]) * order[2]);
 }
 
-/* what rounding is a fraction of. */
+/* scales of rounding. */
 static void bouncing_ball_extent(real *restrict extent)
 {
     extent[0] = K(0.0);
@@ -79,7 +79,7 @@ const char *bouncing_ball_status_text(bouncing_ball_status status)
         return "no impulse gives the velocities that an event asks for: constraints, or other velocities, decide them";
     case BOUNCING_BALL_EVENT_OFF_CONSTRAINTS: return "the positions that an event sets break the constraints";
     case BOUNCING_BALL_EVENT_NEGATIVE_RESTITUTION:
-        return "the restitution of an impact is negative, and the motion would go on through what it meets";
+        return "the restitution of an impact is negative, and the motion would go on through the obstacle";
     case BOUNCING_BALL_EVENT_LOG_FULL: return "more events lie between two rows than the 64 that are kept";
     case BOUNCING_BALL_EVENT_WITHOUT_VALUE:
         return "the formula of an event, or its rate, has no finite value within the next step";

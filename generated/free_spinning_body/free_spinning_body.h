@@ -136,7 +136,7 @@ typedef struct free_spinning_body_settings {
     long reuse; /* 1: keep a factorization as long as it converges well; 0: one per step */
 } free_spinning_body_settings;
 
-/* What was counted and measured since the state was initialized. */
+/* Counts and measures since the state was initialized. */
 typedef struct free_spinning_body_statistics {
     long steps; /* of the time grid */
     long newton_iterations;

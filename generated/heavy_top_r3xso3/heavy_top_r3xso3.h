@@ -198,7 +198,7 @@ typedef struct heavy_top_r3xso3_settings {
     long reuse; /* 1: keep a factorization as long as it converges well; 0: one per step */
 } heavy_top_r3xso3_settings;
 
-/* What was counted and measured since the state was initialized. */
+/* Counts and measures since the state was initialized. */
 typedef struct heavy_top_r3xso3_statistics {
     long steps; /* of the time grid */
     long newton_iterations;

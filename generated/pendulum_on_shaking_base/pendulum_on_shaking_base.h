@@ -167,7 +167,7 @@ typedef struct pendulum_on_shaking_base_settings {
     long reuse; /* 1: keep a factorization as long as it converges well; 0: one per step */
 } pendulum_on_shaking_base_settings;
 
-/* What was counted and measured since the state was initialized. */
+/* Counts and measures since the state was initialized. */
 typedef struct pendulum_on_shaking_base_statistics {
     long steps; /* of the time grid */
     long newton_iterations;

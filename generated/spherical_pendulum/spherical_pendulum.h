@@ -136,7 +136,7 @@ typedef struct spherical_pendulum_settings {
     long reuse; /* 1: keep a factorization as long as it converges well; 0: one per step */
 } spherical_pendulum_settings;
 
-/* What was counted and measured since the state was initialized. */
+/* Counts and measures since the state was initialized. */
 typedef struct spherical_pendulum_statistics {
     long steps; /* of the time grid */
     long newton_iterations;

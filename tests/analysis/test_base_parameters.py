@@ -106,7 +106,7 @@ def test_what_has_none() -> None:
         looped.base_parameters()
     builder = eomgen.SceneBuilder("rod", coordinates="absolute").body("rod", 1.0, inertia=[0.1, 0.1, 0.1])
     absolute = eomgen.build(builder.joint("fall", "free", "base", "rod").build(), ["mass"])
-    with pytest.raises(UsageError, match="regressor: in absolute coordinates q is where centres of mass are"):
+    with pytest.raises(UsageError, match="regressor: in absolute coordinates q has positions of centres of mass"):
         absolute.base_parameters()
 
 

@@ -368,7 +368,7 @@ def test_a_deep_arch_snaps_at_its_published_load_and_linear_buckling_says_that_i
         loads.append(path.critical[0].value)
     assert (4.0 * loads[1] - loads[0]) / 3.0 == pytest.approx(8.97, abs=0.005)
     said = (
-        r"arch: the lowest linear buckling load is load = [-0-9.]+ by what stiffness does at 0, and half way there"
+        r"arch: the lowest linear buckling load is load = [-0-9.]+ by the stiffness at 0, and half way there"
         r" (it is [-0-9.]+|there is none): the load bends the structure, so extrapolation misleads; try:"
         r" equilibrium_path, which finds limit points and bifurcations"
     )

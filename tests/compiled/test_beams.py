@@ -84,7 +84,7 @@ def test_a_run_beyond_order_1_blames_the_beam_and_not_the_step() -> None:
     run = eomgen.build(scene).simulate(0.2, 1e-3, initial={"c": 0, "b": [0.05, -0.04, 0.04]})
     assert not run.success and "the energy is out of balance" in run.message
     assert run.message.endswith(
-        "the deflection of beam b is beyond what order = 1 is for: the inertia matrix is not positive definite; try:"
+        "the deflection of beam b is beyond the range of order = 1: the inertia matrix is not positive definite; try:"
         " order = 2"
     )
 

@@ -326,7 +326,7 @@ def _motions() -> Iterator[tuple[str, Callable[[], Any], tuple[str, ...]]]:
     yield (
         "an absurd tolerance",
         run_of(pendulum(), 1.0, 0.1, method="taylor", tolerance=1e-30),
-        ("far below what double precision", "1e-16"),
+        ("far below the resolution of double precision", "1e-16"),
     )
     yield (
         "an input that raises",

@@ -58,7 +58,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     ),
     (
         lambda: eomgen.with_controller("scene.toml", law().gains),
-        "with_controller: a Regulator or an OutputFeedback is needed, not ndarray; try: what lqr, place",
+        "with_controller: a Regulator or an OutputFeedback is needed, not ndarray; try: the result of lqr, place",
     ),
     (lambda: unpacked(law()), "a Regulator is one object, and not several to be unpacked; try: law = ..., and law.ga"),
     (lambda: unpacked(observer()), "an Observer is one object, and not several to be unpacked; try: observer = ..."),

@@ -84,7 +84,7 @@ def test_what_was_meant_is_told(call: Callable[[], Any], piece: str) -> None:
     [
         (
             lambda: place(space(), [1, 2]),
-            "place: poles with positive real parts are asked for, 1, 2: what has them grows; try: negative real parts",
+            "place: poles with positive real parts are asked for, 1, 2: such motions grow; try: negative real parts",
         ),
         (lambda: place(space(), [1 + 2j, 1 - 2j]), "asked for, 1+2j, 1-2j"),
         (lambda: place(space(), [1, 2], sample="10 ms"), "poles z = e^(s T) outside the unit circle"),
@@ -308,7 +308,7 @@ TIMES = np.linspace(0.0, 0.01, 5)
             "function, lambda t: ..., or [inputs] motor = { formula = ... } in the scene"),
         (runs(inputs={"motor": (TIMES, TIMES)}), "(11,) is needed: one value at every point of the step grid; try: la"),
         (runs(inputs={"motor": np.column_stack([TIMES, TIMES])}), "try: lambda t: np.interp(t, times, values)"),
-        (runs(inputs={"motor": lambda t: None}), "gives nothing (None) at t = 0 s; try: return in front of what it"),
+        (runs(inputs={"motor": lambda t: None}), "gives nothing (None) at t = 0 s; try: a return statement"),
         (runs(start={"shoulder": 0.3}), "a run cannot start at {'shoulder': 0.3}; try: initial={...}, for a state"),
         (lambda: arm().simulate(np.linspace(0, 1, 11)), "not ndarray; try: t_end=times[-1], step=times[1] - times[0]"),
         (lambda: arm().simulate(float("nan"), 1e-3), "t_end is nan, not a finite number; try: a finite number of seco"),

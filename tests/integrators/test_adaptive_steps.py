@@ -260,9 +260,9 @@ def test_a_tolerance_makes_the_method_choose_its_steps() -> None:
         ("hht_index3", "leaves multipliers with errors of first order; try: generalized_alpha, which holds velocities"),
         (
             "generalized_alpha_f1",
-            "the estimate of errors is that of a step with one exponential; try: generalized_alpha",
+            "the estimate of errors is for steps with one exponential; try: generalized_alpha",
         ),
-        ("generalized_alpha_spatial", "belongs to steps of one size; try: generalized_alpha, or rk45"),
+        ("generalized_alpha_spatial", "from step to step need steps of one size; try: generalized_alpha, or rk45"),
         ("newmark", "with damping its order is 1; try: trapezoidal, which it is without damping"),
         ("rk4", "it has no estimate of its errors; try: rk45"),
         ("rk4_partitioned", "it has no estimate of its errors; try: rk45_partitioned"),

@@ -98,7 +98,7 @@ def test_generated_c_takes_the_same_steps(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_without_constraints_it_says_what_does_the_same() -> None:
     scene = eomgen.SceneBuilder("free").body("a", 1.0).joint("x", "prismatic", "base", "a", axis=[1, 0, 0]).build()
-    with pytest.raises(eomgen.ModelError, match="rk45 does the same work where there are none"):
+    with pytest.raises(eomgen.ModelError, match="rk45 does the same work if there are none"):
         eomgen.build(scene).simulate(1.0, method=METHOD)
 
 

@@ -309,7 +309,8 @@ BAD = [
     (
         {"tolerance": 1e-300},
         (
-            "tolerance: the tolerance 1e-300 is far below what double precision can tell; try: 1e-16 or more, or 0 for"
+            "tolerance: the tolerance 1e-300 is far below the resolution of double precision; try: 1e-16 or more, or 0"
+            " for"
             " steps of the time grid"
         ),
     ),

@@ -47,11 +47,11 @@ def test_a_beam_bent_too_far_is_named() -> None:
     smallest = float(np.linalg.eigvalsh(model.mass(model.initial_q))[0])
     assert smallest < 0.0
     said = f"is not positive definite, its smallest eigenvalue is {smallest:.3g}: "
-    said += "this is beyond what order = 1 of beam blade is for"
+    said += "this is beyond the range of order = 1 of beam blade"
     with pytest.raises(ModelError) as caught:
         model.linearize(at="steady")
     (problem,) = caught.value.problems
-    assert problem.what == f"the inertia matrix where the search starts {said}" and problem.hint == "order = 2"
+    assert problem.what == f"the inertia matrix at the start of the search {said}" and problem.hint == "order = 2"
     (form,) = check(scene, states=1, only=["mass.M, definite"], profile="quick").failures
     assert str(form.worst) == f"the inertia matrix at initial state {said}; try: order = 2"
     assert np.linalg.eigvalsh(eomgen.build(blade((0.0, 3.0, 0.0), 2), profile="quick").mass(model.initial_q))[0] > 0.0

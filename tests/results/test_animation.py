@@ -250,7 +250,7 @@ def test_stored_sceneries_of_others_are_refused(tmp_path: Path) -> None:
     metadata["scenery"]["bodies"][0]["name"] = "stranger"
     write_arrays(tmp_path / "changed.npz", arrays, metadata)
     text = (
-        "solution: its poses or its scenery are not what eomgen writes: KeyError: 'stranger'; try: eomgen simulate"
+        "solution: its poses or its scenery are not in eomgen's format: KeyError: 'stranger'; try: eomgen simulate"
         " again"
     )
     with pytest.raises(eomgen.FileError, match=text):

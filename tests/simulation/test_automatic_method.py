@@ -63,7 +63,7 @@ def test_the_eigenvalue_is_that_of_the_motion_that_constraints_leave() -> None:
             oscillator(limits={"upper": 0.3, "stiffness": 100.0, "damping": 1.0}),
             0.01,
             "generalized_alpha",
-            "forces have corners where the motion decides",
+            "forces have corners at places met by the motion",
         ),
     ],
 )

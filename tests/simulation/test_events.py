@@ -557,7 +557,7 @@ def test_a_negative_restitution_is_refused_whatever_it_is_made_of() -> None:
     assert not run.success and run.q.min() > -1e-9
     assert run.message == (
         "at t = 0.451523641 s, the event bounce: the restitution of an impact is negative, and the motion would go on"
-        " through what it meets, after 45 of 400 steps; try: a formula of the restitution that gives 0 or more there"
+        " through the obstacle, after 45 of 400 steps; try: a formula of the restitution that gives 0 or more there"
     )
 
 

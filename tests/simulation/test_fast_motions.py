@@ -40,8 +40,8 @@ def test_a_stiff_start_off_balance_is_told_of(absolute: bool, tmp_path: Path) ->
     assert run.success and run.error.unresolved == (
         f"the start excites a motion of {name} at {1.0 / period:.3g} Hz, whose period of {period:.2g} s steps of"
         " 0.002 s do not resolve: accelerations, forces and outputs made of them follow the slow motion alone, and the"
-        f" estimated error need not count the fast one; try: a step of {0.3 / FAST:.2g} s, or a start in balance with"
-        " what is stiff there"
+        f" estimated error need not count the fast one; try: a step of {0.3 / FAST:.2g} s, or a start in which stiff"
+        " parts are in balance"
     )
     assert run.message.endswith(run.error.unresolved)
     true = 2.0 * 9.81 * (1.0 - np.cos(FAST * run.t))

@@ -154,12 +154,13 @@ def test_an_impact_that_the_run_starts_behind_or_on_is_told_of() -> None:
     floor = {"when": "q.ball", "direction": "falling", "action": "impact", "restitution": 0.5}
     behind = falling({"floor": floor}, {"position": -0.5, "velocity": 5.0}).simulate(0.5, 0.01, method="rk4")
     text = (
-        "the run starts behind the impact floor, which is met from where its formula is above zero: at the start it is"
+        "the run starts behind the impact floor, which is met from the side where its formula is above zero: at the"
+        " start it is"
         ' -0.5; try: another initial state, or direction = "rising"'
     )
     assert text in behind.message and text in behind.metadata["notes"]
     above = falling({"floor": {**floor, "direction": "rising"}}).simulate(0.2, 0.01, method="rk4")
-    assert "met from where its formula is below zero: at the start it is 1;" in above.message
+    assert "met from the side where its formula is below zero: at the start it is 1;" in above.message
     either = falling({"floor": {**floor, "direction": "both"}}, {"position": 0.0}).simulate(0.2, 0.01, method="rk4")
     assert "the run starts at rest on the impact floor, which has no side" in either.message
     free = falling({"floor": floor}).simulate(0.2, 0.01, method="rk4")

@@ -406,7 +406,11 @@ def test_a_stepper_that_knows_no_more_says_what_its_status_means() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "what"),
     [
-        ("return t < 0.0", "return t > 0.205 ? 7 : 0", "returned 7, and only 0 goes on; try: what it returns 7 for"),
+        (
+            "return t < 0.0",
+            "return t > 0.205 ? 7 : 0",
+            "returned 7, and only 0 goes on; try: the reason for which it returns 7",
+        ),
         (
             "return t < 0.0",
             "values[0] /= t < 0.205; return 0",

@@ -37,8 +37,8 @@ def series_functions(
     start: list[tuple[str, Sequence[Ref], str]] = [
         ("left_0", [term.value for term in series.left], "left factors of the products"),
         ("right_0", [term.value for term in series.right], "right factors"),
-        ("kept_0", series.kept, "what coefficients of all orders need"),
-        ("previous_0", [term.value for term in series.previous], "slopes of functions of what is linear in time"),
+        ("kept_0", series.kept, "values used by coefficients of all orders"),
+        ("previous_0", [term.value for term in series.previous], "slopes of functions of arguments linear in time"),
     ]
     later: list[tuple[str, Sequence[Ref], str]] = [
         ("left_k", [term.next for term in series.left], "coefficient k of the left factors, or k times it"),
@@ -75,7 +75,7 @@ def extent_function(system: System, curve_numbers: dict[int, int]) -> list[Progr
     if not system.extent:
         return []
     sizes = [("extent", system.extent, "size of the machine, m, and of gravity, m/s^2")]
-    return [program_function(system.tape, "extent", "what rounding is a fraction of", ("p",), sizes, curve_numbers)]
+    return [program_function(system.tape, "extent", "scales of rounding", ("p",), sizes, curve_numbers)]
 
 
 def kinds(system: System) -> list[dict[str, Any]]:

@@ -43,7 +43,7 @@ def rate_functions(system: System, curve_numbers: dict[int, int]) -> tuple[tuple
     description = "rates of the state, and half its second rates"
     functions = []
     if len(early) >= WORTHWHILE * sum(tape.op[node] not in LEAVES for node in tape.live(outputs)) and held:
-        what = "what depends on time, inputs and parameters alone"
+        what = "values that depend on time, inputs and parameters alone"
         functions.append(
             program_function(tape, "series_of_time", what, OF_TIME, [(HELD, held, "of series_rates")], curve_numbers)
         )

@@ -49,7 +49,7 @@ def check_tolerance(tolerance: float) -> None:
 
 def tolerance_setting(tolerance: float) -> Setting:
     """Return the row of a tolerance."""
-    comment = "of the local error of a step, relative to what the motion moves within it"
+    comment = "of the local error of a step, relative to the motion within it"
     return Setting("tolerance", tolerance, comment, single=1e-5)
 
 
@@ -72,7 +72,7 @@ def step_state(sizes: Sizes) -> tuple[Field, ...]:
     return tuple(fields)
 
 
-STEP_GROUPS: tuple[tuple[str, str], ...] = (("control", "What the next step of the method's own follows from."),)
+STEP_GROUPS: tuple[tuple[str, str], ...] = (("control", "Data from which the method's next own step follows."),)
 
 
 def step_statistics() -> tuple[Field, ...]:
@@ -81,7 +81,7 @@ def step_statistics() -> tuple[Field, ...]:
         Field("own_steps", "steps of the method's own", 0, "long"),
         Field("rejections", "steps that were taken again in smaller ones", 0, "long"),
         Field("smallest_step", "the smallest of its own, s"),
-        Field("smallest_step_time", "where that began, s"),
+        Field("smallest_step_time", "time at its start, s"),
         Field("largest_step", "the largest, s"),
         Field(
             "hardest",

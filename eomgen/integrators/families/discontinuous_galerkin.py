@@ -157,7 +157,7 @@ class DiscontinuousGalerkin(OneFactorization):
 
     @property
     def more_stable(self) -> str:
-        return "tdg1, which damps what its steps cannot follow most"
+        return "tdg1, which damps unresolved motions most"
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         return (STOP_AT_GROWTH,)

@@ -78,15 +78,15 @@ OF_ORDER_2 = ("hht", "wbz", "trapezoidal")
 
 #: Reason for which steps of other forms and variants have one size, and methods that follow a tolerance.
 _INDEX_3_FIXED = (
-    "in index 3 velocities lie off the constraints by the square of the step, and where it changes, that leaves"
+    "in index 3 velocities lie off the constraints by the square of the step, and a change of the step leaves"
     " multipliers with errors of first order",
     "generalized_alpha, which holds velocities on the constraints, or rk45_partitioned",
 )
 _VARIANT_FIXED: Mapping[str, tuple[str, str] | tuple[()]] = {
     "F0": (),
-    "F1": ("the estimate of errors is that of a step with one exponential", "generalized_alpha"),
-    "F2": ("the estimate of errors is that of a step with one exponential", "generalized_alpha"),
-    SPATIAL: ("what turns from step to step with a body belongs to steps of one size", "generalized_alpha, or rk45"),
+    "F1": ("the estimate of errors is for steps with one exponential", "generalized_alpha"),
+    "F2": ("the estimate of errors is for steps with one exponential", "generalized_alpha"),
+    SPATIAL: ("vectors that turn with a body from step to step need steps of one size", "generalized_alpha, or rk45"),
 }
 _NEWMARK_FIXED = (
     "the estimate of errors is of methods of order 2, and with damping its order is 1",
@@ -383,7 +383,11 @@ class GeneralizedAlpha(Family):
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         if not sizes.lam:
             return ()
-        raw = "; where that is much, rows of the record hold what q and v ask for" if self._index_3(sizes) else ""
+        raw = (
+            "; if that is much, rows of the record hold the values that follow from q and v"
+            if self._index_3(sizes)
+            else ""
+        )
         return (
             Field("max_constraint", "largest |Phi| of the states recorded, and of the last one"),
             Field("max_constraint_velocity", "largest |w| of these"),

@@ -158,7 +158,7 @@ def _damping(
     if alpha is not None:
         value = exact("method.alpha", alpha)
         if not 0 <= value <= largest:
-            why = "the opposite sign is that of the papers and of Abaqus" if value < 0 else reason
+            why = "the papers and Abaqus have the opposite sign" if value < 0 else reason
             fault = f"alpha of {name} must lie in 0..{text}, not {alpha!r}: {why}"
             raise UsageError(Problem("method.alpha", fault, f"{-alpha!r}" if -largest <= value < 0 else "0.05"))
         return value

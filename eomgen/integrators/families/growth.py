@@ -23,7 +23,7 @@ GROWTH_STATUS = Status(
     10,
     "UNFOLLOWED_GROWTH",
     "something grows by itself so fast that a step would damp it, as behind a force that pushes away",
-    f"{SMALLER_STEP}, or stop_at_growth = 0 where the growth does not matter",
+    f"{SMALLER_STEP}, or stop_at_growth = 0 if the growth does not matter",
 )
 #: The same if constraints border the matrix, since their rows may change a sign too.
 GROWTH_OR_SINGULAR_STATUS = replace(

@@ -61,16 +61,17 @@ POSITIONS_ALONE = Need(
 
 def constrained(otherwise: str) -> Need:
     """Return the need of a method that eliminates constraints; ``otherwise`` does its work if there are none."""
-    reason = f"it eliminates constraint equations, and {otherwise} does the same work where there are none"
+    reason = f"it eliminates constraint equations, and {otherwise} does the same work if there are none"
     return Need("constraints", True, reason, otherwise)
 
 
-_OTHERWISE = "rattlie, which keeps energies where inertia varies, or rk4"
+_OTHERWISE = "rattlie, which keeps energies if inertia varies, or rk4"
 #: Of compositions of drifts and kicks: the two parts of the Hamiltonian have exact motions.
 CONSTANT_INERTIA = Need(
     "constant_mass",
     True,
-    "its drifts are exact at constant velocities, which momenta are where inertia does not change with the position",
+    "its drifts are exact at constant velocities, and constant momenta give these only if inertia does not change with"
+    " the position",
     _OTHERWISE,
 )
 NO_VELOCITY_FORCES = Need(

@@ -113,7 +113,7 @@ def linear_system(
 def _remainders(sizes: Sizes) -> tuple[Field, ...]:
     """Return the members of a state for ``common/compensated.c.jinja``."""
     members = (
-        Field(f"{name}_remainder", f"what sums of {name} have lost", size)
+        Field(f"{name}_remainder", f"rounding lost by sums of {name}", size)
         for name, size in (("q", sizes.q), ("v", sizes.v), ("z", sizes.z))
     )
     return tuple(item for item in members if item.size)

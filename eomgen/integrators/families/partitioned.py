@@ -121,7 +121,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
     passes_singularities = True
     state_is_all = False
     projection = "changes of the dependent components"
-    groups = (("passage", "What leads a motion past positions where the constraints are singular."),)
+    groups = (("passage", "Data that lead a motion past singular positions of the constraints."),)
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:

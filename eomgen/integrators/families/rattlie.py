@@ -95,13 +95,13 @@ class Rattlie(Family):
         return "generalized_alpha, which is stable at any step"
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        unit = Field("unit", "what a kinetic energy of 1/2 makes of each unknown alone", sizes.v + sizes.lam)
+        unit = Field("unit", "size of each unknown alone at a kinetic energy of 1/2", sizes.v + sizes.lam)
         if not sizes.lam:
             return (unit,)
         return (
             unit,
             Field("lam_before", "multipliers at the end of the last step", sizes.lam),
-            Field("lam_after", "those at its start, from that side", sizes.lam),
+            Field("lam_after", "multipliers at its start, from that side", sizes.lam),
             Field("lam_mean", "their mean with those before it, at its start; of order 2", sizes.lam),
             Field("last_step", "its length, 0 when there was none"),
             Field("side", "which multipliers rows have, as in the settings", 0, "long"),
@@ -137,7 +137,7 @@ class Rattlie(Family):
         repeated = ": constraints that repeat each other, or a part without mass" if constrained else ""
         return (
             Status(1, "NOT_CONVERGED", "the Newton iteration of a step did not converge", SMALLER_STEP),
-            Status(2, "SINGULAR", f"the mass matrix, or that of a step, is singular{repeated}", SINGULAR_ADVICE),
+            Status(2, "SINGULAR", f"the mass matrix, or the matrix of a step, is singular{repeated}", SINGULAR_ADVICE),
             NOT_FINITE,
             BAD_ARGUMENT,
             rotation_too_large(angles),

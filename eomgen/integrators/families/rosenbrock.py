@@ -131,24 +131,24 @@ class Rosenbrock(OneFactorization):
 
     @property
     def more_stable(self) -> str:
-        return "lsrt2, which damps what its steps cannot follow" if self.stages == 1 else "generalized_alpha"
+        return "lsrt2, which damps unresolved motions" if self.stages == 1 else "generalized_alpha"
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         kept = super().state(sizes)
         if sizes.lam:
-            unit = Field("unit", "what a kinetic energy of 1/2 at the start makes of each unknown alone", _size(sizes))
-            row_size = Field("row_size", "what violations of rows are held against", sizes.lam)
+            unit = Field("unit", "size of each unknown alone at a kinetic energy of 1/2, at the start", _size(sizes))
+            row_size = Field("row_size", "scale of violations of rows", sizes.lam)
             kept = (unit, row_size, *kept[1:])
         if self.stages == 2:
             return kept
         return (*kept, Field("damped", "1: the next step is two of implicit Euler", 0, "long"))
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        drift = "of what rows add up to or extend over, the most that steps may leave of |Phi|, and of step times |w|"
+        drift = "largest |Phi|, and step times |w|, left by steps, relative to the terms or the extent of each row"
         left = (STOP_AT_GROWTH, *((Setting("drift", DRIFT, drift, single=SINGLE_DRIFT),) if sizes.lam else ()))
         if self.stages == 2:
             return left
-        meaning = "1: the first step, and those behind jumps, are two of implicit Euler, which damps what starts excite"
+        meaning = "1: the first step, and each behind a jump, is two of implicit Euler, which damp excited fast motions"
         return (Setting("damped_start", 0, meaning, (0, 1)), *left)
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:

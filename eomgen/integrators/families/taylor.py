@@ -88,7 +88,7 @@ class Taylor(Family):
             fault = f"the tolerance must lie in 0..0.1, not {self.tolerance:g}"
             raise UsageError(Problem("tolerance", fault, "1e-10, or 0 for steps of the time grid"))
         if 0.0 < self.tolerance < SMALLEST_TOLERANCE:
-            fault = f"the tolerance {self.tolerance:g} is far below what double precision can tell"
+            fault = f"the tolerance {self.tolerance:g} is far below the resolution of double precision"
             raise UsageError(Problem("tolerance", fault, "1e-16 or more, or 0 for steps of the time grid"))
         if self.order == 0:
             if self.tolerance == 0.0:

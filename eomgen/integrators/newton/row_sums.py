@@ -67,7 +67,7 @@ def with_row_sums(system: System) -> System:
     if any(pairs is None for pairs in links):
         return completed
     by_pair = {pair: terms for pairs in links if pairs is not None for pair, terms in pairs.items()}
-    with system.tape.block("forces apart from those of relative springs and dampers, and these"):
+    with system.tape.block("forces without relative springs and dampers, and the forces of these"):
         return _with_forces_apart(completed, system.functions[forces], summands, by_pair)
 
 
@@ -291,6 +291,6 @@ def _with_forces_apart(
     blocks.append(Block("mutual", (len(mutual),), mutual, what))
     read = {symbol.block for symbol in tape.depends_on(ref for block in blocks for ref in block.refs)}
     inputs = tuple(block for block in INPUT_BLOCKS if block in read)
-    text = "the residual, and what relative springs and dampers put between two coordinates apart from it"
+    text = "the residual, and apart from it the forces of relative springs and dampers between two coordinates"
     functions = {**system.functions, APART: Function(APART, text, inputs, tuple(blocks))}
     return replace(system, functions=functions, links=tuple(links))

@@ -38,7 +38,7 @@ def quadratic_cost(
         Names that there are not, weights that are negative, matrices of other sizes.
     """
     if inputs and isinstance(R, Mapping) and set(inputs) != set(R):
-        raise UsageError(Problem("R", "the inputs that it names are not those of `inputs`", "one of both"))
+        raise UsageError(Problem("R", "the inputs that it names differ from `inputs`", "one of both"))
     controlled = controlled_by(space, tuple(R) if isinstance(R, Mapping) else tuple(inputs))
     m, ns = len(controlled.inputs), len(controlled.states)
     effort: ArrayLike = [number("R", name, R[name]) for name in controlled.inputs] if isinstance(R, Mapping) else R

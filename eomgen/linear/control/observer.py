@@ -257,5 +257,5 @@ def _refuse_white_measurements(measured: Sequence[str], F: Array, W: Array) -> N
     for name, row in zip(measured, F @ W, strict=True):
         if np.any(row):
             fault = f"{name} contains white noise itself, and its value at a sample would be infinite"
-            hint = "a shaping filter between the noise and what it drives, or another signal"
+            hint = "a shaping filter between the noise and the model, or another signal"
             raise UsageError(Problem("kalman", fault, hint))

@@ -54,7 +54,7 @@ class OutputFeedback:
             given = self.regulator if kind is Regulator else self.observer
             if not isinstance(given, kind):
                 fault = f"{_with_article(kind)} comes {name}, not {_with_article(type(given))}"
-                hint = "OutputFeedback(regulator, observer), that of lqr or place and that of kalman or place_observer"
+                hint = "OutputFeedback(regulator, observer), of lqr or place, and of kalman or place_observer"
                 raise UsageError(Problem("OutputFeedback", fault, hint))
         first, second = self.regulator.space, self.observer.space
         same = (first.states, first.inputs, first.sample) == (second.states, second.inputs, second.sample)

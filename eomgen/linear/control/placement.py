@@ -74,7 +74,5 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
     reached = plant.eigenvalues(G[:, :n], G[:, n:])
     missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
     if not missed <= _REACHED:
-        raise NumericalError(
-            f"the poles are reached to {missed:.1e} of their size only", "poles nearer to those of the model"
-        )
+        raise NumericalError(f"the poles are reached to {missed:.1e} of their size only", "poles nearer to the model's")
     return Placement(G[:, :n], G[:, n:], reached)

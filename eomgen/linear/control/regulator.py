@@ -220,7 +220,7 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
             f"{pole:.6g}" for pole in (wanted[unstable] if np.any(wanted.imag) else wanted.real[unstable])
         )
         where = "with positive real parts" if dynamics.sample is None else "z = e^(s T) outside the unit circle"
-        fault = f"poles {where} are asked for, {growing}: what has them grows"
+        fault = f"poles {where} are asked for, {growing}: such motions grow"
         hint = "negative real parts" if dynamics.sample is None else "negative real parts of s"
         warnings.warn(f"place: {fault}; try: {hint}", RuntimeWarning, stacklevel=4)
     A, (n, m) = dynamics.A, B.shape
@@ -260,7 +260,7 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
     missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
     if not missed <= _REACHED:
         fault = f"the poles are reached to {missed:.1e} of their size only"
-        raise NumericalError(fault, "poles nearer to those of the model")
+        raise NumericalError(fault, "poles nearer to the model's")
     return np.asarray(gains, dtype=float)
 
 

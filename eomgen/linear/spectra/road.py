@@ -55,7 +55,7 @@ class Road:
             raise UsageError(Problem("Road", fault, f"one of {', '.join(ROUGHNESS)}"))
         if self.roughness is not None:
             _check("roughness", self.roughness, "m^3, above 0")
-        _check("exponent", self.exponent, "above 0; 2 is that of the classes")
+        _check("exponent", self.exponent, "above 0; 2 for the classes")
         if self.long_exponent is not None:
             _check("long_exponent", self.long_exponent, "above 0")
         if not (len(self.band) == 2 and 0.0 < self.band[0] < self.band[1] < math.inf):

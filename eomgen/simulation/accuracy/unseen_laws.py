@@ -740,8 +740,8 @@ class _Examination:
             for column, one in enumerate((*self._model.v_names, *self._model.z_names)):
                 if one == name:
                     line = at_ends[0, column] + middles * (at_ends[1, column] - at_ends[0, column])
-                    found.append((f"what drives {name}", inside[:, column], line))
-        best = (0.0, f"what drives {name}", h)
+                    found.append((f"the rate of {name}", inside[:, column], line))
+        best = (0.0, f"the rate of {name}", h)
         for words, values, line in found:
             off = np.nan_to_num(np.abs(values - line))
             top, span = float(off.max()), float(np.abs(np.nan_to_num(values)).max()) or 1.0

@@ -28,10 +28,12 @@ def failed_controller(stepper: Stepper) -> Failure:
     of = f"the function {row['function']} of {row['source']}" if row["function"] else "the function"
     who = f"{of}, the controller {row['name']},"
     if code := int(told["controller_returned"]):
-        return Failure(f"{who} returned {code}, and only 0 goes on", f"what it returns {code} for, or return 0")
+        return Failure(
+            f"{who} returned {code}, and only 0 goes on", f"the reason for which it returns {code}, or return 0"
+        )
     place = int(told["controller_not_finite"]) - 1
     behind = place - len(row["outputs"])
     which = f"memory[{behind}]" if behind >= 0 else f"values[{place}], {row['outputs'][place]},"
     given = ", ".join(f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])) or "it has no signals"
-    hint = f"a look at its divisions, roots and what it does not set; {given}"
+    hint = f"a check of its divisions, roots and unset values; {given}"
     return Failure(f"{who} gave {which} a value that is not a finite number", hint)

@@ -99,7 +99,7 @@ def _sentence(words: str, found: _Swing, run: Run, step: float) -> str:
     finer = f"a step of {RESOLVED / found.frequency:.2g} s"
     if run.method.chooses_steps:
         finer = f"a tolerance smaller than {run.settings['tolerance']:.3g}"
-    return f"{what}; try: {finer}, or a start in balance with what is stiff there"
+    return f"{what}; try: {finer}, or a start in which stiff parts are in balance"
 
 
 def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: Array) -> list[_Place]:

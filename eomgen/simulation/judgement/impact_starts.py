@@ -42,13 +42,13 @@ def impacts_at_start(run: Run, state: InitialState) -> list[str]:
         name, sign = row["name"], row["sign"]
         if sign and value * sign > near:
             sentences.append(
-                f"the run starts behind the impact {name}, which is met from where its formula is"
+                f"the run starts behind the impact {name}, which is met from the side where its formula is"
                 f" {'below' if sign > 0 else 'above'} zero: at the start it is {value:.4g}; try: another initial state,"
                 f' or direction = "{"falling" if sign > 0 else "rising"}"'
             )
         elif not sign and abs(value) <= near and travel <= off:
             sentences.append(
                 f"the run starts at rest on the impact {name}, which has no side: the motion may leave it either way;"
-                ' try: direction = "falling" for what lies where its formula is above zero, "rising" for below'
+                ' try: direction = "falling" for a free side where its formula is above zero, "rising" for below'
             )
     return sentences

@@ -46,7 +46,7 @@ class Drift(NamedTuple):
     share: float
 
     def __str__(self) -> str:
-        return f"the {self.name}, which nothing changes, drifts by {100.0 * self.share:.2g} % of the momenta at work"
+        return f"the {self.name}, which no force changes, drifts by {100.0 * self.share:.2g} % of the momenta at work"
 
 
 def momentum_drift(

@@ -22,5 +22,5 @@ def undefined_outputs(t: Array, outputs: Mapping[str, Array]) -> Finding | None:
     if not found:
         return None
     many = f"outputs {', '.join(found)} have" if len(found) > 1 else f"output {found[0]} has"
-    hint = "a formula that has one: no division by 0, no root or logarithm of what is negative"
+    hint = "a formula that has one: no division by 0, no root or logarithm of a negative number"
     return Finding(time=first, text=f"the {many} no value there", hint=hint)

@@ -225,14 +225,14 @@ def _called(name: str, signal: Function, times: Array) -> Array:
             raise UsageError(Problem(f"input {name}", fault, hint)) from error
         if given is None:
             fault = f"the function gives nothing (None) at t = {t:.9g} s"
-            raise UsageError(Problem(f"input {name}", fault, "return in front of what it computes"))
+            raise UsageError(Problem(f"input {name}", fault, "a return statement with its value"))
         try:
             values[index] = given
         except (TypeError, ValueError):
             shape = np.shape(given) if isinstance(given, np.ndarray | list | tuple) else ()
             kind = f"{math.prod(shape)} numbers" if shape else type(given).__name__
             fault = f"the function gives {kind} at t = {t:.9g} s, and one real number is needed"
-            hint = "one function for each input" if shape else "float(...) of what is meant"
+            hint = "one function for each input" if shape else "float(...) of the value that is meant"
             raise UsageError(Problem(f"input {name}", fault, hint)) from None
     return _finite(name, values, times)
 

@@ -153,7 +153,8 @@ FAILURES = [
     Failure(
         "A tolerance that no number can show",
         2,
-        "usage error: tolerance: the tolerance 1e-30 is far below what double precision can tell; try: 1e-16 or more,"
+        "usage error: tolerance: the tolerance 1e-30 is far below the resolution of double precision; try: 1e-16 or"
+        " more,"
         " or 0 for steps of the time grid",
         command="simulate scene.toml --out out --method taylor --tolerance 1e-30",
     ),

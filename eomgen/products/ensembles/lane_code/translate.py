@@ -55,7 +55,7 @@ def translated(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping
         made = _reached(source, roots, outputs)
         if _known(source) == before:
             return _file(source, made, outputs)
-    raise NotInLanes("what differs from lane to lane was not found out")
+    raise NotInLanes("the variables that differ from lane to lane were not determined")
 
 
 def _reached(source: Source, roots: Collection[str], outputs: Mapping[str, list[int]]) -> dict[str, RoutineText]:
