@@ -64,9 +64,9 @@ def largest_bending(model: CompiledModel, t: Array, q: Array) -> Bending | None:
     if none does."""
     shares, beams = shortenings(model, q), model.library.layout["slopes"]
     rows = shares.argmax(axis=0)
-    found = [
+    candidates = [
         Bending(item["name"], float(t[row]), float(shares[row, k]))
         for k, (item, row) in enumerate(zip(beams, rows, strict=True))
     ]
-    most = max(found, key=lambda bending: bending.shortening, default=None)
+    most = max(candidates, key=lambda bending: bending.shortening, default=None)
     return most if most is not None and not most.shortening <= _LARGE else None

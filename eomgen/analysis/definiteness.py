@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class InertiaWarning(NamedTuple):
     """The fault of the inertia matrix of a state, and a remedy."""
 
-    what: str
+    text: str
     hint: str
 
 
@@ -35,13 +35,13 @@ def inertia_warning(
     smallest = _smallest(model, q, p)
     if smallest is None or smallest > 0.0:
         return None
-    what = f"the inertia matrix {where} is not positive definite, its smallest eigenvalue is {smallest:.3g}"
+    text = f"the inertia matrix {where} is not positive definite, its smallest eigenvalue is {smallest:.3g}"
     beams = beams_beyond_linear_range(model, q, p)
     if beams:
-        what += f": this is beyond the range of order = 1 of beam{'s' * (len(beams) > 1)} {', '.join(beams)}"
+        text += f": this is beyond the range of order = 1 of beam{'s' * (len(beams) > 1)} {', '.join(beams)}"
     if start is not None and _definite(model, start, p):  # the masses are fine, and the state has run away
-        return InertiaWarning(what, f"a step smaller than {step:.3g} s{', then order = 2' if beams else ''}")
-    return InertiaWarning(what, "order = 2" if beams else "masses and inertias that bodies can have")
+        return InertiaWarning(text, f"a step smaller than {step:.3g} s{', then order = 2' if beams else ''}")
+    return InertiaWarning(text, "order = 2" if beams else "masses and inertias that bodies can have")
 
 
 def beams_beyond_linear_range(model: CompiledModel, q: Array, p: Array) -> Sequence[str]:
@@ -79,8 +79,8 @@ def linear_range_exceeded(model: CompiledModel, t: Array, q: Array, p: Array) ->
     for row in sorted(rows | set(range(0, len(t), len(t) // 200 + 1))):
         if beams := beams_beyond_linear_range(model, q[row], p):
             named = f"beam{'s' * (len(beams) > 1)} {', '.join(beams)}"
-            what = f"at t = {t[row]:.6g} s the deflection of {named} is beyond the range of order = 1"
-            return f"{what}: the inertia matrix is not positive definite; try: order = 2"
+            sentence = f"at t = {t[row]:.6g} s the deflection of {named} is beyond the range of order = 1"
+            return f"{sentence}: the inertia matrix is not positive definite; try: order = 2"
     return ""
 
 

@@ -168,13 +168,13 @@ def equilibrium(
     if isinstance(stepped, Search):
         damped, chosen = stepped, stepped
     else:
-        damped, found = nearest_rest(statics, start.q, start.z, any_kind=any_kind)
-        if found is None:
+        damped, rest = nearest_rest(statics, start.q, start.z, any_kind=any_kind)
+        if rest is None:
             stepped = stepped or _by_load_steps(loaded, statics, assembled, stable=False)[0]
             if isinstance(stepped, str):
                 raise _failure(model, statics, damped, stepped)
-            found = stepped
-        chosen = found
+            rest = stepped
+        chosen = rest
     if np.any(driven):
         check_lasting(model, measures, u, chosen.point.q, driven, chosen.point.z)
     deviations = model.check_left_out(chosen.point.q, driven, time, p)

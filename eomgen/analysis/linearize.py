@@ -196,7 +196,7 @@ def about(
             Problem("independent", fault, f"up to {len(free.coordinates)} components that can move by themselves")
         )
     reference = Reference(
-        operating_point.t, state.q, state.v, a, state.z, _inputs(model, operating_point), lam, state.what
+        operating_point.t, state.q, state.v, a, state.z, _inputs(model, operating_point), lam, state.kind
     )
     values = reference_values(model, reference, operating_point, measures)
     turned = {} if model.description.joints else orientations(model, state.q)
@@ -206,7 +206,7 @@ def about(
     return Linearization(reference, partials, free, names, sampled)
 
 
-def _warn_of_change(model: CompiledModel, state: State, operating_point: OperatingPoint, found: Linearization) -> None:
+def _warn_of_change(model: CompiledModel, state: State, operating_point: OperatingPoint, linear: Linearization) -> None:
     """Warn if a linear model about a state that moves with constant velocities changes as it moves on.
 
     Forces may stay balanced along the motion and their slopes change, as with a rotor of two blades.
@@ -219,36 +219,36 @@ def _warn_of_change(model: CompiledModel, state: State, operating_point: Operati
     later = replace(operating_point, t=operating_point.t + seconds)
     q = update(model.factors, state.q, state.v * seconds)
     q = model.evaluator.followed(q, later.t, later.parameters, later.base)
-    moved = about(model, replace(state, q=q, multipliers=None), later, found.coordinates)
-    before, after = found.state_space().A, moved.state_space().A
+    moved = about(model, replace(state, q=q, multipliers=None), later, linear.coordinates)
+    before, after = linear.state_space().A, moved.state_space().A
     if not before.size or before.shape != after.shape:
         return
     change = float(np.max(np.abs(after - before), initial=0.0))
     if change > _SAME * float(np.max(np.abs(before))):
-        what = (
-            f"linear about the {state.what}: the linear model changes with the turn of {drives(model, state.v)}, so it"
+        sentence = (
+            f"linear about the {state.kind}: the linear model changes with the turn of {drives(model, state.v)}, so it"
             " holds at this instant only; try: a scene that is symmetric about the axis of the turn, or simulate"
         )
-        warnings.warn(what, RuntimeWarning, stacklevel=4)
+        warnings.warn(sentence, RuntimeWarning, stacklevel=4)
 
 
-def _warn_of_acceleration(model: CompiledModel, found: Linearization) -> None:
+def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
     """Warn if a state that is given without velocities does not rest, since its modes may be taken for modes of an
     equilibrium."""
-    a = found.reference.a
+    a = linear.reference.a
     k = int(np.argmax(np.abs(a))) if len(a) else 0
     if len(a) and abs(a[k]) > _RESTS:
         name, unit = model.v_names[k].removeprefix("v."), model.v_units[k].replace("/s", "/s^2")
-        what = f"linear about a state that does not rest: {name} accelerates with {a[k]:.4g} {unit}"
+        sentence = f"linear about a state that does not rest: {name} accelerates with {a[k]:.4g} {unit}"
         hint = 'linearize() for an equilibrium, at="initial", or the a of the state if it is meant'
-        warnings.warn(f"{what}, so modes hold at this instant only; try: {hint}", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"{sentence}, so modes hold at this instant only; try: {hint}", RuntimeWarning, stacklevel=4)
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:
     """Return accelerations and multipliers of a state: given ones, or by forward dynamics."""
     given = operating_point.given | {"z": state.z}
     if not model.multipliers:
-        if state.a is None or state.what != "given state":
+        if state.a is None or state.kind != "given state":
             _check_mass(model, state, operating_point)
         a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **given)
         lam = np.zeros(0)

@@ -33,7 +33,7 @@ EquilibriumState = Equilibrium | SteadyMotion
 class State:
     """A state to linearise about; accelerations and multipliers are None if the dynamics give them."""
 
-    what: str
+    kind: str
     q: Array
     v: Array
     z: Array
@@ -140,14 +140,16 @@ def found_state(
                     raise
                 unsteady = unsteady or error.problems[0].what
     if evenly:
-        what = f"linear about an equilibrium with the base held, which turns, for there is no steady motion: {unsteady}"
-        warnings.warn(f'{what}; try: at="equilibrium" if it is meant', RuntimeWarning, stacklevel=4)
+        sentence = (
+            f"linear about an equilibrium with the base held, which turns, for there is no steady motion: {unsteady}"
+        )
+        warnings.warn(f'{sentence}; try: at="equilibrium" if it is meant', RuntimeWarning, stacklevel=4)
     if at in (None, "equilibrium"):
         try:
             result = equilibrium(model, *where, any_kind=any_kind)
             if cautions := result.warnings(any_kind=any_kind):
-                what = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)}"
-                warnings.warn(what, RuntimeWarning, stacklevel=4)
+                sentence = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)}"
+                warnings.warn(sentence, RuntimeWarning, stacklevel=4)
             return as_found("equilibrium", result, operating_point)
         except (NumericalError, ModelError) as error:
             if at == "equilibrium":
@@ -158,23 +160,23 @@ def found_state(
         consistent = model.consistent(q, v, operating_point.t, parameters=operating_point.parameters)
         q, v = consistent.q, consistent.v
         if at is None and driven:
-            what = f"linear about the initial state, which does not last: {reason}"
-            warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=4)
+            sentence = f"linear about the initial state, which does not last: {reason}"
+            warnings.warn(f'{sentence}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=4)
     if reason and operating_point.u is not None and not (model.multipliers and driven):
-        what = f"linear about the initial state, with the inputs that are given: {reason}"
-        warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=4)
+        sentence = f"linear about the initial state, with the inputs that are given: {reason}"
+        warnings.warn(f'{sentence}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=4)
     return State("initial state", q, v, start.z), operating_point
 
 
-def as_found(what: str, found: EquilibriumState, operating_point: OperatingPoint) -> tuple[State, OperatingPoint]:
+def as_found(kind: str, rest: EquilibriumState, operating_point: OperatingPoint) -> tuple[State, OperatingPoint]:
     """Return a state that was found, and its base; warn if its velocities turn."""
-    if np.any(found.a):
+    if np.any(rest.a):
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"
-        warnings.warn(f"linear about a {what}: {how}; try: {hint}", RuntimeWarning, stacklevel=4)
-    state = State(what, found.q, found.v, found.z, found.a, found.multipliers)
+        warnings.warn(f"linear about a {kind}: {how}; try: {hint}", RuntimeWarning, stacklevel=4)
+    state = State(kind, rest.q, rest.v, rest.z, rest.a, rest.multipliers)
     return state, replace(
-        operating_point, t=found.t, base=found.base if operating_point.base is None else operating_point.base
+        operating_point, t=rest.t, base=rest.base if operating_point.base is None else operating_point.base
     )
 
 

@@ -16,19 +16,19 @@ from eomgen.linear.sampled_loop import SampledPart
 _CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)
 
 
-def check_continuous(model: CompiledModel, what: str) -> None:
+def check_continuous(model: CompiledModel, analysis: str) -> None:
     """Raise ModelError if states are sampled: between samples they stay, for any motion.
 
     Parameters
     ----------
-    what : name of the analysis
+    analysis : its name
     """
     layout = model.library.layout
     if layout["sampled"]:
         names = ", ".join(layout["states"][int(item["state"])]["name"] for item in layout["sampled"])
         problem = f"the states {names} are sampled: between samples they stay as they are, so they have no equilibrium"
         hint = 'a run of simulate; linearize(at="initial"); or the scene with inputs in place of sampled states'
-        raise ModelError(Problem(what, problem, hint))
+        raise ModelError(Problem(analysis, problem, hint))
 
 
 def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapping[str, Any]) -> SampledPart | None:

@@ -39,12 +39,12 @@ def soft_modes(statics: LoadedStatics, rest: Rest, mass: Array, shapes: Array, l
     values = np.zeros(shapes.shape[1])
     for _ in range(_ITERATIONS):
         right = np.concatenate([mass @ shapes, np.zeros((rows, shapes.shape[1]))])
-        found = factors.solve(right)[: len(mass)]
-        if not np.all(np.isfinite(found)):
+        solution = factors.solve(right)[: len(mass)]
+        if not np.all(np.isfinite(solution)):
             return values, shapes
-        inverse, turn = np.linalg.eigh(0.5 * (shapes.T @ mass @ found + found.T @ mass @ shapes))
+        inverse, turn = np.linalg.eigh(0.5 * (shapes.T @ mass @ solution + solution.T @ mass @ shapes))
         values = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse != 0.0)
-        shapes = np.linalg.qr(np.linalg.cholesky(mass).T @ found @ turn)[0]
+        shapes = np.linalg.qr(np.linalg.cholesky(mass).T @ solution @ turn)[0]
         shapes = np.linalg.solve(np.linalg.cholesky(mass).T, shapes)
     d = strains.values(rest.q)
     change = (strains.derivative(rest.q, d) @ shapes).reshape(*d.shape, -1)

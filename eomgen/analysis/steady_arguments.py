@@ -75,8 +75,8 @@ def check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) ->
     for name, value, unit in zip(model.v_names, v.tolist(), model.v_units, strict=True):
         rate = driven.get(name.removeprefix("v."), value)
         if abs(rate - value) > _SAME * max(abs(rate), abs(value)):
-            found, given = distinct(rate, value)
-            fault = f"it is driven at {found} {unit}, and {given} {unit} is given"
+            law_rate, given = distinct(rate, value)
+            fault = f"it is driven at {law_rate} {unit}, and {given} {unit} is given"
             hint = 'a tunable parameter in the law, drive = "w*t", and the value as that parameter\'s; or no drive'
             raise UsageError(Problem(f"velocity {name.removeprefix('v.')}", fault, hint))
 

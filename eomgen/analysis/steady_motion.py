@@ -197,11 +197,11 @@ def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v
     return Conditions(model, p, t, u, extents, pace)
 
 
-def _undetermined(conditions: Conditions, found: Search, given: Given) -> list[str]:
+def _undetermined(conditions: Conditions, search: Search, given: Given) -> list[str]:
     """Return the names of the unknowns along which the conditions stay met."""
     model = conditions.model
-    linear = linear_conditions(conditions, found.fields, given, found.state)
-    moving, coordinates = linear.across.shape[1] + len(found.fields), linear.across.shape[1]
+    linear = linear_conditions(conditions, search.fields, given, search.state)
+    moving, coordinates = linear.across.shape[1] + len(search.fields), linear.across.shape[1]
     J, rest = linear.J[:, :moving], linear.J[:, moving:]
     if rest.shape[1]:  # multipliers follow, and internal states too
         J = J - rest @ np.linalg.lstsq(rest, J, rcond=None)[0]
@@ -226,11 +226,11 @@ def _undetermined(conditions: Conditions, found: Search, given: Given) -> list[s
 
 
 def _check_lasting(
-    model: CompiledModel, conditions: Conditions, found: Search, measures: Measures, names: Sequence[str]
+    model: CompiledModel, conditions: Conditions, search: Search, measures: Measures, names: Sequence[str]
 ) -> None:
     """Raise NumericalError if accelerations appear later along the motion found, beyond rounding at its
     start, in directions that may turn with the motion."""
-    state, extents = found.state, conditions.extents
+    state, extents = search.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))
     turn = 2.0 * np.pi / fastest if fastest > _ROUNDING * conditions.pace else 1.0 / conditions.pace
     at, worst = conditions.at(*state.motion), np.zeros(model.nv)
@@ -238,7 +238,7 @@ def _check_lasting(
     left = 2.0 * float(np.max(np.abs(conditions.accelerations(*state.motion)) / extents, initial=0.0))
     for share in _LATER:
         later = conditions.after(share * turn)
-        moved = motion_at(later, found.fields, found.fields.after(state.q, state.g, share * turn), state.g, state.z)
+        moved = motion_at(later, search.fields, search.fields.after(state.q, state.g, share * turn), state.g, state.z)
         worst = np.maximum(worst, np.abs(later.accelerations(*moved.motion)))
     k = int(np.argmax((worst - rounding) / extents)) if len(worst) else 0
     if len(worst) and not worst[k] <= (_STEADY * conditions.pace**2 + left) * extents[k] + rounding[k]:
@@ -247,18 +247,18 @@ def _check_lasting(
             f" {model.v_names[k]} "
         )
         fault += f"accelerates with {worst[k]:.3g} {_per_second(model, k)}"
-        hint = off_axis_hint(model, measures, state.q, state.v) or _hint(names, found.fields)
+        hint = off_axis_hint(model, measures, state.q, state.v) or _hint(names, search.fields)
         raise NumericalError(Problem("steady motion", fault, hint))
 
 
-def _failure(model: CompiledModel, conditions: Conditions, found: Search, given: Given, hint: str) -> NumericalError:
+def _failure(model: CompiledModel, conditions: Conditions, search: Search, given: Given, hint: str) -> NumericalError:
     """Return the unmet conditions: accelerating components, constraint equations, and given velocities."""
-    state = found.state
+    state = search.state
     unbalanced = conditions.accelerations(*state.motion)
     if not np.all(np.isfinite(unbalanced)):
         fault = "forces are not finite numbers at the start of the search"
         return NumericalError(Problem("steady motion", fault, "another initial state"))
-    linear = linear_conditions(conditions, found.fields, given, state)
+    linear = linear_conditions(conditions, search.fields, given, state)
     parts = []
     k = int(np.argmax(np.abs(unbalanced) / conditions.extents))
     if abs(linear.values[k]) > _STEADY or not len(linear.at.velocity):
@@ -270,7 +270,7 @@ def _failure(model: CompiledModel, conditions: Conditions, found: Search, given:
         unit = model.v_units[component]
         found_v, given_v = distinct(state.v[component], given.v[component])
         parts.append(f"{model.v_names[component]} is {found_v} {unit} and not {given_v} {unit} as given")
-    fault = f"no steady motion was found in {found.steps} steps: {', '.join(parts)}"
+    fault = f"no steady motion was found in {search.steps} steps: {', '.join(parts)}"
     return NumericalError(Problem("steady motion", fault, f"other values, an initial state nearer to it, or {hint}"))
 
 
@@ -298,7 +298,7 @@ def _rows_not_met(model: CompiledModel, linear: Linear) -> list[str]:
 def _not_positive_definite(model: CompiledModel, q: Array, p: Array) -> ModelError:
     start = inertia_warning(model, q, p, where="at the start of the search")
     if start is not None and beams_beyond_linear_range(model, q, p):
-        return ModelError(Problem("steady motion", start.what, start.hint))
+        return ModelError(Problem("steady motion", start.text, start.hint))
     fault = "the inertia matrix is singular at the end of the search"
     hint = "an initial state nearer to the motion, or masses and inertias that bodies can have"
     return ModelError(Problem("steady motion", fault, hint))

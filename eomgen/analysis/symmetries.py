@@ -135,10 +135,10 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
     if len(matrix) < len(basis):
         matrix = np.vstack([matrix, np.zeros((len(basis) - len(matrix), len(basis)))])
     _, singular, Vt = np.linalg.svd(matrix, full_matrices=False)
-    found = Vt[int(np.sum(singular > _NOTHING * np.max(singular, initial=1e-300))) :]
+    null_space = Vt[int(np.sum(singular > _NOTHING * np.max(singular, initial=1e-300))) :]
     # a candidate that no symmetry holds more of than rounding is in none: its velocity is exactly zero
-    found = np.where(np.linalg.norm(found, axis=0) > _NOTHING, found, 0.0)
-    fields = (Fields(model, basis).along(one) for one in found)
+    null_space = np.where(np.linalg.norm(null_space, axis=0) > _NOTHING, null_space, 0.0)
+    fields = (Fields(model, basis).along(one) for one in null_space)
     return Fields(model, [_scaled(model, field, q, conditions.extents) for field in fields])
 
 

@@ -44,12 +44,12 @@ class CampbellRequest:
         """Return the diagram; options as of ``Model.campbell``."""
         return model.campbell(self.speed, self.values, orders=self.orders, whirl=self.whirl, progress=True, **options)
 
-    def interruption(self, found: Campbell | None) -> str:
+    def interruption(self, diagram: Campbell | None) -> str:
         """Return the line for Ctrl-C: how much of the diagram there is."""
-        if found is None:
+        if diagram is None:
             return "interrupted before there was a Campbell diagram"
-        values = f"{len(found.values)} of {len(self.values)} values of {self.speed}"
-        return f"interrupted: the Campbell diagram has {values} and {counted(len(found.crossings), 'crossing')}"
+        values = f"{len(diagram.values)} of {len(self.values)} values of {self.speed}"
+        return f"interrupted: the Campbell diagram has {values} and {counted(len(diagram.crossings), 'crossing')}"
 
 
 def _orders(text: str | None) -> tuple[float, ...] | None:

@@ -237,11 +237,11 @@ def _print(data: dict[str, Any]) -> None:
         print_table(title, ("part", "times", "+", "*", "/", "sin, sqrt ..."), parts, numeric=tuple(range(1, 6)))
     if "base_parameters" in data:
         out.print()
-        found = data["base_parameters"]
-        rows_of_table = [(row["combination"], f"{row['value']:.6g}", row["unit"]) for row in found["combinations"]]
-        title = f"Base parameters: {len(rows_of_table)} combinations of {found['of']}"
+        base = data["base_parameters"]
+        rows_of_table = [(row["combination"], f"{row['value']:.6g}", row["unit"]) for row in base["combinations"]]
+        title = f"Base parameters: {len(rows_of_table)} combinations of {base['of']}"
         print_table(title, ("combination", "value", "unit"), rows_of_table, numeric=(1,))
-        out.print(f"Without effect: {', '.join(found['without_effect']) or 'none'}", markup=False)
+        out.print(f"Without effect: {', '.join(base['without_effect']) or 'none'}", markup=False)
     for names in data["joined"]:
         out.print()
         who = "rosenbrock, lsrt2, corrected_predictor and the tdg methods eliminate them without subtraction"

@@ -108,15 +108,15 @@ class PathRequest:
         ]
         print_table(f"{name}: path", ("equilibrium", path.parameter, *shown), ends, numeric=range(1, 2 + len(shown)))
 
-    def _buckling(self, found: BucklingLoads, model: Model, as_json: bool) -> int:
+    def _buckling(self, loads: BucklingLoads, model: Model, as_json: bool) -> int:
         data = {
             "scene": model.name,
-            "parameter": found.parameter,
-            "unit": found.unit,
-            "at": found.at,
-            "values": found.values.tolist(),
-            "reversed": list(found.reversed),
-            "modes": [dict(zip(model.v_names, mode, strict=True)) for mode in found.modes.T.tolist()],
+            "parameter": loads.parameter,
+            "unit": loads.unit,
+            "at": loads.at,
+            "values": loads.values.tolist(),
+            "reversed": list(loads.reversed),
+            "modes": [dict(zip(model.v_names, mode, strict=True)) for mode in loads.modes.T.tolist()],
         }
         if self.out is not None:
             from eomgen.base.files import write_text  # noqa: PLC0415  # for files only
@@ -127,12 +127,12 @@ class PathRequest:
         else:
             rows = [
                 (f"{value:.9g}", "reversed" if turned else "", ", ".join(names[:3]))
-                for value, turned, names in zip(found.values.tolist(), found.reversed, found.components, strict=True)
+                for value, turned, names in zip(loads.values.tolist(), loads.reversed, loads.components, strict=True)
             ]
-            heading = (f"{found.parameter}{f', {found.unit}' if found.unit else ''}", "load", "largest displacements")
-            title = f"{model.name}: linear buckling about {found.parameter} = {found.at:.6g}"
+            heading = (f"{loads.parameter}{f', {loads.unit}' if loads.unit else ''}", "load", "largest displacements")
+            title = f"{model.name}: linear buckling about {loads.parameter} = {loads.at:.6g}"
             print_table(title, heading, rows, numeric=(0,))
-        say(f"{len(found.values)} buckling loads{_written([Path(self.out)] if self.out else [])}")
+        say(f"{len(loads.values)} buckling loads{_written([Path(self.out)] if self.out else [])}")
         return 0
 
 

@@ -36,7 +36,7 @@ def building(name: str) -> Iterator[Callable[[str], None]]:
         yield lambda _: None
         return
     with console(stderr=True).status(f"building {name}") as status:
-        yield lambda what: status.update(f"building {name}: {what}")
+        yield lambda variant: status.update(f"building {name}: {variant}")
 
 
 def print_json(data: Any) -> None:

@@ -168,9 +168,9 @@ def _print(
         rows.append(("not in it", error.unresolved))
     for beam, largest in loads.items():
         for quantity, unit in (("moment", "N m"), ("force", "N")):
-            found = largest[quantity]
-            where = f"at x = {found['x']:.4g} m, t = {found['t']:.6g} s"
-            rows.append((f"largest section {quantity} of {beam}", f"{found['size']:.6g} {unit} {where}"))
+            load = largest[quantity]
+            where = f"at x = {load['x']:.4g} m, t = {load['t']:.6g} s"
+            rows.append((f"largest section {quantity} of {beam}", f"{load['size']:.6g} {unit} {where}"))
     rows.append(("energy balance", str(solution.metadata["energy_balance"])))
     nodes = {node for beam in model.description.exact_beams for node in beam}
     ends = zip(model.q_names, solution.metadata["units"]["q"], solution.q[-1], strict=True)

@@ -88,12 +88,12 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
         length = np.sqrt(np.sum(part * part, axis=-1))
         wrong = np.abs(length - 1.0) > tolerance
         if np.any(wrong):
-            found = float(np.ravel(length[wrong])[0])
+            size = float(np.ravel(length[wrong])[0])
             where = f"{name}[..., {factor.q_start}:{factor.q_start + 4}]"
-            fault = f"the quaternion (w, x, y, z) of this joint has length {found:.9g}, not 1"
-            unit = np.reshape(part, (-1, 4))[int(np.argmax(np.ravel(wrong)))] / (found or 1.0)
+            fault = f"the quaternion (w, x, y, z) of this joint has length {size:.9g}, not 1"
+            unit = np.reshape(part, (-1, 4))[int(np.argmax(np.ravel(wrong)))] / (size or 1.0)
             hint = f"it divided by its length, [{', '.join(f'{number:.9g}' for number in unit)}]"
-            raise UsageError(Problem(where, fault, hint if found else "neutral(), for the joints' places at zero"))
+            raise UsageError(Problem(where, fault, hint if size else "neutral(), for the joints' places at zero"))
 
 
 #: Places in the scene where parameters and inputs are declared, for hints.
@@ -103,18 +103,18 @@ WHERE: Mapping[str, str] = {
 }
 
 
-def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[str] = ()) -> None:
+def check_name(kind: str, name: object, known: Sequence[str], fixed: Sequence[str] = ()) -> None:
     """Raise UsageError for an unknown name, with the nearest known names, and for a name that is ``fixed``, with a
     remedy."""
     if name in fixed and name not in known:
-        problem = f"the {what} {name} exists, but its value is fixed in the code"
+        problem = f"the {kind} {name} exists, but its value is fixed in the code"
         raise UsageError(
             Problem("", problem, f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]")
         )
     if name not in known:
-        hint = nearest(str(name), known) or WHERE.get(what, "")
-        none = "" if known else f": the scene has no {'tunable ' if what == 'parameter' else ''}{what}s"
-        raise UsageError(Problem("", f"there is no {what} {shown(str(name))}{none}", hint))
+        hint = nearest(str(name), known) or WHERE.get(kind, "")
+        none = "" if known else f": the scene has no {'tunable ' if kind == 'parameter' else ''}{kind}s"
+        raise UsageError(Problem("", f"there is no {kind} {shown(str(name))}{none}", hint))
 
 
 def check_place(name: object) -> None:
@@ -125,7 +125,7 @@ def check_place(name: object) -> None:
 
 
 def by_name(
-    what: str,
+    kind: str,
     values: Mapping[str, Any],
     names: Sequence[str],
     start: Array,
@@ -139,17 +139,17 @@ def by_name(
     """
     given: dict[int, Array] = {}
     for name, text_or_numbers in values.items():
-        check_name(what, name, names, fixed)
+        check_name(kind, name, names, fixed)
         value = text_or_numbers
         if isinstance(value, str) and units is not None:
-            value = in_label(f"{what} {name}", value, units.get(name, ""))
-        given[names.index(name)] = numbers(f"{what} {name}", value)
+            value = in_label(f"{kind} {name}", value, units.get(name, ""))
+        given[names.index(name)] = numbers(f"{kind} {name}", value)
     try:
         shape = np.broadcast_shapes(start.shape[:-1], *(array.shape for array in given.values()))
     except ValueError:
         shapes = ", ".join(f"{names[index]} {array.shape}" for index, array in given.items())
         raise UsageError(
-            Problem(f"{what}s", f"the shapes do not broadcast: {shapes}", "batches of equal shape")
+            Problem(f"{kind}s", f"the shapes do not broadcast: {shapes}", "batches of equal shape")
         ) from None
     result = np.array(np.broadcast_to(start, (*shape, len(names))))
     for index, array in given.items():

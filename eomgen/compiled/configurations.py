@@ -44,8 +44,8 @@ def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, 
     """
     terms = model.evaluator
     if not terms.angles and np.any(t):
-        what = "integrate takes no step: its third argument is t, on which nothing depends here"
-        warnings.warn(f"{what}; try: integrate(q, v * dt) if a step is meant", RuntimeWarning, stacklevel=3)
+        warning = "integrate takes no step: its third argument is t, on which nothing depends here"
+        warnings.warn(f"{warning}; try: integrate(q, v * dt) if a step is meant", RuntimeWarning, stacklevel=3)
     start, step = terms.configuration(q), terms.velocity("dq", dq)
     shape = np.broadcast_shapes(start.shape[:-1], step.shape[:-1])
     start, step = np.broadcast_to(start, (*shape, start.shape[-1])), np.broadcast_to(step, (*shape, step.shape[-1]))

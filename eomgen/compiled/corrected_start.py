@@ -24,7 +24,7 @@ def tells_strain(sentence: str) -> bool:
 
 
 def corrected_start(
-    found: Assembly,
+    consistent: Assembly,
     guess: tuple[Array, Array],
     names: tuple[Sequence[str], Sequence[str]],
     units: tuple[Sequence[str], Sequence[str]],
@@ -36,12 +36,14 @@ def corrected_start(
     guess, names, units : of q and of v
     """
     changed = []
-    held = (found.violations, {**found.violations, **found.rate_violations})
-    for before, after, labels, measured, off in zip(guess, (found.q, found.v), names, units, held, strict=True):
+    held = (consistent.violations, {**consistent.violations, **consistent.rate_violations})
+    for before, after, labels, measured, off in zip(
+        guess, (consistent.q, consistent.v), names, units, held, strict=True
+    ):
         largest = np.maximum(np.abs(before), np.abs(after))
         for k, (name, unit) in enumerate(zip(labels, measured, strict=True)):
             same = [index for index, other in enumerate(measured) if other == unit]
-            size = largest[same].max() if unit.endswith("/s") else found.extent if unit == "m" else 1.0
+            size = largest[same].max() if unit.endswith("/s") else consistent.extent if unit == "m" else 1.0
             share = abs(after[k] - before[k]) / size if off and size else 0.0
             if share > _TOLD:
                 first, second = distinct(before[k] + 0.0, after[k] + 0.0)

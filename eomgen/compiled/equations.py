@@ -114,10 +114,12 @@ def _warn_of_broken_loop(model: Evaluated, q: ArrayLike, v: ArrayLike, a: ArrayL
     broken = off > _BROKEN * np.maximum(sizes, 1.0)
     if np.any(broken):
         worst = model.evaluator.multipliers[int(np.argmax(off * broken))]
-        what = f"inverse_dynamics: these accelerations do not meet the constraints ({worst} is off by {off.max():.3g})"
+        sentence = (
+            f"inverse_dynamics: these accelerations do not meet the constraints ({worst} is off by {off.max():.3g})"
+        )
         why = "and tau holds no forces of constraints"
         hint = "a of forward_dynamics or of a motion, and actuator_efforts(q, v, a) for efforts in closed loops"
-        warnings.warn(f"{what}, {why}; try: {hint}", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"{sentence}, {why}; try: {hint}", RuntimeWarning, stacklevel=4)
 
 
 def bias(

@@ -133,14 +133,14 @@ def section_loads(
     return by_beam(beams, dict(zip(names, values, strict=True)))
 
 
-def by_beam(beams: Sequence[Sequence[str]], found: Mapping[str, Array]) -> Mapping[str, SectionLoads]:
+def by_beam(beams: Sequence[Sequence[str]], values: Mapping[str, Array]) -> Mapping[str, SectionLoads]:
     """Return the blocks of the term ``section_loads`` by beams, which are given by the names of their nodes."""
     result, start = {}, 0
     for nodes in beams:
         here = slice(start, start + len(nodes) - 1)
-        strain, load = found["strain"][..., here, :], found["load"][..., here, :]
-        ends = found["load_at_ends"][..., here, :, :] + _SIGNS * found["load_on_halves"][..., here, :, :]
-        x = found["x"][..., here]
+        strain, load = values["strain"][..., here, :], values["load"][..., here, :]
+        ends = values["load_at_ends"][..., here, :, :] + _SIGNS * values["load_on_halves"][..., here, :, :]
+        x = values["x"][..., here]
         result[nodes[0]] = SectionLoads(
             x.reshape(-1, x.shape[-1])[0],
             strain[..., :3], strain[..., 3:], load[..., :3], load[..., 3:], ends[..., :3], ends[..., 3:],

@@ -81,5 +81,5 @@ def controller_status(controllers: Sequence[SampledController]) -> tuple[Status,
         return ()
     names = ", ".join(item.name for item in controllers)
     one = f"the function of the controller {names}" if len(controllers) == 1 else f"a controller's function ({names})"
-    what = f"{one} reports an error, gives values that are not finite, or is missing"
-    return (Status(CONTROLLER_FAILED, "CONTROLLER_FAILED", what, CONTROLLER_ADVICE),)
+    text = f"{one} reports an error, gives values that are not finite, or is missing"
+    return (Status(CONTROLLER_FAILED, "CONTROLLER_FAILED", text, CONTROLLER_ADVICE),)

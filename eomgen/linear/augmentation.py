@@ -87,9 +87,9 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     )
     nu = len(inputs)
     matrices = (A, G[:, :nu], G[:, nu:], C, H[:, :nu], H[:, nu:])
-    found = [_labels(kind, wanted, (space, source)) for kind, wanted in zip(KINDS, names, strict=True)]
-    units = {kind: tuple(unit for unit, _ in of) for kind, of in zip(KINDS, found, strict=True)}
-    references = {kind: np.array([value for _, value in of]) for kind, of in zip(KINDS, found, strict=True)}
+    labels = [_labels(kind, wanted, (space, source)) for kind, wanted in zip(KINDS, names, strict=True)]
+    units = {kind: tuple(unit for unit, _ in of) for kind, of in zip(KINDS, labels, strict=True)}
+    references = {kind: np.array([value for _, value in of]) for kind, of in zip(KINDS, labels, strict=True)}
     of = (space.sample, space.input_delay, space.waiting, space.orientations)
     return StateSpace(*matrices, *names, units, references, *of)
 

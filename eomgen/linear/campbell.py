@@ -105,14 +105,14 @@ class Campbell:
         ]
 
     def __repr__(self) -> str:
-        what = f"{self.eigenvalues.shape[1]} modes at {len(self.values)} values of {self.parameter}"
+        modes = f"{self.eigenvalues.shape[1]} modes at {len(self.values)} values of {self.parameter}"
         unit = f" {self.unit}" if self.unit not in ("", "1") else ""
         ends = f"{self.values[0]:.6g} to {self.values[-1]:.6g}{unit}"
         result = ", ".join(f"{item.order:g}x at {item.speed:.6g}{unit}" for item in self.crossings)
         missing = f"; none at {', '.join(f'{value:.6g}' for value in self.left_out)}" if self.left_out else ""
         missing += "; interrupted" if self.interrupted else ""
         height = float(np.nanmax(self.frequencies, initial=0.0))
-        return f"<Campbell: {what}, {ends}, up to {height:.6g} Hz; {result or 'no crossings'}{missing}>"
+        return f"<Campbell: {modes}, {ends}, up to {height:.6g} Hz; {result or 'no crossings'}{missing}>"
 
     def _repr_html_(self) -> str:
         heading = f"{self.eigenvalues.shape[1]} modes over {self.parameter}; crossings with orders"

@@ -55,16 +55,16 @@ class _Doubts:
 
     def __init__(self, parameter: str) -> None:
         self.parameter = parameter
-        self.found: dict[str, list[tuple[float, warnings.WarningMessage]]] = {}
+        self.caught: dict[str, list[tuple[float, warnings.WarningMessage]]] = {}
 
     def add(self, value: float, caught: Sequence[warnings.WarningMessage]) -> None:
         """Keep the warnings at one value."""
         for item in caught:
-            self.found.setdefault(_NUMBER.sub("#", str(item.message)), []).append((value, item))
+            self.caught.setdefault(_NUMBER.sub("#", str(item.message)), []).append((value, item))
 
     def warn(self, stacklevel: int) -> None:
         """Warn once in the same words, with the range of values."""
-        for kind in self.found.values():
+        for kind in self.caught.values():
             at = sorted({value for value, _ in kind})
             among = f"at {len(at)} values of {self.parameter} from {at[0]:.6g} to {at[-1]:.6g}"
             first = f"at {self.parameter} = {kind[0][0]:.6g}"
@@ -155,10 +155,10 @@ def campbell(
         more = f", and {len(kind) - 1} more values for the same reason" if len(kind) > 1 else ""
         warnings.warn(f"Campbell diagram: left out: {kind[0]}{more}", RuntimeWarning, stacklevel=4)
     columns, count = _followed(nodes)
-    found = [node.oscillations for node in nodes]
-    eigenvalues = np.full((len(found), count), complex(np.nan, np.nan))
-    whirl = np.zeros((len(found), count), dtype=int)
-    for row, (item, numbers) in enumerate(zip(found, columns, strict=True)):
+    oscillations = [node.oscillations for node in nodes]
+    eigenvalues = np.full((len(oscillations), count), complex(np.nan, np.nan))
+    whirl = np.zeros((len(oscillations), count), dtype=int)
+    for row, (item, numbers) in enumerate(zip(oscillations, columns, strict=True)):
         eigenvalues[row, numbers], whirl[row, numbers] = item.eigenvalues, item.whirl
     order_of_modes = np.argsort([column[~np.isnan(column)][0].imag for column in eigenvalues.T], kind="stable")
     eigenvalues, whirl = eigenvalues[:, order_of_modes], whirl[:, order_of_modes]
@@ -166,7 +166,7 @@ def campbell(
 
     def crossing(order: float, row: int, number: int) -> Crossing | None:
         """Return the crossing between two values, found on the model itself."""
-        ends = [(found[place], columns[place].index(number)) for place in (row, row + 1)]
+        ends = [(oscillations[place], columns[place].index(number)) for place in (row, row + 1)]
         last: dict[str, Any] = {}
 
         def excess(value: float) -> float:
@@ -208,7 +208,7 @@ def campbell(
     kept = sorted((item for item in crossings if item is not None), key=lambda item: (item.order, item.speed))
     wanted = [row for row, node in enumerate(nodes) if node.wanted]
     given = np.array([nodes[row].value for row in wanted])
-    stability = tuple(found[row].stability for row in wanted)
+    stability = tuple(oscillations[row].stability for row in wanted)
     eigenvalues, whirl = eigenvalues[wanted], whirl[wanted]
     left_out = {value: str(failure) for value, failure in failures.items()}
     multiples = tuple(map(float, orders))

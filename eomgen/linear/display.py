@@ -64,10 +64,10 @@ def state_space_html(space: ShownStateSpace) -> str:
     return page(f"State space{space.when}, {space.stability}", table(("", "name", "unit", "is"), rows))
 
 
-def linearization_html(what: str, t: float, coordinates: Sequence[str], modes: ShownModes) -> str:
+def linearization_html(kind: str, t: float, coordinates: Sequence[str], modes: ShownModes) -> str:
     """Return the reference of a model and its time (s); its independent coordinates and its modes."""
     free = f"coordinates: {', '.join(coordinates)}" if coordinates else "no coordinates are free"
-    return page(f"Linear model about the {what} at t = {t:.6g} s", paragraph(free), modes_html(modes))
+    return page(f"Linear model about the {kind} at t = {t:.6g} s", paragraph(free), modes_html(modes))
 
 
 def modes_html(modes: ShownModes) -> str:

@@ -311,12 +311,12 @@ class Linearization:
             A mode grows, so that there is no stationary motion.
         """
         check_excitation("psd", excitation)
-        found = self.modes()
-        f = _spread(found, excitation.band) if frequencies is None else np.asarray(frequencies, dtype=float)
+        modes = self.modes()
+        f = _spread(modes, excitation.band) if frequencies is None else np.asarray(frequencies, dtype=float)
         if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
             fault = "frequencies have to be two or more positive numbers that increase, Hz"
             raise UsageError(Problem("psd", fault, "numpy.geomspace(0.1, 100.0, 500)"))
-        density = densities(self.state_space(), found, excitation, [output], f)[0]
+        density = densities(self.state_space(), modes, excitation, [output], f)[0]
         return PowerSpectrum(output, self._unit(output), f, density, excitation.name)
 
     def rms(
@@ -391,8 +391,8 @@ class Linearization:
             raise UsageError(Problem("ride_table", "the scene has no outputs", "[outputs] in the scene, or states"))
         names, weightings = tuple(chosen), tuple(chosen.values())
         driven = [excitation.at(speed if isinstance(speed, str) else float(speed)) for speed in speeds] or [excitation]
-        space, found = self.state_space(), self.modes()
-        at_speeds = np.array([root_mean_squares(space, found, e, names, weightings, band) for e in driven])
+        space, modes = self.state_space(), self.modes()
+        at_speeds = np.array([root_mean_squares(space, modes, e, names, weightings, band) for e in driven])
         sizes = [
             (excitation.road.of_class(name).reference_roughness / excitation.road.reference_roughness) ** 0.5
             for name in classes
@@ -407,10 +407,10 @@ class Linearization:
         )
 
 
-def _spread(found: Modes, band: tuple[float, float]) -> Array:
+def _spread(modes: Modes, band: tuple[float, float]) -> Array:
     """Return frequencies over a band, Hz, close about resonances."""
     points = [np.geomspace(*band, 600)]
-    for value in found.eigenvalues[found.oscillating]:
+    for value in modes.eigenvalues[modes.oscillating]:
         centre, half_width = abs(value.imag) / (2.0 * np.pi), abs(value.real) / (2.0 * np.pi)
         points.append(centre + half_width * np.sinh(np.linspace(-4.0, 4.0, 81)))
     every = np.unique(np.concatenate(points))

@@ -44,13 +44,13 @@ class Sampled:
     cost: Array
 
 
-def seconds(what: str, value: float | str) -> float:
+def seconds(name: str, value: float | str) -> float:
     """Return a time in s, also from a text with a unit, ``5 ms``. Raises UsageError."""
-    time = in_label(what, value, "s") if isinstance(value, str) else value
+    time = in_label(name, value, "s") if isinstance(value, str) else value
     if isinstance(time, bool) or not isinstance(time, int | float | np.integer | np.floating):
-        raise UsageError(Problem(what, f"a time is needed, not {type(value).__name__}", '0.001 or "1 ms"'))
+        raise UsageError(Problem(name, f"a time is needed, not {type(value).__name__}", '0.001 or "1 ms"'))
     if not math.isfinite(time):
-        raise UsageError(Problem(what, f"{what} is {time}, not a finite number", '0.001 or "1 ms"'))
+        raise UsageError(Problem(name, f"{name} is {time}, not a finite number", '0.001 or "1 ms"'))
     return float(time)
 
 

@@ -103,12 +103,12 @@ def _without_freedom(system: System, equations: Constrained, q: Array, rows: Red
         drivers = ", ".join(system.multipliers[row] for row in kept if _driven(system, row))
         return [f"all motion is prescribed: {drivers} and the constraints leave no velocity free"], []
     almost = "; ".join(f"of {system.multipliers[row]} only {part:.1g} is new" for row, part in rows.hardly.items())
-    what = (
+    fault = (
         f"nothing can move: {system.nv} velocities are held by as many constraint rows that do not follow from each"
         " other"
     )
     hint = "axes and lengths that fit" if almost else "a constraint less, or one of fewer rows"
-    return [], [f"{what}{f' ({almost})' if almost else ''}; try: {hint}"]
+    return [], [f"{fault}{f' ({almost})' if almost else ''}; try: {hint}"]
 
 
 def _undetermined(system: System, equations: Constrained, q: Array, rows: Redundancy) -> list[str]:

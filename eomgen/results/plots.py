@@ -108,9 +108,9 @@ def _nodes_as_displacements(curves: Sequence[Curve]) -> list[Curve]:
             moved = (poses - poses[0])[:, 4:]
             turned = numeric.compose(SO3, poses[:, :4], numeric.inverse(SO3, poses[:1, :4]))
             turned[turned[:, 0] < 0.0] *= -1.0
-            for what, unit, values in (("displacement", "m", moved), ("rotation", "rad", numeric.log(SO3, turned))):
+            for quantity, unit, values in (("displacement", "m", moved), ("rotation", "rad", numeric.log(SO3, turned))):
                 kept += [
-                    Curve(f"{beam}.{number} {axis}", unit, values[:, k], f"{what} since the start")
+                    Curve(f"{beam}.{number} {axis}", unit, values[:, k], f"{quantity} since the start")
                     for k, axis in enumerate("xyz")
                 ]
     return kept
@@ -145,7 +145,7 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
         return kinds.get("outputs") or kinds.get("coordinates") or []
     chosen: list[Curve] = []
     for name in names:
-        found = kinds.get(name) or [
+        matching = kinds.get(name) or [
             curve
             for curves in kinds.values()
             for curve in curves
@@ -153,8 +153,8 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
             in (curve.name, curve.output, f"output.{curve.name}", f"output.{curve.output}", f"input.{curve.name}")
             or curve.name.startswith(f"{name}[")
         ]
-        found = found or kinds.get(_LETTERS.get(name, ""), [])
-        if not found:
+        matching = matching or kinds.get(_LETTERS.get(name, ""), [])
+        if not matching:
             known = [
                 *kinds,
                 *dict.fromkeys(curve.output or curve.name for curves in kinds.values() for curve in curves),
@@ -164,7 +164,7 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
             close = [curve.name for curves in kinds.values() for curve in curves if curve.output == output] or close
             fault = f"the solution has no curve {shown(name)}"
             raise UsageError(Problem(asked_by, fault, " or ".join(close) if close else f"one of {listed(known)}"))
-        chosen += found
+        chosen += matching
     return list({id(curve): curve for curve in chosen}.values())
 
 

@@ -130,11 +130,11 @@ def largest_eigenvalue(model: CompiledModel, state: InitialState, t: float, p: A
         count = len(M)
         solved = np.linalg.solve(M, np.concatenate([K, C], axis=1))
         companion = np.block([[np.zeros((count, count)), np.eye(count)], [-solved]])
-        found = [np.abs(np.linalg.eigvals(companion)).max(initial=0.0)]
+        moduli = [np.abs(np.linalg.eigvals(companion)).max(initial=0.0)]
         if "internal_partials" in model.functions:
             by_state = model.internal_partials(q, v, z, t, parameters=p).rate_z
-            found.append(np.abs(np.linalg.eigvals(by_state)).max(initial=0.0))
+            moduli.append(np.abs(np.linalg.eigvals(by_state)).max(initial=0.0))
     except (EomgenError, np.linalg.LinAlgError, ValueError):
         return None
-    largest = float(max(found))
+    largest = float(max(moduli))
     return largest if np.isfinite(largest) else None

@@ -605,7 +605,7 @@ class Simulator:
         try:
             status = steps.follow(n, self._driven) if first is None else steps.move(n, first, last)
         finally:
-            self._found = tuple(StepEvent(self._events[k], t) for k, t in steps.found)
+            self._found = tuple(StepEvent(self._events[k], t) for k, t in steps.events)
         if status:
             self._judge(status)
 
@@ -643,7 +643,7 @@ class Simulator:
             self._steps(u, n, end)
             return
         first, last = (None, None) if end is None else (self._inputs_of("u", u), self._inputs_of("end", end))
-        found: tuple[StepEvent, ...] = ()
+        events: tuple[StepEvent, ...] = ()
         for k in range(n):
             moved, ends = self._motions.go_on(self._present(), self.t, self._stepper.step_size, functions)
             self._take(moved)
@@ -651,11 +651,11 @@ class Simulator:
                 self._steps(u, 1, None)
             else:
                 self._steps(between(first, last, k / n), 1, between(first, last, (k + 1) / n))
-            found += self._found
+            events += self._found
             if self._stopped:
                 break
             self._motions.reached.update(ends)
-        self._found = found
+        self._found = events
 
     def _take(self, p: Array) -> None:
         """Let motions go on by parameters (np,): a motion has the same rate and acceleration behind as before, so that

@@ -65,16 +65,16 @@ def half_way(statics: LoadedStatics, rest: Rest, factor: float) -> float | None:
     onwards = direction(statics, rest, held_factor(statics, rest))
     if onwards is None or onwards.s == 0.0:
         return None
-    found = corrected(statics, rest, onwards, 0.5 * factor / onwards.s, held_factor(statics, rest))
-    if found.trouble:
+    point = corrected(statics, rest, onwards, 0.5 * factor / onwards.s, held_factor(statics, rest))
+    if point.trouble:
         return None
     try:
-        tangents = statics.tangents(found.rest)
-        rate = _rate(statics, found.rest, _PART * abs(factor))
+        tangents = statics.tangents(point.rest)
+        rate = _rate(statics, point.rest, _PART * abs(factor))
         factors, _ = _factors(sparse(tangents.K), sparse(tangents.B), rate, _NEIGHBOURS)
     except ArithmeticError:
         return None
-    changes = found.rest.s - rest.s + factors
+    changes = point.rest.s - rest.s + factors
     return float(changes[np.argmin(np.abs(changes - factor))]) if len(changes) else None
 
 
@@ -86,10 +86,10 @@ def _rate(statics: LoadedStatics, rest: Rest, change: float) -> csc_array:
     ends = []
     for sign in (1.0, -1.0):
         way = sign * change / onwards.s
-        found = corrected(statics, rest, onwards, way, held_factor(statics, rest))
-        if found.trouble:
-            raise ArithmeticError(f"there is no equilibrium beside it: {found.trouble}")
-        ends.append(sparse(statics.tangents(found.rest).K))
+        point = corrected(statics, rest, onwards, way, held_factor(statics, rest))
+        if point.trouble:
+            raise ArithmeticError(f"there is no equilibrium beside it: {point.trouble}")
+        ends.append(sparse(statics.tangents(point.rest).K))
     return csc_array((ends[0] - ends[1]) / (2.0 * change))
 
 

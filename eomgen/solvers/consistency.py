@@ -132,11 +132,11 @@ def _with_beams(
     strains = Strains(beams, system, q)
     # Newton's method finds stretched shapes, which pull straight; Gauss-Newton finds more of the compressed shapes
     ways = (_least_strained(system, strains, closed, t, geometric=geometric) for geometric in (True, False))
-    found = min((way for way in ways if way is not None), key=itemgetter(0), default=None)
-    if found is None:
+    best = min((way for way in ways if way is not None), key=itemgetter(0), default=None)
+    if best is None:
         closed, more = consistent_position(system, q, t)
         return rigid, closed, strains.strained(closed, np.zeros(0)), iterations + more
-    _, closed, multipliers, more = found
+    _, closed, multipliers, more = best
     return rigid, closed, strains.strained(closed, multipliers), iterations + more
 
 
@@ -240,17 +240,17 @@ def _named(names: Sequence[str], values: Array, limits: Array) -> dict[str, floa
 
 
 def _contradiction(
-    rows: Rows, names: Sequence[str], left: Array, limits: Array, what: str, iterations: int
+    rows: Rows, names: Sequence[str], left: Array, limits: Array, level: str, iterations: int
 ) -> ModelError:
     order = np.argsort(-np.abs(left) / np.maximum(limits, np.finfo(float).tiny))
     worst = [f"{names[k]} by {left[k]:.3g}" for k in order[:5] if not abs(left[k]) <= limits[k]]
     text = (
-        f"the {what} of the constraints cannot be met together: after {iterations} corrections still off:"
+        f"the {level} of the constraints cannot be met together: after {iterations} corrections still off:"
         f" {'; '.join(worst)}"
     )
     first, lengths = int(order[0]), _lengths(names, left, limits)
     if lengths:
-        text += f"; {', '.join(what for what, _ in lengths)}"
+        text += f"; {', '.join(level for level, _ in lengths)}"
         hint = " and ".join(dict.fromkeys(hint for _, hint in lengths))
     elif rows.lever(first) * SINGULAR > rows.extent[first]:
         text += f"; {long_lever(rows, names, first)}"

@@ -152,11 +152,11 @@ def consistent_states(system: ConstrainedSamples, q: Array, v: Array) -> Consist
             return ConsistentStates(q, v, met)
         rows, guess = _Rows(system, q[chosen], chosen), v[chosen]
         rates = system.velocity(q[chosen], guess, chosen)
-        found = guess - rows.correction(np.where(np.isfinite(rates), rates, 0.0))
-        left = system.velocity(q[chosen], found, chosen)
-        limits = rows.rate_limits(np.maximum(np.abs(guess), np.abs(found)))
+        corrected = guess - rows.correction(np.where(np.isfinite(rates), rates, 0.0))
+        left = system.velocity(q[chosen], corrected, chosen)
+        limits = rows.rate_limits(np.maximum(np.abs(guess), np.abs(corrected)))
         limits = np.maximum(np.maximum(limits, CONTRADICTION * np.abs(rates)), np.finfo(float).tiny)
-        v[chosen] = found
+        v[chosen] = corrected
         met[chosen] = rows.defined & (np.abs(left) <= limits).all(axis=1)
     return ConsistentStates(q, v, met)
 

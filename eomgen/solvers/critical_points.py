@@ -70,7 +70,7 @@ def critical_points(statics: LoadedStatics, before: Examined, after: Examined) -
     way = after.point.stride
     if before.point.direction.s * after.point.direction.s >= 0.0:
         return _bifurcations(statics, before, after, (0.0, before), (way, after))
-    turning = _Along(statics, before.point, after.point, lambda found: found.point.direction.s)
+    turning = _Along(statics, before.point, after.point, lambda examined_point: examined_point.point.direction.s)
     turn, at = turning.root((0.0, before.point.direction.s), (way, after.point.direction.s), before, after)
     limit = CriticalPoint("limit point", at.point, _modes(at, 1))
     sides = [turn + sign * _BESIDE * way for sign in (-1.0, 1.0)]
@@ -124,10 +124,10 @@ class _Along:
 
         def value(way: float) -> float:
             if way not in tried:
-                found = self.examined(way)
-                if found is None:
+                examined = self.examined(way)
+                if examined is None:
                     raise _LostError
-                tried[way] = self._value(found)
+                tried[way] = self._value(examined)
             return tried[way]
 
         try:
@@ -155,7 +155,7 @@ def _bifurcations(
     located: list[tuple[float, Examined]] = []
     for value in _sign_changes(below, above):
         along = _Along(statics, first.point, second.point, value)
-        ends = [(way, value(found)) for way, found in (low, high)]
+        ends = [(way, value(examined_end)) for way, examined_end in (low, high)]
         if ends[0][1] * ends[1][1] < 0.0:
             located.append(along.root(ends[0], ends[1], low[1], high[1]))
     located.sort(key=lambda item: item[0])
@@ -183,9 +183,9 @@ def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Call
 def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[Examined], float]:
     """Return the stiffness of rank ``number`` as a function of points, ignoring ``neutral`` zero stiffnesses."""
 
-    def value(found: Examined) -> float:
-        negative = found.stiffness.negative if neutral else found.stiffness.below(0.0)
-        values, _ = found.stiffness.next_to_zero(count + neutral)
+    def value(point: Examined) -> float:
+        negative = point.stiffness.negative if neutral else point.stiffness.below(0.0)
+        values, _ = point.stiffness.next_to_zero(count + neutral)
         values = values[neutral:]
         sign = -1.0 if number < negative else 1.0
         alike = np.sort(np.abs(values[sign * values > 0.0]))
@@ -199,8 +199,8 @@ def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[Examined], f
 def _determinant(group: int, groups: Components, logarithm: float) -> Callable[[Examined], float]:
     """Return the determinant of a group of components, divided by exp(logarithm), as a function of points."""
 
-    def value(found: Examined) -> float:
-        sign, now = found.stiffness.determinants(groups)[group]
+    def value(point: Examined) -> float:
+        sign, now = point.stiffness.determinants(groups)[group]
         return sign * float(np.exp(np.clip(now - logarithm, -600.0, 600.0)))
 
     return value

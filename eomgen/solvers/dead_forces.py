@@ -31,13 +31,13 @@ class Blocks:
 
 def turning_blocks(factors: Sequence[Factor]) -> Blocks:
     """Return the triples of a configuration's rotations and poses."""
-    found = []
+    blocks = []
     for factor in factors:
         if factor.group in ("SO3", "R3xSO3", "SE3"):
-            found.append((factor.q_start, factor.v_start, factor.v_start))
+            blocks.append((factor.q_start, factor.v_start, factor.v_start))
         if factor.group == "SE3":
-            found.append((factor.q_start, factor.v_start + 3, factor.v_start))
-    places = np.array(found, np.intp).reshape(-1, 3, 1)
+            blocks.append((factor.q_start, factor.v_start + 3, factor.v_start))
+    places = np.array(blocks, np.intp).reshape(-1, 3, 1)
     return Blocks(places[:, 0] + np.arange(4), places[:, 1] + np.arange(3), places[:, 2] + np.arange(3))
 
 

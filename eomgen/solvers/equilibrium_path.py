@@ -166,16 +166,18 @@ def point_within(statics: LoadedStatics, first: PathPoint, second: PathPoint, wa
     return step_to(statics, first, way, start.s + way * along.s if ends else np.inf)
 
 
-def _length(statics: LoadedStatics, found: Corrected, start: Rest, rest: Rest) -> float:
+def _length(statics: LoadedStatics, corrected: Corrected, start: Rest, rest: Rest) -> float:
     of_q = weights(statics, rest)[: len(statics.sizes)]
-    return float(np.sqrt(found.displacement @ (of_q * found.displacement) + ((rest.s - start.s) / statics.reach) ** 2))
+    return float(
+        np.sqrt(corrected.displacement @ (of_q * corrected.displacement) + ((rest.s - start.s) / statics.reach) ** 2)
+    )
 
 
-def _off(statics: LoadedStatics, found: Corrected, along: Direction, way: float) -> float:
+def _off(statics: LoadedStatics, corrected: Corrected, along: Direction, way: float) -> float:
     """Return the length of all corrections together."""
     nv = len(statics.sizes)
-    change: Array = found.displacement - way * along.unknowns[:nv]
-    of_q = weights(statics, found.rest)[:nv]
+    change: Array = corrected.displacement - way * along.unknowns[:nv]
+    of_q = weights(statics, corrected.rest)[:nv]
     return float(np.sqrt(change @ (of_q * change)))
 
 

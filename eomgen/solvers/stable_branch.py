@@ -63,13 +63,13 @@ def stable_branch(statics: LoadedStatics, rest: Rest, onwards: Direction) -> Bra
         value, mode = _most_unstable(stiffness)
         first_side = _side(statics, mode, onwards) if first is None else 1.0
         for side in (first_side, -first_side):
-            found = _led_off(statics, rest, value, side * mode)
-            if found is not None:
+            branch = _led_off(statics, rest, value, side * mode)
+            if branch is not None:
                 break
         else:
             return None
         first = side * mode if first is None else first
-        rest, path = found[0], [*path, *found[1]]
+        rest, path = branch[0], [*path, *branch[1]]
     return Branch(rest, path=path, left_along=first) if first is not None and not _unstable(statics, rest) else None
 
 

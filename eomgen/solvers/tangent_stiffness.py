@@ -202,8 +202,8 @@ class TangentStiffness:
         if factors is None or np.any(factors.perm_r != np.arange(nv + rows)):
             return None
         right = np.random.default_rng(5).normal(size=nv + rows)
-        found = factors.solve(right)
-        if not np.max(np.abs(matrix @ found - right)) <= _EXACT * (1.0 + float(np.max(np.abs(found)))):
+        solution = factors.solve(right)
+        if not np.max(np.abs(matrix @ solution - right)) <= _EXACT * (1.0 + float(np.max(np.abs(solution)))):
             return None
         return int(np.sum(factors.U.diagonal() < 0.0)) - rows
 

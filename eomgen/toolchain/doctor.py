@@ -123,8 +123,8 @@ def _cache() -> Check:
         return Check("cache", False, error.problems[0].what, "unset EOMGEN_CACHE")
     reason = refusal(folder)
     if not reason and (others := writable_by_others(folder)):
-        what = f"{folder} {others}, and its libraries are run"
-        return Check("cache", False, what, f"chmod go-w {shlex.quote(str(folder))}", needed=False)
+        fault = f"{folder} {others}, and its libraries are run"
+        return Check("cache", False, fault, f"chmod go-w {shlex.quote(str(folder))}", needed=False)
     if not reason:
         return Check("cache", True, str(folder), needed=False)
     return Check("cache", False, f"{folder} cannot be written: {reason}", _mended(folder), needed=False)

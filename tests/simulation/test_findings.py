@@ -112,7 +112,7 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     "linear_range": (statistics(halvings=3), returning(doubts, "linear_range_exceeded", str(FOUND))),
     "singular_position": (
         statistics(halvings=3),
-        returning(doubts, "nearest_singular", SimpleNamespace(part=2.0, time=0.05, what="it is found")),
+        returning(doubts, "nearest_singular", SimpleNamespace(part=2.0, time=0.05, text="it is found")),
     ),
     "large_deflection": (having(bending=Bending("boom", 0.05, 2.0)),),
     "turned_element": (returning(remarks, "turned_elements", FOUND),),

@@ -57,7 +57,7 @@ def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
         return Accumulated(rest, {}, {})
     live = tape.live(ref for refs in outputs for ref in refs)
     uses = _uses(tape, live, outputs)
-    found: dict[int, list[Summand]] = {}
+    sums: dict[int, list[Summand]] = {}
     others: dict[tuple[int, int], list[Ref]] = {}
     for output, refs in enumerate(outputs):
         for component, ref in enumerate(refs):
@@ -66,31 +66,31 @@ def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
                 others[output, component] = of_others
             for item in of_maps:
                 summand = Summand(abs(item), output, component, 1 if item > 0 else -1)
-                found.setdefault(tape.a[abs(item)], []).append(summand)
+                sums.setdefault(tape.a[abs(item)], []).append(summand)
     read: dict[int, int] = {}
     for node in live:
         if tape.op[node] is Op.MAP:
             read[tape.a[node]] = read.get(tape.a[node], 0) + 1
     additions: dict[int, tuple[Addition, ...]] = {}
-    for number, items in found.items():
+    for number, items in sums.items():
         if number in numbers and len(items) == read[number]:
             made = _additions(tape, number, items)
             if made is not None:
                 additions[number] = made
     # a sum of results of several Maps needs all of them
     kept = {
-        (item.output, item.component) for number, items in found.items() if number not in additions for item in items
+        (item.output, item.component) for number, items in sums.items() if number not in additions for item in items
     }
     while dropped := [
-        number for number in additions if any((item.output, item.component) in kept for item in found[number])
+        number for number in additions if any((item.output, item.component) in kept for item in sums[number])
     ]:
         for number in dropped:
             del additions[number]
-            kept |= {(item.output, item.component) for item in found[number]}
+            kept |= {(item.output, item.component) for item in sums[number]}
     for (output, component), refs in others.items():
         if (output, component) not in kept:
             rest[output][component] = reduce(tape.add, refs, ZERO)
-    nodes = {number: sorted(item.node for item in found[number]) for number in additions}
+    nodes = {number: sorted(item.node for item in sums[number]) for number in additions}
     return Accumulated(rest, additions, nodes)
 
 

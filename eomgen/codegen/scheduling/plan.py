@@ -45,8 +45,8 @@ class Plan:
         last = {node for nodes in self.added.values() for node in nodes}
         needed = chain((ref for refs in outputs for ref in refs), last)
         self.live = [node for node in tape.live(needed) if tape.op[node] not in LEAVES]
-        found = reroll(tape, [node for node in self.live if node not in last] if last else self.live)
-        self.loops = {loop.iterations[0][0]: loop for loop in found}
+        rerolled = reroll(tape, [node for node in self.live if node not in last] if last else self.live)
+        self.loops = {loop.iterations[0][0]: loop for loop in rerolled}
         self.head = {
             node: head for head, loop in self.loops.items() for iteration in loop.iterations for node in iteration
         }

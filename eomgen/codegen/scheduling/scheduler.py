@@ -186,11 +186,11 @@ class LoopWriter(Writer):
         for leaf in angles:
             block, index = self._symbol(leaf)
             places.setdefault(block, []).append((slot[leaf], index))
-        for block, found in places.items():
+        for block, positions in places.items():
             self.open.inputs.add(block)
-            longest = 1 if block in UNINDEXED else len(found)
+            longest = 1 if block in UNINDEXED else len(positions)
             for to, start, _, step, length in chain.from_iterable(
-                runs(found[k : k + longest], shortest=1) for k in range(0, len(found), longest)
+                runs(positions[k : k + longest], shortest=1) for k in range(0, len(positions), longest)
             ):
                 self._emit("circular", to, to + len(angles), block, start, step, length)
         self.slots += 2 * len(angles)
@@ -419,11 +419,11 @@ class _Scheduler(LoopWriter):
             else:
                 self._emit("save", position, expression)
         for (block, is_minus), places in sources.items():
-            found = list(runs(places))
-            if len(found) > FEW_RUNS or is_minus:
+            stretches = list(runs(places))
+            if len(stretches) > FEW_RUNS or is_minus:
                 self._copy_to_workspace(block, places, is_minus=is_minus)
                 continue
-            for to, start, to_step, step, length in found:
+            for to, start, to_step, step, length in stretches:
                 if length == 1:
                     self._emit("save", to, ("w", start) if block == "w" else ("in", block, start))
                 else:

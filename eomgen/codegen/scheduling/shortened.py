@@ -41,7 +41,7 @@ def counted(
 
 
 def _cut(
-    found: Sequence[Stretch],
+    stretches: Sequence[Stretch],
     statements: Sequence[Statement],
     read: Sequence[Expression],
     given: Sequence[Expression],
@@ -55,7 +55,7 @@ def _cut(
             tuple(_within(expression, stretch) for expression in given),
             *([stretch.period] if min(stretch.period, stretch.count) > 1 else []),
         )
-        for stretch in found
+        for stretch in stretches
     ]
 
 

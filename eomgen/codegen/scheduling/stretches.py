@@ -43,10 +43,10 @@ def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[
     """
     table = np.array(columns, dtype=np.int64).T
     fixed = [column for column, moves in enumerate(moving) if not moves]
-    found = sorted(_search(table, fixed), key=lambda stretch: stretch.start)
+    in_order = sorted(_search(table, fixed), key=lambda stretch: stretch.start)
     result: list[Stretch] = []
     end = 0
-    for stretch in [*found, Stretch(len(table), 1, 0)]:
+    for stretch in [*in_order, Stretch(len(table), 1, 0)]:
         if stretch.start > end:
             result.append(Stretch(end, stretch.start - end, 1))
         if stretch.count:

@@ -43,9 +43,9 @@ def rate_functions(system: System, curve_numbers: dict[int, int]) -> tuple[tuple
     description = "rates of the state, and half its second rates"
     functions = []
     if len(early) >= WORTHWHILE * sum(tape.op[node] not in LEAVES for node in tape.live(outputs)) and held:
-        what = "values that depend on time, inputs and parameters alone"
+        of_time = "values that depend on time, inputs and parameters alone"
         functions.append(
-            program_function(tape, "series_of_time", what, OF_TIME, [(HELD, held, "of series_rates")], curve_numbers)
+            program_function(tape, "series_of_time", of_time, OF_TIME, [(HELD, held, "of series_rates")], curve_numbers)
         )
         late = Tape()
         outputs = splice(late, tape, outputs, {}, known={node: late.input(HELD, k) for k, node in enumerate(held)})

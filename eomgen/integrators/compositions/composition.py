@@ -62,8 +62,8 @@ class Composition:
                 raise _wrong(self.name, f"has {part} that sum up to {total:.15g} instead of 1", "its coefficients")
         order = self._order_of_levels() if self.levels else order_of(self.fractions, self.order)
         if order != self.order:
-            what = f"is said to have order {self.order}, and its coefficients have order {order}"
-            raise _wrong(self.name, what, "its coefficients, and whether its list begins with a drift or a kick")
+            fault = f"is said to have order {self.order}, and its coefficients have order {order}"
+            raise _wrong(self.name, fault, "its coefficients, and whether its list begins with a drift or a kick")
 
     def _order_of_levels(self) -> int:
         """Return the order of a recursion: sizes that sum up to 1 while their powers m + 1 cancel raise an even order m
@@ -157,9 +157,11 @@ class Composition:
 
         for start in range(2 * self.gradients + 1):  # no composition is stable beyond twice its kicks
             grid = np.linspace(start, start + 1, _POINTS + 1)
-            found = beyond(grid)
+            excess = beyond(grid)
             # a maximum between two points may lie beyond the bound though both points do not
-            peaks = 1 + np.flatnonzero((found[1:-1] >= found[:-2]) & (found[1:-1] >= found[2:]) & (found[1:-1] > -1e-4))
+            peaks = 1 + np.flatnonzero(
+                (excess[1:-1] >= excess[:-2]) & (excess[1:-1] >= excess[2:]) & (excess[1:-1] > -1e-4)
+            )
             finer = [np.linspace(grid[peak - 1], grid[peak + 1], 513) for peak in peaks]
             points = np.unique(np.concatenate([grid, *finer]))
             outside = np.flatnonzero(beyond(points) > _ROUNDED_TRACE)
@@ -212,5 +214,5 @@ def _bisected(beyond: Callable[[Array], Array], inside: float, outside: float) -
     return float(inside)
 
 
-def _wrong(name: str, what: str, hint: str) -> UsageError:
-    return UsageError(Problem("composition", f"{name} {what}", hint))
+def _wrong(name: str, fault: str, hint: str) -> UsageError:
+    return UsageError(Problem("composition", f"{name} {fault}", hint))

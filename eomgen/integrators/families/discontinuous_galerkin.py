@@ -98,19 +98,19 @@ class DiscontinuousGalerkin(OneFactorization):
     renewal = "needs nothing, because it begins with the forces of its own time"
 
     def __post_init__(self) -> None:
-        found, one = self.operators, Fraction(1)
-        nodes, weights = found.nodes, found.integration[-1]
+        operators, one = self.operators, Fraction(1)
+        nodes, weights = operators.nodes, operators.integration[-1]
         for k in range(2 * len(nodes) - 1):
             moment = sum((weight * node**k for weight, node in zip(weights, nodes, strict=True)), Fraction(0))
             hold(f"quadrature: sum b c^{k} = 1/{k + 1}", abs(moment - one / (k + 1)) < _EXACT)
-        shifted = product(product(found.modes, found.first), found.values)
-        apart = product(product(found.modes, found.integration), found.values)
+        shifted = product(product(operators.modes, operators.first), operators.values)
+        apart = product(product(operators.modes, operators.integration), operators.values)
         for i in range(len(nodes)):
             for j in range(len(nodes)):
                 wanted = self.gamma * ((i == j) - (i == j + 1))
                 hold("one eigenvalue: P = gamma (1 - N)", abs(shifted[i][j] - wanted) < _EXACT)
                 hold("P is Radau's operator below degree p", j == self.degree or abs(apart[i][j] - wanted) < _EXACT)
-        series = stability_series(found, self.gamma, self.passes, self.order)
+        series = stability_series(operators, self.gamma, self.passes, self.order)
         for k, coefficient in enumerate(series):
             hold(f"order {k}: 1/{k}! of the exponential", abs(coefficient - one / math.factorial(k)) < _EXACT)
 
@@ -127,11 +127,12 @@ class DiscontinuousGalerkin(OneFactorization):
     @property
     def _lag(self) -> list[list[float]]:
         """By L_0 to L_p: 1, integrated by -P/gamma, and (P - A)/gamma applied to L_p."""
-        found = self.operators
+        operators = self.operators
         apart = [
-            [x - y for x, y in zip(*rows, strict=True)] for rows in zip(found.first, found.integration, strict=True)
+            [x - y for x, y in zip(*rows, strict=True)]
+            for rows in zip(operators.first, operators.integration, strict=True)
         ]
-        last = product(product(found.modes, apart), found.values)
+        last = product(product(operators.modes, apart), operators.values)
         return [
             [-1.0, 1.0, *(0.0 for _ in range(self.degree - 1))],
             [float(row[-1] / self.gamma) for row in last],
@@ -148,8 +149,8 @@ class DiscontinuousGalerkin(OneFactorization):
         )  # fmt: skip  # a row of arguments
 
     def title(self, constrained: bool) -> str:
-        what = f"degree {self.degree}, {self.passes} passes, order {self.order}"
-        return f"time-discontinuous Galerkin method in passes on Lie groups, {what}"
+        parts = f"degree {self.degree}, {self.passes} passes, order {self.order}"
+        return f"time-discontinuous Galerkin method in passes on Lie groups, {parts}"
 
     @property
     def group_functions(self) -> tuple[GroupFunction, ...]:

@@ -383,5 +383,5 @@ NOT_CONSISTENT = Status(
 def rotation_too_large(angles: bool) -> Status:
     """Return the status of a step with too large a rotation of a body, or of an angle counted over revolutions."""
     who = "a body or a joint" if angles else "a body"
-    what = f"{who} turns by more than 0.9 of a full turn within one step; reduce the step"
-    return Status(5, "ROTATION_TOO_LARGE", what, SMALLER_STEP)
+    text = f"{who} turns by more than 0.9 of a full turn within one step; reduce the step"
+    return Status(5, "ROTATION_TOO_LARGE", text, SMALLER_STEP)

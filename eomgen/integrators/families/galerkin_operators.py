@@ -91,12 +91,12 @@ def root(function: Callable[[Fraction], Fraction], low: Fraction, high: Fraction
     return Fraction(below, 2**_PLACES)
 
 
-def stability_series(found: Operators, gamma: Fraction, passes: int, order: int) -> list[Fraction]:
+def stability_series(operators: Operators, gamma: Fraction, passes: int, order: int) -> list[Fraction]:
     """Return the coefficients of z^0 to z^order of the passes applied to 1 with y' = z y in a step of length 1."""
-    size = len(found.nodes)
+    size = len(operators.nodes)
     values = [[Fraction(1)] + [Fraction(0)] * order for _ in range(size)]
     for number in range(passes):
-        matrix = found.first if number == 0 else found.integration
+        matrix = operators.first if number == 0 else operators.integration
         defect = [
             [
                 (Fraction(1) if k == 0 else sum((matrix[i][j] * values[j][k - 1] for j in range(size)), Fraction(0)))
@@ -105,7 +105,7 @@ def stability_series(found: Operators, gamma: Fraction, passes: int, order: int)
             ]
             for i in range(size)
         ]
-        right = product(found.modes, defect)
+        right = product(operators.modes, defect)
         change: Matrix = []
         for j in range(size):
             row: list[Fraction] = []
@@ -113,7 +113,7 @@ def stability_series(found: Operators, gamma: Fraction, passes: int, order: int)
                 inner = (row[k - 1] if k else Fraction(0)) - (change[j - 1][k - 1] if k and j else Fraction(0))
                 row.append(right[j][k] + gamma * inner)
             change.append(row)
-        moved = product(found.values, change)
+        moved = product(operators.values, change)
         values = [[values[i][k] + moved[i][k] for k in range(order + 1)] for i in range(size)]
     return values[-1]
 

@@ -213,15 +213,17 @@ def _completed(system: System, groups: tuple[Sequence[int], ...], sums: Mapping[
     for name, along in _ALONG.items():
         given = {k: sums[name][k] for group in groups for k in group if abs(sums[name][k]) != ZERO}
         if given:
-            what = f"row sums of {name[0]} over each group, of components {', '.join(map(str, given))} of {along}"
-            blocks.append(Block(name, (len(given),), tuple(given.values()), what))
+            description = (
+                f"row sums of {name[0]} over each group, of components {', '.join(map(str, given))} of {along}"
+            )
+            blocks.append(Block(name, (len(given),), tuple(given.values()), description))
             patterns[name] = tuple((k, k) for k in given)
     functions: dict[str, Any] = dict(system.functions)
     if blocks:
         read = {symbol.block for symbol in system.tape.depends_on(ref for block in blocks for ref in block.refs)}
         inputs = tuple(block for block in INPUT_BLOCKS if block in read)
-        what = "row sums of stiffness and damping over coordinates that relative springs join"
-        functions[ROW_SUMS] = Function(ROW_SUMS, what, inputs, tuple(blocks))
+        description = "row sums of stiffness and damping over coordinates that relative springs join"
+        functions[ROW_SUMS] = Function(ROW_SUMS, description, inputs, tuple(blocks))
     return replace(
         system,
         functions=functions,
@@ -287,8 +289,8 @@ def _with_forces_apart(
         else:
             blocks.append(block)
     pairs = ", ".join(f"{i} and {j}" for i, j in links)
-    what = f"forces of links, which the residual has besides, with a minus in the second, of rows {pairs}"
-    blocks.append(Block("mutual", (len(mutual),), mutual, what))
+    description = f"forces of links, which the residual has besides, with a minus in the second, of rows {pairs}"
+    blocks.append(Block("mutual", (len(mutual),), mutual, description))
     read = {symbol.block for symbol in tape.depends_on(ref for block in blocks for ref in block.refs)}
     inputs = tuple(block for block in INPUT_BLOCKS if block in read)
     text = "the residual, and apart from it the forces of relative springs and dampers between two coordinates"

@@ -406,7 +406,9 @@ def _elimination_of_groups(
     sums: list[dict[int, int]] = []
     for position, own in enumerate(group):
         sums.append({})
-        for number in ([own] if own >= 0 else []) + [k for k, found in others[position].items() if k != own and found]:
+        for number in ([own] if own >= 0 else []) + [
+            k for k, entries in others[position].items() if k != own and entries
+        ]:
             sums[position][number] = end
             end += 1
     rows = []

@@ -115,10 +115,12 @@ def near(name: str, known: Sequence[str]) -> str:
     return " or ".join(alike[:3]) or nearest(name, known) or f"one of {', '.join(known[:8])}"
 
 
-def number(what: str, name: str, value: object) -> float:
+def number(matrix: str, name: str, value: object) -> float:
     """Return the weight of a name. Raises UsageError unless it is a number from zero on."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise UsageError(Problem(what, f"the weight of {name} is {type(value).__name__}, not a number", f"{name}: 1.0"))
+        raise UsageError(
+            Problem(matrix, f"the weight of {name} is {type(value).__name__}, not a number", f"{name}: 1.0")
+        )
     if not (np.isfinite(value) and value >= 0.0):
-        raise UsageError(Problem(what, f"the weight of {name} is {float(value):.6g}", "a number of zero or above"))
+        raise UsageError(Problem(matrix, f"the weight of {name} is {float(value):.6g}", "a number of zero or above"))
     return float(value)

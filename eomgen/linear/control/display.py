@@ -40,9 +40,9 @@ def margins_html(margins: Mapping[str, Margins]) -> str:
     return table(("loop at", "gain", "phase, °", "delay, s", "modulus"), rows)
 
 
-def eigenvalues_html(what: str, space: StateSpace) -> str:
+def eigenvalues_html(title: str, space: StateSpace) -> str:
     """Return the eigenvalues of a model, one of each pair."""
     upper = [complex(value) for value in space.eigenvalues if value.imag >= 0.0]
     unit = "1/s" if space.sample is None else "from sample to sample"
     rows = [(f"{value.real:.6g}" + (f" ± {value.imag:.6g}j" if value.imag else ""),) for value in upper]
-    return page(f"{what}, {space.stability}", table((f"eigenvalue, {unit}",), rows))
+    return page(f"{title}, {space.stability}", table((f"eigenvalue, {unit}",), rows))

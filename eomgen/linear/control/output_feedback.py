@@ -67,9 +67,9 @@ class OutputFeedback:
         return f"<OutputFeedback{self.space.when}: {of}; {self.closed_loop.stability}>"
 
     def _repr_html_(self) -> str:
-        what = paragraph(f"{', '.join(self.space.inputs)} from {', '.join(self.observer.measured)}")
+        signals = paragraph(f"{', '.join(self.space.inputs)} from {', '.join(self.observer.measured)}")
         of_loop = eigenvalues_html("closed loop", self.closed_loop)
-        return page(f"Output feedback{self.space.when}", what, margins_html(self.margins), of_loop)
+        return page(f"Output feedback{self.space.when}", signals, margins_html(self.margins), of_loop)
 
     @property
     def space(self) -> StateSpace:

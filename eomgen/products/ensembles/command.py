@@ -110,10 +110,10 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     return NumericalError.exit_code if len(result.failed) == result.done else 0
 
 
-def _why_unranked(found: Ensemble) -> str:
+def _why_unranked(result: Ensemble) -> str:
     """Return the reason why no ranking of the variations is drawn."""
     try:
-        found.sensitivity(f"{found.columns[0]}.max")
+        result.sensitivity(f"{result.columns[0]}.max")
     except UsageError as error:
         return f"without sensitivity.png: {error.problems[0].what}; it takes {error.problems[0].hint}"
     return "without sensitivity.png: no result is drawn"
@@ -158,24 +158,24 @@ def _cell(where: str, word: str) -> float | str:
 _NOT_INDEPENDENT = ("grid", "table", "saltelli")
 
 
-def _print(found: Ensemble) -> None:
-    good = found.done - len(found.failed)
+def _print(result: Ensemble) -> None:
+    good = result.done - len(result.failed)
     if not good:
         return
     rows: list[tuple[str, ...]] = []
-    quantiles, random = found.reduction.has_quantiles, found.design not in _NOT_INDEPENDENT
-    for column in found.columns:
-        low, high = found.envelope(column)
-        deviation = found.deviation(column)[-1]
+    quantiles, random = result.reduction.has_quantiles, result.design not in _NOT_INDEPENDENT
+    for column in result.columns:
+        low, high = result.envelope(column)
+        deviation = result.deviation(column)[-1]
         of_column = [deviation, low[-1]]
         if quantiles:
-            of_column += found.quantile(column, (0.05, 0.5, 0.95))[:, -1].tolist()
-        unit = found.units.get(column, "")
-        error = found.error.columns.get(column, math.nan)
+            of_column += result.quantile(column, (0.05, 0.5, 0.95))[:, -1].tolist()
+        unit = result.units.get(column, "")
+        error = result.error.columns.get(column, math.nan)
         told = "-" if math.isnan(error) else f"{error:.2g}"
-        mean = f"{found.mean(column)[-1]:.5g}", f"{deviation / math.sqrt(good):.2g}" if random else "-"
+        mean = f"{result.mean(column)[-1]:.5g}", f"{deviation / math.sqrt(good):.2g}" if random else "-"
         rows.append((column, unit if unit != "1" else "", *mean, *(f"{x:.5g}" for x in (*of_column, high[-1])), told))
-    title = f"{found.scene}: {counted(good, 'sample')}, {found.design}, at t = {found.t[-1]:.9g} s"
+    title = f"{result.scene}: {counted(good, 'sample')}, {result.design}, at t = {result.t[-1]:.9g} s"
     middle = ("5 %", "median", "95 %") if quantiles else ()
     header = (
         "column",

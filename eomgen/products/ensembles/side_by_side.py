@@ -232,9 +232,9 @@ class SideBySide:
         every, whole = self._between, self.run.grid.whole
         held, tables = (None, inputs) if self.tabled else (inputs, None)
         counts = every, whole // every, whole % every, self.run.grid.rest
-        found = stepper.runs(states, parameters, held, *counts, tables)
-        rows, modes, ends = (part[:count] for part in found[:3])
-        parameters, statuses = parameters[:count], found[3][:count]
+        stepped = stepper.runs(states, parameters, held, *counts, tables)
+        rows, modes, ends = (part[:count] for part in stepped[:3])
+        parameters, statuses = parameters[:count], stepped[3][:count]
         stopped = statuses == STOPPED.number
         if self.run.grid.rest:
             rows[statuses == 0, -1, 0] = self.run.grid.end

@@ -63,19 +63,19 @@ def sample(file: str, folder: str, resume: bool, plots: bool, as_json: bool, **o
     return INTERRUPTED if result.interrupted else 0
 
 
-def _print(found: FieldSamples) -> None:
-    told, mesh = found.summary(), found.problem.mesh
-    unit = found.problem.system.unit
+def _print(samples: FieldSamples) -> None:
+    told, mesh = samples.summary(), samples.problem.mesh
+    unit = samples.problem.system.unit
     box = " x ".join(f"{length:.6g}" for length in mesh.lengths)
     rows = [
         ("mesh", f"{' x '.join(map(str, mesh.cells))} cells, {box}{' ' + unit if unit else ''}"),
         ("memory", f"{told['memory'] / 2**20:.4g} MiB at most"),
-        ("method", f"{found.settings.method}, mass {found.mass}, trajectories of {found.settings.duration:.4g}"),
-        ("steps", ", ".join(f"{step:.4g}" for step in told["steps"][:6]) + f"; at most {found.largest_step:.4g}"),
-        ("largest frequency", f"{found.frequency:.4g}"),
-        ("gradients", f"{found.gradients} in {found.seconds:.3g} s"),
+        ("method", f"{samples.settings.method}, mass {samples.mass}, trajectories of {samples.settings.duration:.4g}"),
+        ("steps", ", ".join(f"{step:.4g}" for step in told["steps"][:6]) + f"; at most {samples.largest_step:.4g}"),
+        ("largest frequency", f"{samples.frequency:.4g}"),
+        ("gradients", f"{samples.gradients} in {samples.seconds:.3g} s"),
     ]
-    if found.count:
+    if samples.count:
         rows += [
             ("acceptance", f"{told['acceptance']:.3f}, {told['expected_acceptance']:.3f} by the mean of errors"),
             (
@@ -89,7 +89,7 @@ def _print(found: FieldSamples) -> None:
         rows += [
             (
                 "split R-hat",
-                f"{told['r_hat_of_cells']:.4f} of the worst of {counted(found.samples.cells.shape[2], 'cell')},"
+                f"{told['r_hat_of_cells']:.4f} of the worst of {counted(samples.samples.cells.shape[2], 'cell')},"
                 f" {told['r_hat_of_scales']:.4f} of the worst scale",
             ),
             (
@@ -106,11 +106,11 @@ def _print(found: FieldSamples) -> None:
     if "truth_over_deviation" in told:
         z = told["truth_over_deviation"]
         rows += [("(truth - mean)/deviation", f"mean {z['mean']:.4f}, deviation {z['deviation']:.4f}, to be 0 and 1")]
-    print_table(f"{found.name}: {found.problem.watched}", ("", ""), rows)
+    print_table(f"{samples.name}: {samples.problem.watched}", ("", ""), rows)
     heads = ("k", "prior", "truth", "samples", "deviation", "of the mean", "correlation", "R-hat", "autocorrelation")
     table = [
         tuple("-" if math.isnan(value) else f"{value:.4g}" for value in vars(scale).values())
-        for scale in found.scales()
+        for scale in samples.scales()
     ]
     if table:
         print_table("scales: power of a mode", heads, table, numeric=tuple(range(len(heads))))

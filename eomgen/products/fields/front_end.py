@@ -78,16 +78,16 @@ def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
     return load_fields(path)
 
 
-def _check_method(found: Hamiltonian) -> None:
+def _check_method(document: Hamiltonian) -> None:
     """Raise DescriptionError if a file names an unknown method."""
-    if not (method := found.simulation.method):
+    if not (method := document.simulation.method):
         return
     from eomgen.products.fields.hamiltonian.methods import check_name  # noqa: PLC0415  # few files choose a method
 
     try:
         check_name(method)
     except UsageError as error:
-        where = found.simulation.place or "simulation.method"
+        where = document.simulation.place or "simulation.method"
         raise DescriptionError([Problem(where, p.what, p.hint) for p in error.problems]) from None
 
 

@@ -84,19 +84,19 @@ def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) 
         model = pipeline.built_for_run(described, options["method"], profile=profile)
     end, step = options.pop("t_end"), options.pop("step")
     given = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
-    found = random_vibration(model, own.pop("output"), end, step, thresholds=thresholds, **own, **given)
-    files = found.save(folder) + (found.plot(folder) if plots else [])
+    study = random_vibration(model, own.pop("output"), end, step, thresholds=thresholds, **own, **given)
+    files = study.save(folder) + (study.plot(folder) if plots else [])
     if as_json:
-        print_json(found.to_dict() | {"files": [file.name for file in files], "folder": str(folder)})
+        print_json(study.to_dict() | {"files": [file.name for file in files], "folder": str(folder)})
     else:
-        _print(found)
-    say(f"{found.message}\nwritten to {folder}: {', '.join(file.name for file in files)}")
+        _print(study)
+    say(f"{study.message}\nwritten to {folder}: {', '.join(file.name for file in files)}")
     return 0
 
 
-def _print(found: RandomVibration) -> None:
-    rows = [(name, *(f"{value:.6g}" for value in values)) for name, values in found.moments.items()]
-    title = f"{found.scene}: {found.output}{f' in {found.unit}' if found.unit else ''} at t = {found.t:.6g} s"
+def _print(study: RandomVibration) -> None:
+    rows = [(name, *(f"{value:.6g}" for value in values)) for name, values in study.moments.items()]
+    title = f"{study.scene}: {study.output}{f' in {study.unit}' if study.unit else ''} at t = {study.t:.6g} s"
     print_table(
         title,
         ("by", "mean", "standard deviation", "skewness", "excess kurtosis"),
@@ -105,47 +105,47 @@ def _print(found: RandomVibration) -> None:
     )
     kept = [
         (one.name, one.kind.replace("_", " "), f"{one.variables}", f"{100.0 * one.captured:.4g}")
-        for one in found.processes
+        for one in study.processes
     ]
-    title = "; ".join(["random processes", *found.truncation]).replace(
-        "its variance", f"the variance of {found.output}"
+    title = "; ".join(["random processes", *study.truncation]).replace(
+        "its variance", f"the variance of {study.output}"
     )
     print_table(title, ("process", "kind", "variables", "% of its variance"), kept, numeric=(2, 3))
-    names = [name for name in _SHOWN if name in found.distributions]
-    table, texts = [], told_apart(found.thresholds.tolist())
+    names = [name for name in _SHOWN if name in study.distributions]
+    table, texts = [], told_apart(study.thresholds.tolist())
     for k in range(len(texts)):
         cells = []
-        upper = found.distributions[names[min(1, len(names) - 1)]].below[k] > 0.5
+        upper = study.distributions[names[min(1, len(names) - 1)]].below[k] > 0.5
         for name in names:
-            one = found.distributions[name]
+            one = study.distributions[name]
             value = float(one.above[k] if upper else one.below[k])
             cells.append("-" if math.isnan(value) else f"{value:.4g}")
         table.append((texts[k], ">" if upper else "<=", *cells))
     heads = ("threshold", "y is", *(name.replace("_", " ") for name in names))
     print_table("probabilities", heads, table, numeric=(0, *range(2, len(heads))))
-    if found.autocovariance:
-        order = sorted(range(len(found.times)), key=lambda k: float(found.times[k]))
+    if study.autocovariance:
+        order = sorted(range(len(study.times)), key=lambda k: float(study.times[k]))
         covariances = [
-            (f"{found.times[k]:.6g}", *(f"{values[k]:.6g}" for values in found.autocovariance.values())) for k in order
+            (f"{study.times[k]:.6g}", *(f"{values[k]:.6g}" for values in study.autocovariance.values())) for k in order
         ]
-        heads = ("at t in s", *(name.replace("_", " ") for name in found.autocovariance))
-        title = f"covariance with the output at t = {found.t:.6g} s"
+        heads = ("at t in s", *(name.replace("_", " ") for name in study.autocovariance))
+        title = f"covariance with the output at t = {study.t:.6g} s"
         print_table(title, heads, covariances, numeric=tuple(range(len(heads))))
-    if found.first_passage:
-        levels = told_apart(list(found.first_passage))
+    if study.first_passage:
+        levels = told_apart(list(study.first_passage))
         passage = [
             (
                 text,
                 *(f"{values[name]:.4g}" if name in values else "-" for name in ("crossing_rate", "monte_carlo")),
             )
-            for text, values in zip(levels, found.first_passage.values(), strict=True)
+            for text, values in zip(levels, study.first_passage.values(), strict=True)
         ]
         print_table(
             "first passage from below", ("level", "rate of crossings", "monte carlo"), passage, numeric=(0, 1, 2)
         )
     costs = [
         (name.replace("_", " "), f"{cost.runs}", f"{cost.adjoints}", f"{cost.tangents}")
-        for name, cost in found.costs.items()
+        for name, cost in study.costs.items()
     ]
     print_table(
         "solutions of the equations of motion", ("for", "runs", "adjoint runs", "tangents"), costs, numeric=(1, 2, 3)

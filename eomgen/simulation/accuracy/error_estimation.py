@@ -115,8 +115,8 @@ class ErrorEstimation:
             if len(trajectory.rows) < 2:
                 raise NoEstimateError("the run made no step")
             if run.controllers is not None and (names := run.controllers.single):
-                what = f"the function of {names} may keep something, so no second run calls it"
-                raise NoEstimateError(f"{what}; a class, or memory in the scene, can be had anew")
+                refused = f"the function of {names} may keep something, so no second run calls it"
+                raise NoEstimateError(f"{refused}; a class, or memory in the scene, can be had anew")
             rows, counts = trajectory.rows, statistics or {}
             runs = Comparisons(run, library, rows, parameters, self.progress, events, counts, at_rows)
             estimated = _by_tolerance if run.method.chooses_steps else _by_steps
@@ -289,8 +289,8 @@ def _by_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
     while not runs.tell(multiple, 1.0):
         multiple *= 0.5
         if runs.parts.count(multiple * runs.step) > _MOST_PARTS * runs.parts.count(runs.step):
-            what = f"runs in shorter steps that differ from it all over take {_MOST_PARTS:.0f} times as many"
-            raise NoEstimateError(f"its steps end where forces jump or states are sampled; {what}")
+            refused = f"runs in shorter steps that differ from it all over take {_MOST_PARTS:.0f} times as many"
+            raise NoEstimateError(f"its steps end where forces jump or states are sampled; {refused}")
     shorter = runs.at(multiple=multiple)
     if len(shorter.rows) < 2 or shorter.stopped:
         raise NoEstimateError(f"a run at 1/{1.0 / multiple:.0f} of the step does not hold: {shorter.stopped}")
@@ -344,14 +344,14 @@ def _passed_over(runs: Comparisons, other: ComparedMotion) -> str:
     return ""
 
 
-def _doubtful(runs: Comparisons, found: ErrorEstimate, near: Apart) -> bool:
+def _doubtful(runs: Comparisons, result: ErrorEstimate, near: Apart) -> bool:
     """Return whether longer steps tell too little, so that a shorter one has to.
 
     An angle that turns by more than half a turn within a step is sampled in the same way by longer steps.
     """
-    if runs.span.steps < _FEW_STEPS or found.t[-1] < runs.end or runs.turn > math.pi:
+    if runs.span.steps < _FEW_STEPS or result.t[-1] < runs.end or runs.turn > math.pi:
         return True
     if runs.run.method.order > _OF_CORNERS and crosses_corners(runs.run, runs.span.rows, runs.span.parameters):
         return True  # the order that longer steps show is chance
-    other_order = abs(found.order - found.declared_order) > _OTHER_ORDER and found.relative > _NEGLIGIBLE
+    other_order = abs(result.order - result.declared_order) > _OTHER_ORDER and result.relative > _NEGLIGIBLE
     return other_order or float(shares(near.kinds, runs.size).max(initial=0.0)) > _DOUBTFUL

@@ -182,13 +182,13 @@ class Comparisons:
         if "energy" not in model.functions or all(item["unit"] != "J" for item in model.library.layout["outputs"]):
             return 0.0
         if self._at_rows is not None:
-            found = self._at_rows("energy")
+            energies = self._at_rows("energy")
         else:
             t, q, v, a, z = self.span.rows[:, 0], *self._states(self.span.rows)
             u = run.signals.rows(t) if run.takes_rows else None
             with np.errstate(all="ignore"):
-                found = model.energy(q, v, a, t, u, z=z, parameters=self.span.parameters)
-        at_work = float(np.max(found["kinetic"]) + np.ptp(found["potential"]))
+                energies = model.energy(q, v, a, t, u, z=z, parameters=self.span.parameters)
+        at_work = float(np.max(energies["kinetic"]) + np.ptp(energies["potential"]))
         return at_work if math.isfinite(at_work) else 0.0
 
     def _states(self, rows: Array) -> tuple[Array, Array, Array, Array]:

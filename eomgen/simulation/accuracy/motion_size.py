@@ -104,10 +104,10 @@ def motion_size(
             size[factor.v] = travel[factor.q]
             names[factor.v], units[factor.v] = model.q_names[factor.q], model.q_units[factor.q]
             continue
-        for start, unit, what in ((0, "rad", "rotation"), (3, "m", "position"))[: factor.v_size // 3]:
+        for start, unit, quantity in ((0, "rad", "rotation"), (3, "m", "position"))[: factor.v_size // 3]:
             part = slice(factor.v_start + start, factor.v_start + start + 3)
             size[part] = np.max(np.linalg.norm(turned[:, part], axis=1))
-            names[part], units[part] = [f"the {what} of {factor.name}"] * 3, [unit] * 3
+            names[part], units[part] = [f"the {quantity} of {factor.name}"] * 3, [unit] * 3
     travelled = size.copy()
     turns = np.zeros(model.nv, dtype=bool) if turns is None else turns
     size[turns] = np.minimum(size[turns], TURN)

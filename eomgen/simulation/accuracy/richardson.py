@@ -81,7 +81,7 @@ def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
     largest = None
     if share.size:
         error = np.hstack([errors["increment"], errors["z"]])[row, component]
-        found = (size.names[component], float(error), size.units[component], float(times[row]))
+        largest_component = (size.names[component], float(error), size.units[component], float(times[row]))
         least = np.concatenate([size.sizes["increment"], size.sizes["z"]])[component]
         unit = size.units[component] if size.units[component] != "1" else ""
         measure = (
@@ -92,7 +92,7 @@ def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
             else SMALL.format(least=f"{least:.2g} {unit}".strip())
         )
         measure = measure if math.isfinite(least) else NONE
-        largest = Largest(*found, float(share[row, component]), measure)
+        largest = Largest(*largest_component, float(share[row, component]), measure)
     outputs = {kind.partition(".")[2]: array for kind, array in errors.items() if kind.startswith("output.")}
     return ErrorEstimate(
         available=True,

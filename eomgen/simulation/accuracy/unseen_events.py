@@ -63,10 +63,10 @@ def unseen_events(
         taken = step_rows(run, library, rows, parameters, statistics)
         if taken is None:
             return None
-        found = recorded
+        roots = recorded
         if taken.rows is not rows:
-            found = _Roots(StepPath(run, taken.rows, taken.parameters), known, signs, changes, taken.breaks)
-        missed = found.missed(seen)
+            roots = _Roots(StepPath(run, taken.rows, taken.parameters), known, signs, changes, taken.breaks)
+        missed = roots.missed(seen)
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
     worst = int(np.argmax(missed))
@@ -126,9 +126,9 @@ class _Roots:
                 break
         return self._beyond(result, seen)
 
-    def _beyond(self, found: Array, seen: Array) -> Array:
+    def _beyond(self, counts: Array, seen: Array) -> Array:
         least = _LEAST + (_PART * seen if self._sampled else 0.0)
-        missed: Array = np.where(found - seen > least, found - seen, 0.0)
+        missed: Array = np.where(counts - seen > least, counts - seen, 0.0)
         return missed
 
     def _roots(self, steps: NDArray[np.intp], count: int) -> Array:
@@ -162,6 +162,6 @@ class _Roots:
         held = {"multipliers": np.zeros((len(times), len(model.multipliers)))} if model.multipliers else {}
         with np.errstate(all="ignore"):
             u = there.u if model.nu else None
-            found = model.evaluate("events", q, v, path.states.a[steps], times, u, z=z, parameters=there.p, **held)
-        values: Array = np.asarray(found["event"])[:, self._known]
+            functions = model.evaluate("events", q, v, path.states.a[steps], times, u, z=z, parameters=there.p, **held)
+        values: Array = np.asarray(functions["event"])[:, self._known]
         return values

@@ -229,9 +229,9 @@ def _another_way(run: Run, rows: Array, others: Array) -> bool:
         return False
     first, second = rows[common], others[places[common]]
     size = motion_size(run.model, np.concatenate([first, second]), {})
-    found = differences(run.model, first, second, ({}, {}))
-    end = {kind: values[-1:] for kind, values in found.items()}
-    beyond = np.concatenate([shares(found, size).ravel(), shares(end, size, ("v",)).ravel()])
+    differs = differences(run.model, first, second, ({}, {}))
+    end = {kind: values[-1:] for kind, values in differs.items()}
+    beyond = np.concatenate([shares(differs, size).ravel(), shares(end, size, ("v",)).ravel()])
     return bool(np.any(beyond > _UNSEEN))
 
 
@@ -411,15 +411,15 @@ class _Examination:
         """
         sides = feature.sides(table)
         numbers, samples = np.nonzero(sides[:, 1:] != sides[:, :-1])
-        found = []
+        crossings = []
         for row, sample in zip(numbers.tolist(), samples.tolist(), strict=True):
             ends = sorted((float(table[row, sample]), float(table[row, sample + 1])))
-            found += [(row, sample, float(level)) for level in feature.between(ends[0], ends[1], _MET)]
-        found = found[: _MET * len(steps)]
-        if not found:
+            crossings += [(row, sample, float(level)) for level in feature.between(ends[0], ends[1], _MET)]
+        crossings = crossings[: _MET * len(steps)]
+        if not crossings:
             return np.zeros(0), np.zeros(0, dtype=np.intp)
-        number, k = (np.array([one[place] for one in found], dtype=np.intp) for place in (0, 1))
-        level = np.array([one[2] for one in found])
+        number, k = (np.array([one[place] for one in crossings], dtype=np.intp) for place in (0, 1))
+        level = np.array([one[2] for one in crossings])
         first, last, low, high = grid[k], grid[k + 1], table[number, k], table[number, k + 1]
         begin, h = self._t[steps[number]], np.diff(self._t)[steps[number]]
         place = first
@@ -730,19 +730,19 @@ class _Examination:
         middles = 0.5 * (mesh[1:] + mesh[:-1])
         blocks = self._path.at(begin + h * middles, np.full(len(middles), step))
         ends = self._path.at_rows
-        found = []
+        laws = []
         for law in self._known:
             values = self._path.values(law, blocks)
             low, high = (float(self._path.values(law, ends)[k]) for k in (step, step + 1))
-            found.append((f"the formula {_shortened(infix(law))}", values, low + middles * (high - low)))
-        if self._opaque or not found:
+            laws.append((f"the formula {_shortened(infix(law))}", values, low + middles * (high - low)))
+        if self._opaque or not laws:
             inside, at_ends = self._path.rates(blocks), self._path.rates(ends)[[step, step + 1]]
             for column, one in enumerate((*self._model.v_names, *self._model.z_names)):
                 if one == name:
                     line = at_ends[0, column] + middles * (at_ends[1, column] - at_ends[0, column])
-                    found.append((f"the rate of {name}", inside[:, column], line))
+                    laws.append((f"the rate of {name}", inside[:, column], line))
         best = (0.0, f"the rate of {name}", h)
-        for words, values, line in found:
+        for words, values, line in laws:
             off = np.nan_to_num(np.abs(values - line))
             top, span = float(off.max()), float(np.abs(np.nan_to_num(values)).max()) or 1.0
             if top / span > best[0]:
@@ -767,7 +767,7 @@ def _shortened(text: str) -> str:
 
 def _in_order(edges: Array) -> Array:
     """Return edges within 0 to 1 in order, each once."""
-    found = np.unique(edges)
-    found = found[(found >= 0.0) & (found <= 1.0)]
-    kept: Array = found[np.append(True, np.diff(found) > 1e-13)]
+    edges_in_order = np.unique(edges)
+    edges_in_order = edges_in_order[(edges_in_order >= 0.0) & (edges_in_order <= 1.0)]
+    kept: Array = edges_in_order[np.append(True, np.diff(edges_in_order) > 1e-13)]
     return kept

@@ -26,12 +26,12 @@ class Violation(NamedTuple):
     Attributes
     ----------
     share : part of the size of the machine, or rad
-    what : message with row, size and time
+    text : message with row, size and time
     time : s; NaN between rows
     """
 
     share: float
-    what: str
+    text: str
     time: float = math.nan
 
 
@@ -51,8 +51,8 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
     chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOST_ROWS)).round().astype(int))
     t, q = t[chosen], q[chosen]
     violation = np.abs(next(iter(model.evaluate("constraint", q, t=t, parameters=p).values())))[:, :count]
-    found = list(model.evaluate("constraint_size", q, t=t, parameters=p).values())
-    sizes = np.concatenate([np.asarray(part).reshape(len(t), -1) for part in found], axis=1)
+    blocks = list(model.evaluate("constraint_size", q, t=t, parameters=p).values())
+    sizes = np.concatenate([np.asarray(part).reshape(len(t), -1) for part in blocks], axis=1)
     rows = sizes.shape[1] // 2
     summands, extents = sizes[:, :count], sizes[:, rows:]
     lengths = np.array([unit != "1" for unit in model.library.layout["row_units"][:count]])
@@ -65,8 +65,8 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
     share, by = float(shares[row, k]), float(violation[row, k])
     if share > REPORTED:
         unit = " m" if lengths[k] else ""
-        what = f"the constraint {model.multipliers[k]} is off by {by:.3g}{unit} at t = {t[row]:.6g} s"
-        return Violation(share, what, float(t[row]))
+        message = f"the constraint {model.multipliers[k]} is off by {by:.3g}{unit} at t = {t[row]:.6g} s"
+        return Violation(share, message, float(t[row]))
     between = largest / float(scale.max())
     if between > REPORTED and largest > rounding.max():
         return Violation(between, f"constraints are off by up to {largest:.3g} between the rows")

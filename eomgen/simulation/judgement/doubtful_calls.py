@@ -24,9 +24,9 @@ def exchanged_times(grid: TimeGrid) -> list[str]:
     span = grid.end - grid.start
     if not 0.0 < span * (1.0 + WHOLE) < grid.step:
         return []
-    what = f"the step, {grid.step:.6g} s, is longer than the run, {span:.6g} s, which is one shorter step"
+    sentence = f"the step, {grid.step:.6g} s, is longer than the run, {span:.6g} s, which is one shorter step"
     exchanged = f"; simulate({grid.step:.6g}, {span:.6g}) has the end first, and then the step"
-    return [what + (exchanged if grid.step >= _EXCHANGED * span else "")]
+    return [sentence + (exchanged if grid.step >= _EXCHANGED * span else "")]
 
 
 def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], p: Array) -> list[str]:
@@ -53,8 +53,8 @@ def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], 
     silent = [item.name for item in description.inputs if not item.given and item.name not in given]
     if silent:
         many = len(silent) > 1
-        what = f"the inputs {listed(silent)} are 0" if many else f"the input {silent[0]} is 0"
-        notes.append(f"{what}: neither the scene nor the run gives {'them' if many else 'it'}")
+        sentence = f"the inputs {listed(silent)} are 0" if many else f"the input {silent[0]} is 0"
+        notes.append(f"{sentence}: neither the scene nor the run gives {'them' if many else 'it'}")
     return [*notes, *_improbable_variables(model, p)]
 
 
@@ -70,5 +70,7 @@ def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
     if not result:
         return []
     name, value = max(result, key=itemgetter(1))
-    what = f"{name} is {value:.6g} standard deviations out: it is a standard normal variable of a random process or sea"
-    return [what + (f" ({counted(len(result), 'variable')} beyond {_IMPROBABLE:g})" if len(result) > 1 else "")]
+    sentence = (
+        f"{name} is {value:.6g} standard deviations out: it is a standard normal variable of a random process or sea"
+    )
+    return [sentence + (f" ({counted(len(result), 'variable')} beyond {_IMPROBABLE:g})" if len(result) > 1 else "")]

@@ -121,11 +121,11 @@ class Unresolved(NamedTuple):
 
 
 def _unresolved_coordinate(run: FinishedRun) -> Iterator[Finding]:
-    found = unresolved_coordinates(run)
-    if not found:
+    unresolved = unresolved_coordinates(run)
+    if not unresolved:
         return
-    name, travel, error, unit = max(found, key=lambda one: one.error / one.travel)
-    more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    name, travel, error, unit = max(unresolved, key=lambda one: one.error / one.travel)
+    more = f" (and {len(unresolved) - 1} more)" if len(unresolved) > 1 else ""
     size = f"its motion of {travel:.2g}{unit} has an estimated error of {error:.2g}{unit}"
     text = f"{name}{more} is not resolved: {size}"
     yield Finding(value=error / travel, text=text, hint=_remedy_of_error(run))
@@ -193,7 +193,7 @@ def _momentum_drift(run: FinishedRun) -> Iterator[Finding]:
 def _constraint_violation(run: FinishedRun) -> Iterator[Finding]:
     violation = run.violation
     if violation is not None and violation.share <= BROKEN:
-        yield Finding(value=violation.share, time=violation.time, text=violation.what, hint=_remedy(run))
+        yield Finding(value=violation.share, time=violation.time, text=violation.text, hint=_remedy(run))
 
 
 def _multiplier_rounding(run: FinishedRun) -> Iterator[Finding]:
@@ -237,7 +237,7 @@ def _singular_position(run: FinishedRun) -> Iterator[Finding]:
     singular = nearest_singular(run.run.model, run.states.t, run.states.q, run.run.parameters)
     if singular is not None:
         hint = way_through(run.run.method, run.settings["step"])
-        yield Finding(value=singular.part, time=singular.time, text=singular.what, hint=hint)
+        yield Finding(value=singular.part, time=singular.time, text=singular.text, hint=hint)
 
 
 _DOUBTS = (

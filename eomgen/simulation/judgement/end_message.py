@@ -64,8 +64,8 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
     text = stepper.status_text(trajectory.status)
     if trajectory.status == CONTROLLER_FAILED:
         taken = f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
-        what, hint = failed_controller(stepper)
-        return f"{taken}: {what}; try: {hint}"
+        fault, hint = failed_controller(stepper)
+        return f"{taken}: {fault}; try: {hint}"
     _, q, v, a, _, z = (part[0] for part in states_of(trajectory.rows[-1:], model))
     last, behind = float(t), ""
     if events is not None and len(events) and events.t[-1] > last:  # the step that failed goes on from there
@@ -76,17 +76,19 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
     block, already, cause = first_non_finite(model, last, (q, v, a, z), settings["step"], p, run.signals)
     block += behind if block else ""
     inertia = None if block else inertia_warning(model, q, p, trajectory.rows[0, 1 : 1 + model.nq], settings["step"])
-    found = inertia.what if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
-    details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""
+    cause_of_step = inertia.text if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
+    details = (
+        f"; the first block that is not finite is {block}" if block else f"; {cause_of_step}" if cause_of_step else ""
+    )
     hint = inertia.hint if inertia else advice(run.method, trajectory.status, settings)
     times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
-    singular = None if block or found else singular_ahead(model, times, positions, v, p, settings["step"])
+    singular = None if block or cause_of_step else singular_ahead(model, times, positions, v, p, settings["step"])
     if singular:
-        details = f"; {singular.what}"
+        details = f"; {singular.text}"
         hint = way_past(run.method, settings["step"], at_start=len(times) == 1)
     if cause[0] and (by_method := unstable_growth(run, stepper.library, trajectory)):
-        what, hint = instability(by_method, run.method)
-        details = f"; {what}"
+        fault, hint = instability(by_method, run.method)
+        details = f"; {fault}"
     elif cause[0]:
         details, hint = details + cause[0], cause[1]
         if hint == SMALLER_ANGLES and not _starts_far(run, trajectory):
@@ -95,13 +97,13 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
             hint = away.hint if away else OTHER_FORCES
     elif already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
-    elif not (found or singular) and (growth := own_growth(run, stepper.library, trajectory.rows)):
+    elif not (cause_of_step or singular) and (growth := own_growth(run, stepper.library, trajectory.rows)):
         details = f"{details}; {growth}"
         hint = (
             "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
             " step helps"
         )
-    elif not (found or singular) and (away := _grown(run, stepper, trajectory)):
+    elif not (cause_of_step or singular) and (away := _grown(run, stepper, trajectory)):
         details, hint = f"{details}; {away.text}", away.hint
     if any(tells_strain(text) for text in run.corrections):  # the message says how much at its end
         hint = f"an initial state nearer to assembly, or lengths that fit, so that beams start unstrained; or {hint}"

@@ -11,7 +11,7 @@ from eomgen.simulation.stepping.stepper import Stepper
 class Failure(NamedTuple):
     """Description of a failure of a function, and its remedy."""
 
-    what: str
+    fault: str
     hint: str
 
 

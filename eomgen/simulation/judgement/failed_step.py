@@ -23,13 +23,13 @@ def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Ar
     t, q, v, a, z = state
     if status == CONTROLLER_FAILED:
         failure = failed_controller(stepper)
-        fault = f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {failure.what}"
+        fault = f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {failure.fault}"
         return Problem("", fault, failure.hint)
     model, p, step = run.model, run.parameters, stepper.step_size
     block, already, cause = first_non_finite(model, t, (q, v, a, z), step, p, run.signals)
     inertia = None if block else inertia_warning(model, q, p, q, step)
-    found = inertia.what if inertia else fast_joint(model, t, q, v, p, step)
-    details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""
+    reason = inertia.text if inertia else fast_joint(model, t, q, v, p, step)
+    details = f"; the first block that is not finite is {block}" if block else f"; {reason}" if reason else ""
     hint = inertia.hint if inertia else advice(run.method, status, {**run.settings, "step": step})
     if cause[0]:
         details, hint = details + cause[0], cause[1]

@@ -32,8 +32,8 @@ def _unstable(run: FinishedRun) -> Iterator[Finding]:
         return
     totals = run.energy.get("total")
     energies = "" if totals is None else f", and the total energy from {totals[0]:.3g} to {totals[-1]:.3g} J"
-    what, hint = instability(growth, run.run.method)
-    yield Finding(value=growth.after, time=growth.end, text=f"{what}{energies}", hint=hint)
+    fault, hint = instability(growth, run.run.method)
+    yield Finding(value=growth.after, time=growth.end, text=f"{fault}{energies}", hint=hint)
 
 
 def _infinite_energy(run: FinishedRun) -> Iterator[Finding]:
@@ -45,7 +45,7 @@ def _infinite_energy(run: FinishedRun) -> Iterator[Finding]:
 def _broken_constraint(run: FinishedRun) -> Iterator[Finding]:
     violation = run.violation
     if violation is not None and violation.share > FAILED:
-        text = f"{violation.what}, more than {FAILED:g} of the size of the machine, or rad"
+        text = f"{violation.text}, more than {FAILED:g} of the size of the machine, or rad"
         yield Finding(value=violation.share, time=violation.time, text=text, hint="a smaller step")
 
 

@@ -22,7 +22,7 @@ _DIFFERENCE, _OF_REACH = 1e-7, 1e-10
 class Fastest(NamedTuple):
     """The fastest decay: subject and verb in words, rate in 1/s."""
 
-    what: str
+    text: str
     rate: float
 
 

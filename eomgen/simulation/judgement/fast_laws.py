@@ -33,7 +33,7 @@ class _Law:
     """A function of time: at the beginning of steps and at the end, and between as it is and as the steps show it,
     (steps,) each."""
 
-    what: str
+    name: str
     unit: str
     ends: Array
     between: Array
@@ -68,18 +68,18 @@ def fast_laws(run: Run, nodes: Array, ends: Array, states: States, parameters: A
     parameters : (np,), or (rows, np), at the rows
     """
     try:
-        found = [law for law in (*_inputs(run, nodes, ends, states), *_forces(run, ends, states, parameters)) if law]
+        known = [law for law in (*_inputs(run, nodes, ends, states), *_forces(run, ends, states, parameters)) if law]
     except UsageError:  # a function of the caller that has no value between steps
         return None
-    laws = [law for law in found if law.unseen]
+    laws = [law for law in known if law.unseen]
     if not laws:
         return None
     law, step = max(laws, key=lambda one: one.off / one.range), run.settings["step"]
     more = f" (and {len(laws) - 1} more)" if len(laws) > 1 else ""
     size = f"up to {law.off:.3g} {law.unit} off the line through them, and varies by {law.range:.3g} {law.unit} in all"
-    what = f"{law.what}{more} varies faster than the steps resolve: between them it is {size}"
+    text = f"{law.name}{more} varies faster than the steps resolve: between them it is {size}"
     hint = f"a step much smaller than {step:.3g} s, 20 or more to a period, or its means over the steps"
-    return Finding(value=law.off / law.range, text=what, hint=hint)
+    return Finding(value=law.off / law.range, text=text, hint=hint)
 
 
 def _chosen(times: Array, step: float, last: float, ends: Array) -> NDArray[np.int_]:

@@ -89,17 +89,17 @@ def unresolved_motion(run: Run, rows: Array, step: float, events: Events | None,
     return ""
 
 
-def _sentence(words: str, found: _Swing, run: Run, step: float) -> str:
-    hertz, period = found.frequency / (2.0 * math.pi), 2.0 * math.pi / found.frequency
-    what = (
-        f"{words} excites a motion of {found.name} at {hertz:.3g} Hz, whose period of {period:.2g} s steps of"
+def _sentence(words: str, swing: _Swing, run: Run, step: float) -> str:
+    hertz, period = swing.frequency / (2.0 * math.pi), 2.0 * math.pi / swing.frequency
+    text = (
+        f"{words} excites a motion of {swing.name} at {hertz:.3g} Hz, whose period of {period:.2g} s steps of"
         f" {step:.2g} s do not resolve: accelerations, forces and outputs made of them follow the slow motion alone,"
         " and the estimated error need not count the fast one"
     )
-    finer = f"a step of {RESOLVED / found.frequency:.2g} s"
+    finer = f"a step of {RESOLVED / swing.frequency:.2g} s"
     if run.method.chooses_steps:
         finer = f"a tolerance smaller than {run.settings['tolerance']:.3g}"
-    return f"{what}; try: {finer}, or a start in which stiff parts are in balance"
+    return f"{text}; try: {finer}, or a start in which stiff parts are in balance"
 
 
 def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: Array) -> list[_Place]:

@@ -28,10 +28,10 @@ def impacts_at_start(run: Run, state: InitialState) -> list[str]:
     ways = np.concatenate([np.zeros((1, model.nv)), np.diag(_ON * np.where(reach > 0.0, reach, 1.0))])
     places = product.update(model.factors, np.repeat(state.q[np.newaxis], len(ways), axis=0), ways)
     with np.errstate(all="ignore"):
-        found = model.evaluate(
+        functions = model.evaluate(
             "events", places, state.v, np.zeros_like(state.v), t, u, z=state.z, parameters=run.parameters
         )
-    values, rates = found["event"], found["event_rate"][0]
+    values, rates = functions["event"], functions["event_rate"][0]
     rounding = np.abs(values[1:] - values[0]).sum(axis=0)  # when coordinates move by theirs
     sentences = []
     for row, value, rate, off in zip(rows, values[0].tolist(), rates.tolist(), rounding.tolist(), strict=True):

@@ -170,7 +170,9 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
             return None
         before, after = sizes[early[-1], component], sizes[late[-1], component]
         again = [_again(run, library, first, steps, parts) for parts in _FINER_OF_SLOW]
-        finer = [math.inf if found is None else float(_sizes(run, found[-1:])[0][component]) for found in again]
+        finer = [
+            math.inf if repeated is None else float(_sizes(run, repeated[-1:])[0][component]) for repeated in again
+        ]
         if all(size > 0.0 and abs(math.log(size / after)) < _EQUAL * math.log(after / before) for size in finer):
             return _described(run, (first[0], last[0]), component, before, after, step / _FINER_OF_SLOW[-1], finer[-1])
     return None
@@ -206,23 +208,23 @@ def _by_method(
     steps, step = len(window) - 1, run.settings["step"]
     tail, times = min(steps, WINDOW), (window[0, 0], window[-1, 0])
     small, large = (_sizes(run, rows)[0][components] for rows in (before, window[-tail:]))
-    found = np.full(len(components), math.inf)
+    sizes = np.full(len(components), math.inf)
     agreeing = np.zeros(len(components), dtype=int)
     moved = _moved(run, window, _ROUNDING)[components]
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         growth = np.log(np.minimum(large / small, _LARGEST))
         moved &= growth > _RISEN
         for parts in finer:
-            coarser, again = found, _again(run, library, window[0], steps, parts)
-            found = np.full(len(components), math.inf) if again is None else _sizes(run, again[-tail:])[0][components]
-            excess = np.log(large / found)
+            coarser, again = sizes, _again(run, library, window[0], steps, parts)
+            sizes = np.full(len(components), math.inf) if again is None else _sizes(run, again[-tail:])[0][components]
+            excess = np.log(large / sizes)
             worst = np.flatnonzero((excess > _UNEQUAL * growth) & moved)
             if len(worst):
                 one = worst[np.argmax(excess[worst])]
                 rest = finer[finer.index(parts) :]
                 held, size = _held(run, library, window, components[one], rest, _EQUAL * growth[one])
                 return _described(run, times, components[one], small[one], large[one], step / held, size)
-            agreeing = np.where(np.abs(np.log(coarser / found)) < _EQUAL * growth, agreeing + 1, 0)
+            agreeing = np.where(np.abs(np.log(coarser / sizes)) < _EQUAL * growth, agreeing + 1, 0)
             if np.all(((agreeing > 1) & (excess > -_UNEQUAL * growth)) | ~moved):
                 return None
     left = np.flatnonzero((agreeing == 0) & moved)
@@ -240,10 +242,10 @@ def _held(
     steps, parts, size = len(window) - 1, finer[0], np.float64(np.inf)
     for more in finer:
         again = _again(run, library, window[0], steps, more)
-        found = np.float64(np.inf) if again is None else _sizes(run, again[-min(steps, WINDOW) :])[0][component]
-        if np.abs(np.log(size / found)) < equal:
+        size_of_finer = np.float64(np.inf) if again is None else _sizes(run, again[-min(steps, WINDOW) :])[0][component]
+        if np.abs(np.log(size / size_of_finer)) < equal:
             break
-        parts, size = more, found
+        parts, size = more, size_of_finer
     return parts, float(size)
 
 

@@ -31,15 +31,15 @@ def _impossible_deflection(run: FinishedRun) -> bool:
 
 
 def _turned_element(run: FinishedRun) -> Iterator[Finding]:
-    found = turned_elements(run.run.model, run.states.t, run.states.q, run.run.parameters)
-    if found is not None:
-        yield found
+    finding = turned_elements(run.run.model, run.states.t, run.states.q, run.run.parameters)
+    if finding is not None:
+        yield finding
 
 
 def _unbounded_growth(run: FinishedRun) -> Iterator[Finding]:
-    found = unbounded_growth(run.run, run.states)
-    if found is not None:
-        yield found
+    finding = unbounded_growth(run.run, run.states)
+    if finding is not None:
+        yield finding
 
 
 def _unresolved_motion(run: FinishedRun) -> Iterator[Finding]:
@@ -56,9 +56,9 @@ def _missed_event(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _fast_law(run: FinishedRun) -> Iterator[Finding]:
-    found = fast_laws(run.run, run.stepper.input_times, run.parts.ends, run.states, run.present)
-    if found is not None:
-        yield found
+    finding = fast_laws(run.run, run.stepper.input_times, run.parts.ends, run.states, run.present)
+    if finding is not None:
+        yield finding
 
 
 def _unseen_law(run: FinishedRun) -> Iterator[Finding]:
@@ -78,15 +78,15 @@ def _unknown_error(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _passed_spring(run: FinishedRun) -> Iterator[Finding]:
-    found = passed_springs(run.run.model, run.states.t, run.states.q, run.run.parameters)
-    if found is not None:
-        yield found
+    finding = passed_springs(run.run.model, run.states.t, run.states.q, run.run.parameters)
+    if finding is not None:
+        yield finding
 
 
 def _undefined_output(run: FinishedRun) -> Iterator[Finding]:
-    found = undefined_outputs(run.states.t, run.outputs)
-    if found is not None:
-        yield found
+    finding = undefined_outputs(run.states.t, run.outputs)
+    if finding is not None:
+        yield finding
 
 
 def _singular_passage(run: FinishedRun) -> Iterator[Finding]:

@@ -46,7 +46,7 @@ class Singular:
     part: float
 
     @property
-    def what(self) -> str:
+    def text(self) -> str:
         return f"the constraints are nearly singular at t = {self.time:.6g} s, where branches of configurations cross"
 
 
@@ -143,9 +143,9 @@ def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> 
         return None
     # of each row, the largest in the run: units and kinds drop out
     lengths = np.linalg.norm(weighed, axis=-1).max(axis=0)
-    found = np.linalg.svd(weighed / np.where(lengths > 0.0, lengths, 1.0)[:, np.newaxis], compute_uv=False)
-    values, alone = found[:, -1], len(t) == 1
-    measure, least = (found[0, 0], _SINGULAR_START) if alone else (values.max(), NEARLY)
+    singular_values = np.linalg.svd(weighed / np.where(lengths > 0.0, lengths, 1.0)[:, np.newaxis], compute_uv=False)
+    values, alone = singular_values[:, -1], len(t) == 1
+    measure, least = (singular_values[0, 0], _SINGULAR_START) if alone else (values.max(), NEARLY)
     place = first + int(np.argmin(values[first:]))
     part = float(values[place] / measure) if measure > 0.0 else 1.0
     return Singular(float(t[place]), part) if part < least else None

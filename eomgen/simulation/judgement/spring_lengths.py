@@ -70,8 +70,8 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Findin
     if not result:
         return None
     named = ", ".join(f"{name} at t = {time:.6g} s" for name, time in result.items())
-    what = f"the ends of the spring{'s' * (len(result) > 1)} {named} pass one another"
-    text = f"{what}, where a force along the line between them turns round"
+    sentence = f"the ends of the spring{'s' * (len(result) > 1)} {named} pass one another"
+    text = f"{sentence}, where a force along the line between them turns round"
     return Finding(time=min(result.values()), text=text, hint="limits that stop the motion before")
 
 

@@ -57,7 +57,7 @@ def _state_at_start(run: FinishedRun) -> tuple[CompiledModel, InitialState, floa
 def _too_fast(run: FinishedRun, decay: Fastest | None) -> Iterator[Finding]:
     limit = run.run.method.real_stability
     if decay is not None and run.settings["step"] * decay.rate > limit:
-        text = f"{decay.what} at up to {decay.rate:.3g} 1/s at the start, too fast for an explicit method at this step"
+        text = f"{decay.text} at up to {decay.rate:.3g} 1/s at the start, too fast for an explicit method at this step"
         hint = f"generalized_alpha, or a step below {limit / decay.rate:.2g} s"
         yield Finding(value=decay.rate, time=run.run.grid.start, text=text, hint=hint)
 

@@ -51,7 +51,7 @@ def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | Non
             passed = (before * after < 0.0) & (np.maximum(np.abs(before), np.abs(after)) < _NEAR)
             if passed.any():
                 when = t[1:][passed][0]
-                what = f"element {number} of the beam {nodes[0]} turns by more than half a turn at t = {when:.6g} s"
+                sentence = f"element {number} of the beam {nodes[0]} turns by more than half a turn at t = {when:.6g} s"
                 hint = f"elements = {2 * (len(nodes) - 1)}, which turn less each"
-                return Finding(time=float(when), text=f"{what}, which strains cannot tell", hint=hint)
+                return Finding(time=float(when), text=f"{sentence}, which strains cannot tell", hint=hint)
     return None

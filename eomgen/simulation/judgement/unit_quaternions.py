@@ -29,5 +29,5 @@ def largest_stretch(model: CompiledModel, t: Array, q: Array) -> Violation | Non
         return None
     off = np.nan_to_num(off, nan=np.inf)
     row, k = np.unravel_index(int(np.argmax(off)), off.shape)
-    what = f"the quaternion of {turning[k].name} has the length {lengths[row, k]:.6g} at t = {t[row]:.6g} s"
-    return Violation(float(off[row, k]), what, float(t[row]))
+    message = f"the quaternion of {turning[k].name} has the length {lengths[row, k]:.6g} at t = {t[row]:.6g} s"
+    return Violation(float(off[row, k]), message, float(t[row]))

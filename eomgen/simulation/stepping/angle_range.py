@@ -86,5 +86,5 @@ def check_angles(
     run."""
     fixed = {("parameter", name, 0): value for name, value in description.values(parameters).items()}
     for key, t in (("t_start", start), ("t_end", end)):
-        if found := large_angles(description, {**fixed, ("time", "", 0): t}, given):
-            raise UsageError(Problem(key, f"{found} would be taken at t = {t:.9g} s; {REASON}", HINT))
+        if too_large := large_angles(description, {**fixed, ("time", "", 0): t}, given):
+            raise UsageError(Problem(key, f"{too_large} would be taken at t = {t:.9g} s; {REASON}", HINT))

@@ -124,13 +124,13 @@ def run_chunks(
             status, rows = stepper.run(size, every, table, record)
             done = stepper.count
             if plan.entry is not None:
-                logs.append(stepper.found)
-            found = record[:rows]
+                logs.append(stepper.new_events)
+            new_rows = record[:rows]
             if inside is not None:
-                kept[inside].append(found)
-                found = found[-(before + 1) % record_every :: record_every]
-            if len(found):
-                pieces.append(found.copy() if len(found) < len(record) // 2 else found)
+                kept[inside].append(new_rows)
+                new_rows = new_rows[-(before + 1) % record_every :: record_every]
+            if len(new_rows):
+                pieces.append(new_rows.copy() if len(new_rows) < len(record) // 2 else new_rows)
                 last_recorded = done - done % record_every
             elapsed = time.perf_counter() - began
             if writer is not None and status == 0:
@@ -149,7 +149,7 @@ def run_chunks(
         if grid.rest and status == 0 and failure is None and not stopped:
             try:
                 status, last_row = _last_step(stepper, grid, inputs)
-                logs.append(stepper.found)
+                logs.append(stepper.new_events)
             except UsageError as error:
                 failure = error
     if last_row is not None:

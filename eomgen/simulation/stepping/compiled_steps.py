@@ -15,7 +15,7 @@ from eomgen.toolchain.library import Library
 _MOST = 10_000
 
 #: Number and time in s of each event that came, in order.
-Found = list[tuple[int, float]]
+Events = list[tuple[int, float]]
 
 
 class CompiledSteps:
@@ -25,7 +25,7 @@ class CompiledSteps:
     ----------
     u : (nu,) inputs of ``one``, and after ``move`` the inputs at the end of its steps
     one, free : one step with the inputs u, and one with the scene's formulas; give a status
-    found : events of the last call of ``move`` or ``follow``
+    events : events of the last call of ``move`` or ``follow``
     """
 
     def __init__(self, library: Library, stepper: Stepper, nu: int) -> None:
@@ -37,33 +37,33 @@ class CompiledSteps:
         self._call = partial(library.lib.eomgen_run_inputs, *memory)
         self._none = library.ffi.NULL
         self._first, self._last = (pointer(part) if nu else self._none for part in (self.u, self._end))
-        self.found: Found = []
+        self.events: Events = []
         self.one = partial(self._call, 1, self._first, self._none)
         self.free = partial(self._call, 1, self._none, self._none)
 
     def move(self, n: int, first: Array, last: Array | None) -> int:
         """Take steps with inputs from first to last, or held; return the status."""
         done, status = 0, 0
-        self.found = []
+        self.events = []
         while done < n and not status:
             size = min(n - done, _MOST)
             self.u[:], self._end[:] = between(first, last, done / n), between(first, last, (done + size) / n)
             before = self._count
             status = int(self._call(size, self._first, self._none if last is None else self._last))
             done += self._count - before
-            self.found += self._events
+            self.events += self._events
             self.u[:] = between(first, last, done / n)
         return status
 
     def follow(self, n: int, driven: Callable[[Array], Array] | None) -> int:
         """Take steps with the inputs (n, nu) that a function gives for times (n,), or formulas; return the status."""
         done, status = 0, 0
-        self.found = []
+        self.events = []
         while done < n and not status:
             before = self._count
             status = self._some(min(n - done, _MOST), driven)
             done += self._count - before
-            self.found += self._events
+            self.events += self._events
         return status
 
     def _some(self, n: int, driven: Callable[[Array], Array] | None) -> int:
@@ -79,9 +79,9 @@ class CompiledSteps:
         return self._stepper.count if abs(self._last_step[0]) == self._stepper.step_size else 0
 
     @property
-    def _events(self) -> Found:
+    def _events(self) -> Events:
         """Events of the last call."""
-        log = self._stepper.found
+        log = self._stepper.new_events
         return [(int(k), float(t)) for k, t in zip(log["event"], log["t"], strict=True)] if len(log) else []
 
 

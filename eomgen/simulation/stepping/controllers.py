@@ -156,8 +156,8 @@ class BoundControllers:
                 memory[0 : len(kept)] = kept.tolist()
             else:
                 result = self._functions[number](t, given)
-            found = _values(row, result, t)
-            values[0 : len(found)] = found.tolist()
+            outputs = _values(row, result, t)
+            values[0 : len(outputs)] = outputs.tolist()
         except UsageError as error:
             self._failure = error
         except Exception as error:
@@ -244,9 +244,9 @@ def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
         one = f"return value, the number that {row['outputs'][0]} holds"
         several = f"return {', '.join(row['outputs'])}"
         raise UsageError(Problem(where, fault, one if size == 1 else several))
-    found = array.reshape(size)
-    _check_finite(row, "gives", found, t)
-    return found
+    numbers = array.reshape(size)
+    _check_finite(row, "gives", numbers, t)
+    return numbers
 
 
 def _check_finite(row: Mapping[str, Any], verb: str, array: Array, t: float) -> None:

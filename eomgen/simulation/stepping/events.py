@@ -99,8 +99,8 @@ def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:
             time = share * step
             u = run.signals.rows(np.array([t + time]))[0] if model.nu else None
             ahead = product.update(model.factors, q, time * v + 0.5 * time**2 * a), v + time * a, a, t + time, u
-            found = model.evaluate("events", *ahead, z=z, parameters=p, **held)
-            missing |= ~(np.isfinite(found["event"]) & np.isfinite(found["event_rate"]))
+            functions = model.evaluate("events", *ahead, z=z, parameters=p, **held)
+            missing |= ~(np.isfinite(functions["event"]) & np.isfinite(functions["event_rate"]))
     return [name for name, one in zip(names, missing, strict=True) if one]
 
 

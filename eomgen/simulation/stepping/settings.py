@@ -121,10 +121,10 @@ class ChosenStepper:
         """Return the settings with a step, s."""
         return {**self.settings, "step": step}
 
-    def start(self, at: Hashable, found: Callable[[], T]) -> T:
+    def start(self, at: Hashable, evaluate: Callable[[], T]) -> T:
         """Return the start of runs with the scene's own parameters and inputs, evaluated once for each ``at``."""
         if at not in self._starts:
-            _keep(self._starts, at, found())
+            _keep(self._starts, at, evaluate())
         start: T = self._starts[at]
         return start
 

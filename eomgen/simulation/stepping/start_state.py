@@ -70,10 +70,10 @@ def start_of(
         inputs = run.driven(np.array([t]))[0] if run.driven else None
         from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415  # SciPy comes with it
 
-        found = equilibrium(model, {"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
-        v = np.where(found.v != 0.0, found.v, state.v)
-        state, sentences = InitialState(found.q, v, found.z), [f"initial position: {found.message}"]
-        notes = [f"the start at rest: {note}" for note in found.notes]
+        rest = equilibrium(model, {"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
+        v = np.where(rest.v != 0.0, rest.v, state.v)
+        state, sentences = InitialState(rest.q, v, rest.z), [f"initial position: {rest.message}"]
+        notes = [f"the start at rest: {note}" for note in rest.notes]
     if model.multipliers and (equilibrium_start or changed or t != 0.0):
         consistent = model.consistent(state.q, state.v, t, parameters=p)
         names, units = (model.q_names, model.v_names), (model.q_units, model.v_units)

@@ -91,11 +91,11 @@ def step_parts(method: Mapping[str, Any], start: float, end: float, order: float
     waves = [(float(time), float(period)) for time, period in jumps.get("periodic", ())]
     waves += [(float(offset), float(period)) for period, offset in clocks]
     last = min(end, start + _MOST * min((period for _, period in waves), default=math.inf))
-    found = [np.array(jumps.get("once", ()), dtype=float), changes]
-    if not waves and not any(map(len, found)):
+    times = [np.array(jumps.get("once", ()), dtype=float), changes]
+    if not waves and not any(map(len, times)):
         return StepParts(np.zeros(0), start, last, order)
     for time, period in waves:
-        found.append(time + period * np.arange(math.ceil((start - time) / period), (last - time) / period))
-    ends = np.unique(np.concatenate(found))
+        times.append(time + period * np.arange(math.ceil((start - time) / period), (last - time) / period))
+    ends = np.unique(np.concatenate(times))
     near = 1e-9 * (end - start)
     return StepParts(ends[(ends > start + near) & (ends < last - near)], start, last, order)

@@ -101,7 +101,7 @@ class Stepper:
         return self.state[self.places["mode"]].copy() if known else None
 
     @property
-    def found(self) -> Log:
+    def new_events(self) -> Log:
         """The events of the last call of ``run``."""
         if self._entry is None:
             return np.empty(0)

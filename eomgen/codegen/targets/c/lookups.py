@@ -32,20 +32,20 @@ class Lookup:
     def __init__(self, name: str, values: Sequence[int], batch: int = 0) -> None:
         self.name, self.values, self.batch = name, tuple(values), batch
         self.tables: list[tuple[str, tuple[int, ...]]] = []
-        self.found: list[tuple[int, str]] = []
+        self.ranges: list[tuple[int, str]] = []
         if len(self.values) >= _LONG:
             self._count()
-        if not self.found:
+        if not self.ranges:
             self.tables = [(name, self.values)]
 
     def _count(self) -> None:
         even = ranges(self.values)
         if len(even) <= _RANGES:
-            self.found = [(end, place(start, step, "@")) for end, start, step in even]
+            self.ranges = [(end, place(start, step, "@")) for end, start, step in even]
             return
-        found = stretches([self.values], [True])
-        if len(found) <= _RANGES and 4 * sum(stretch.period for stretch in found) <= len(self.values):
-            self.found = [(stretch.stop, self._periodic(stretch)) for stretch in found]
+        repeated = stretches([self.values], [True])
+        if len(repeated) <= _RANGES and 4 * sum(stretch.period for stretch in repeated) <= len(self.values):
+            self.ranges = [(stretch.stop, self._periodic(stretch)) for stretch in repeated]
             return
         size = len(self.values)
         for period in range(2, _LONGEST_PERIOD):
@@ -53,7 +53,7 @@ class Lookup:
             if steps == (steps[:period] * (size // period + 1))[: len(steps)]:
                 first, by = f"{self.name}_first", f"{self.name}_step"
                 self.tables = [(first, self.values[:period]), (by, tuple(steps[:period]))]
-                self.found = [(size, f"{first}[@ % {period}] + {by}[@ % {period}] * (@ / {period})")]
+                self.ranges = [(size, f"{first}[@ % {period}] + {by}[@ % {period}] * (@ / {period})")]
                 return
 
     def _periodic(self, stretch: Stretch) -> str:
@@ -90,11 +90,11 @@ class Lookup:
 
     def at(self, index: str = "i") -> str:
         """Return the text of the entry at an index."""
-        if not self.found:
+        if not self.ranges:
             return f"{self.name}[{index}]"
         if index.isdigit():
             return str(self.values[int(index)])
-        text = chosen(self.found, "@").replace("@", index)
+        text = chosen(self.ranges, "@").replace("@", index)
         return text if text.isdigit() else f"({text})"
 
 
@@ -109,11 +109,11 @@ def nonzeros(places: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
     places : row and column of each
     """
     whole = Stretch(0, len(places), 1)
-    found = stretches([range(len(places)), *zip(*places, strict=True)], [True] * 3) if len(places) >= _LONG else [whole]
-    if 2 * sum(stretch.period for stretch in found) > len(places):
-        found = [whole]
+    parts = stretches([range(len(places)), *zip(*places, strict=True)], [True] * 3) if len(places) >= _LONG else [whole]
+    if 2 * sum(stretch.period for stretch in parts) > len(places):
+        parts = [whole]
     result = []
-    for stretch in found:
+    for stretch in parts:
         first, last = places[stretch.start], places[stretch.start + (stretch.count > 1) * stretch.period]
         tables = {
             name: [index[k] for index in places[stretch.start : stretch.start + stretch.period]]

@@ -537,31 +537,31 @@ def _compared_with_null(node: Any) -> frozenset[str]:
 
     class Comparisons(c_ast.NodeVisitor):  # type: ignore[misc]
         def __init__(self) -> None:
-            self.found: set[str] = set()
+            self.names: set[str] = set()
 
         def visit_BinaryOp(self, operation: Any) -> None:
             names = [side.name for side in (operation.left, operation.right) if isinstance(side, c_ast.ID)]
             if "NULL" in names:
-                self.found |= {*names} - {"NULL"}
+                self.names |= {*names} - {"NULL"}
             self.generic_visit(operation)
 
     comparisons = Comparisons()
     comparisons.visit(node)
-    return frozenset(comparisons.found)
+    return frozenset(comparisons.names)
 
 
 def _has_calls(node: Any) -> bool:
     """Return whether an expression calls anything but functions of a number."""
 
     class Calls(c_ast.NodeVisitor):  # type: ignore[misc]
-        found = False
+        other = False
 
         def visit_FuncCall(self, call: Any) -> None:
             name = call.name.name if isinstance(call.name, c_ast.ID) else ""
             if name != "K" and not name.startswith("EG_") and name not in _OF_A_NUMBER:
-                self.found = True
+                self.other = True
             self.generic_visit(call)
 
     calls = Calls()
     calls.visit(node)
-    return calls.found
+    return calls.other

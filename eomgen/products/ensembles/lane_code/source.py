@@ -32,10 +32,10 @@ class NotInLanes(Exception):
     """A construct that cannot be translated, with its position."""
 
 
-def no_lanes(what: str, node: Any) -> NotInLanes:
+def no_lanes(construct: str, node: Any) -> NotInLanes:
     """Return the error for a construct."""
     where = f" ({node.coord})" if getattr(node, "coord", None) else ""
-    return NotInLanes(f"{what}{where}")
+    return NotInLanes(f"{construct}{where}")
 
 
 @dataclass

@@ -97,20 +97,20 @@ def _file(source: Source, made: Mapping[str, RoutineText], outputs: Mapping[str,
     return "\n\n".join(parts) + "\n"
 
 
-def _both(source: Source, found: RoutineText, outputs: Mapping[str, list[int]]) -> str:
+def _both(source: Source, text: RoutineText, outputs: Mapping[str, list[int]]) -> str:
     """Return the text of a function; of a long one without branches a second text for all lanes active, too."""
-    if found.parts or found.called or found.functions or found.stores < _MANY_STORES or not _is_void(found):
-        return found.text
-    name = found.routine.name
-    plain = RoutineText(source, found.routine, outputs, whole=True).text.replace(f" {name}(", f" {name}_whole(", 1)
-    names = ", ".join(["live", *(parameter for parameter, _ in found.routine.parameters)])
-    start = found.text.index("{\n") + 2
+    if text.parts or text.called or text.functions or text.stores < _MANY_STORES or not _is_void(text):
+        return text.text
+    name = text.routine.name
+    plain = RoutineText(source, text.routine, outputs, whole=True).text.replace(f" {name}(", f" {name}_whole(", 1)
+    names = ", ".join(["live", *(parameter for parameter, _ in text.routine.parameters)])
+    start = text.text.index("{\n") + 2
     choice = f"    if (eg_all(live)) {{\n        {name}_whole({names});\n        return;\n    }}\n"
-    return f"{plain}\n\n{found.text[:start]}{choice}{found.text[start:]}"
+    return f"{plain}\n\n{text.text[:start]}{choice}{text.text[start:]}"
 
 
-def _is_void(found: RoutineText) -> bool:
-    return isinstance(found.returns, Void)
+def _is_void(text: RoutineText) -> bool:
+    return isinstance(text.returns, Void)
 
 
 def _each(name: str, kinds: Sequence[Type]) -> str:

@@ -85,25 +85,25 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     return NumericalError.exit_code if result.fails else 0
 
 
-def _print_map(found: Extremes) -> None:
+def _print_map(result: Extremes) -> None:
     from eomgen.products.studies import LADDERS, VERDICTS  # noqa: PLC0415
 
     rows = []
     for ladder in LADDERS:
-        for method in dict.fromkeys(cell.method for cell in found.of(ladder.name)):
-            cells = [cell for cell in found.of(ladder.name) if cell.method == method]
+        for method in dict.fromkeys(cell.method for cell in result.of(ladder.name)):
+            cells = [cell for cell in result.of(ladder.name) if cell.method == method]
             counts = [sum(cell.verdict == name for cell in cells) for name in VERDICTS]
             rows.append((ladder.scales, method, *(str(count or "") for count in counts)))
-    title = f"{found.scene}: {counted(len(found.cells), 'cell')} in {found.seconds:.0f} s"
+    title = f"{result.scene}: {counted(len(result.cells), 'cell')} in {result.seconds:.0f} s"
     print_table(title, ("ladder", "method", *VERDICTS), rows, numeric=tuple(range(2, 2 + len(VERDICTS))))
 
 
-def _print_cells(found: Extremes) -> None:
+def _print_cells(result: Extremes) -> None:
     rows = [
         (cell.name, cell.verdict, "" if cell.error is None else f"{cell.error:.2g}", cell.said, cell.reference)
-        for cell in found.cells
+        for cell in result.cells
     ]
-    print_table(f"{found.scene}: cells", ("cell", "verdict", "error", "it says", "held against"), rows, numeric=(2,))
+    print_table(f"{result.scene}: cells", ("cell", "verdict", "error", "it says", "held against"), rows, numeric=(2,))
 
 
 def _what(cell: Cell) -> str:
@@ -119,10 +119,10 @@ def _bar(name: str) -> Iterator[Callable[[int, int, str], None] | None]:
         yield _lines if not sys.stderr.isatty() else None
 
 
-def _lines(done: int, total: int, what: str) -> None:
+def _lines(done: int, total: int, cell: str) -> None:
     """Report every tenth of the cells, if there is no terminal for a bar."""
     if total and done and done % max(1, total // 10) == 0:
-        say(f"{done} of {total} cells; now {what}")
+        say(f"{done} of {total} cells; now {cell}")
 
 
 def _words(text: str | None) -> list[str]:

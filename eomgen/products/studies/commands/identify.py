@@ -85,7 +85,7 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
         model = pipeline.built_for_run(described, options["method"], profile=profile)
     values = options.pop("parameters")
     given = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
-    found = study(
+    fit = study(
         model,
         list(own.pop("data")),
         unknown,
@@ -97,42 +97,42 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
         **own,
         **given,
     )
-    files = [] if folder is None else found.save(folder) + found.plot(folder)
+    files = [] if folder is None else fit.save(folder) + fit.plot(folder)
     if as_json:
         written = {"files": [file.name for file in files], "folder": str(folder)} if files else {}
-        print_json(found.to_dict() | written)
+        print_json(fit.to_dict() | written)
     else:
-        _print(found)
-    say(found.message)
+        _print(fit)
+    say(fit.message)
     if files:
         say(f"written to {folder}: {', '.join(file.name for file in files)}")
     return 0
 
 
-def _print(found: Identification) -> None:
-    share = f"{100.0 * found.confidence:.6g} %"
+def _print(fit: Identification) -> None:
+    share = f"{100.0 * fit.confidence:.6g} %"
     print_table(
-        f"{found.scene}: estimates",
+        f"{fit.scene}: estimates",
         ("unknown", "estimate", "unit", f"{share} from", "to", "start", ""),
         [
             (one.name, f"{one.value:.6g}", one.unit, *_interval(one.low, one.high), f"{one.start:.6g}", one.state)
-            for one in found.estimates
+            for one in fit.estimates
         ],
         numeric=(1, 3, 4, 5),
     )
-    if found.combinations:
+    if fit.combinations:
         print_table(
             "combinations",
             ("determined combination", "estimate", f"{share} from", "to", "as"),
-            [(one.text, f"{one.value:.6g}", *_interval(one.low, one.high), one.form) for one in found.combinations],
+            [(one.text, f"{one.value:.6g}", *_interval(one.low, one.high), one.form) for one in fit.combinations],
             numeric=(1, 2, 3),
         )
     print_table(
         "measured",
-        ("column", "samples", f"deviation, {found.noise}", "rms of residuals", "unit", "autocorrelation"),
+        ("column", "samples", f"deviation, {fit.noise}", "rms of residuals", "unit", "autocorrelation"),
         [
             (one.name, one.samples, f"{one.deviation:.4g}", f"{one.rms:.4g}", one.unit, f"{one.autocorrelation:.2f}")
-            for one in found.columns
+            for one in fit.columns
         ],
         numeric=(1, 2, 3, 5),
     )

@@ -60,38 +60,38 @@ def savings(
     say_notes(described)
     say_stand_in(described, method, "steps are timed with")
     with building(f"variants of {scene}") as progress:
-        found = measured(scene, method=method, rounds=rounds, only=only, progress=progress, **reading)
+        study = measured(scene, method=method, rounds=rounds, only=only, progress=progress, **reading)
     if as_json:
-        print_json(found.to_dict())
+        print_json(study.to_dict())
     else:
-        _print(found)
+        _print(study)
     if folder is not None:
-        say(f"written: {', '.join(str(path) for path in found.write(folder))}")
+        say(f"written: {', '.join(str(path) for path in study.write(folder))}")
 
 
-def _print(found: Savings) -> None:
-    title = f"{found.scene}, {found.method}, step {found.step:.6g} s: cost, and its ratio to that as asked"
+def _print(study: Savings) -> None:
+    title = f"{study.scene}, {study.method}, step {study.step:.6g} s: cost, and its ratio to that as asked"
     header = ("variant", *(name for _, heading, _, _ in _COLUMNS for name in (heading, "x")))
-    rows = [(cost.name, *(text for column in _COLUMNS for text in _pair(found, cost, column))) for cost in found.costs]
+    rows = [(cost.name, *(text for column in _COLUMNS for text in _pair(study, cost, column))) for cost in study.costs]
     print_table(title, header, rows, numeric=tuple(range(1, len(header))), whole=(0,))
     console().print()
-    names = [cost.name for cost in found.costs if cost.operations]
+    names = [cost.name for cost in study.costs if cost.operations]
     of_terms = [
         (
             term,
-            *("" if (count := cost.operations.get(term)) is None else count for cost in found.costs if cost.operations),
+            *("" if (count := cost.operations.get(term)) is None else count for cost in study.costs if cost.operations),
         )
-        for term in found.costs[0].operations
+        for term in study.costs[0].operations
     ]
     print_table(
         "Additions and multiplications by term", ("term", *names), of_terms, numeric=tuple(range(1, len(names) + 1))
     )
-    for cost in found.costs:
+    for cost in study.costs:
         if cost.problem:
             console().print(f"\n{cost.name}: {cost.problem}", markup=False)
 
 
-def _pair(found: Savings, cost: Cost, column: tuple[str, str, float, str]) -> tuple[str, str]:
+def _pair(study: Savings, cost: Cost, column: tuple[str, str, float, str]) -> tuple[str, str]:
     key, _, factor, form = column
-    value, ratio = getattr(cost, key), found.ratio(cost, key)
+    value, ratio = getattr(cost, key), study.ratio(cost, key)
     return ("" if value is None else f"{value * factor:{form}}", "" if ratio is None else f"{ratio:.2f}")

@@ -95,7 +95,7 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
             folder=folder,
             resume=options["resume"],
             progress=progress,
-            announce=lambda what: say(f"{described.name}: {what}"),
+            announce=lambda stage: say(f"{described.name}: {stage}"),
             **reading,
         )
     files = study.save(folder)

@@ -113,7 +113,7 @@ def _status(name: str) -> Iterator[Callable[[str], None] | None]:
         yield None
         return
     with console(stderr=True).status(name) as status:
-        yield lambda what: status.update(f"{name}: {what}")
+        yield lambda stage: status.update(f"{name}: {stage}")
 
 
 def _seconds(text: str | None) -> float | None:
@@ -127,36 +127,36 @@ def _seconds(text: str | None) -> float | None:
         raise UsageError(Problem(f"--real-time {text}", "this is no time", "--real-time 1ms")) from None
 
 
-def _print(found: Tuned) -> None:
-    rows = [("cheapest", found.label)]
-    rows.append(("error", f"{found.error:.2g} of {found.quantity}, {found.measure}; demanded {found.demand:g}"))
+def _print(tuned: Tuned) -> None:
+    rows = [("cheapest", tuned.label)]
+    rows.append(("error", f"{tuned.error:.2g} of {tuned.quantity}, {tuned.measure}; demanded {tuned.demand:g}"))
     rows.append(
-        ("time", f"{1e3 * found.seconds:.4g} ms of stepping for {found.span:.4g} s of motion, {found.steps:.0f} steps")
+        ("time", f"{1e3 * tuned.seconds:.4g} ms of stepping for {tuned.span:.4g} s of motion, {tuned.steps:.0f} steps")
     )
     rows.append(("", "outputs, energies and the error estimate apart, which simulate computes, too"))
-    own, error, seconds = found.own
+    own, error, seconds = tuned.own
     if error < float("inf"):
-        times = f"{seconds / found.seconds:.3g} x the time"
+        times = f"{seconds / tuned.seconds:.3g} x the time"
         rows.append(("the scene's own", f"{own}: error {error:.2g}, {times}"))
-    rows.append(("one digit more", f"costs about {found.next_digit:.3g} x"))
-    for rival in found.rivals[:_RIVALS]:
+    rows.append(("one digit more", f"costs about {tuned.next_digit:.3g} x"))
+    for rival in tuned.rivals[:_RIVALS]:
         how = "" if rival.measured else " (expected)"
         rows.append(
-            ("next" if rival is found.rivals[0] else "", f"{rival.label}: {rival.seconds / found.seconds:.3g} x{how}")
+            ("next" if rival is tuned.rivals[0] else "", f"{rival.label}: {rival.seconds / tuned.seconds:.3g} x{how}")
         )
-    for run in found.verified:
-        fine = "met" if run.error <= found.demand else "MISSED"
-        rows.append(("verified" if run is found.verified[0] else "", f"{run.what}: error {run.error:.2g}, {fine}"))
-    rows += [("[simulation]" if n == 0 else "", f"{k} = {v!r}") for n, (k, v) in enumerate(found.simulation.items())]
-    spent, runs = found.spent
+    for run in tuned.verified:
+        fine = "met" if run.error <= tuned.demand else "MISSED"
+        rows.append(("verified" if run is tuned.verified[0] else "", f"{run.what}: error {run.error:.2g}, {fine}"))
+    rows += [("[simulation]" if n == 0 else "", f"{k} = {v!r}") for n, (k, v) in enumerate(tuned.simulation.items())]
+    spent, runs = tuned.spent
     rows.append(
-        ("spent", f"{spent:.3g} s for {counted(runs, 'run')} and verification, {found.built:.3g} s of building")
+        ("spent", f"{spent:.3g} s for {counted(runs, 'run')} and verification, {tuned.built:.3g} s of building")
     )
-    print_table(f"{found.scene}: {found.measure} error of {found.quantity} below {found.demand:g}", ("", ""), rows)
+    print_table(f"{tuned.scene}: {tuned.measure} error of {tuned.quantity} below {tuned.demand:g}", ("", ""), rows)
 
 
-def _print_real_time(found: RealTime) -> None:
+def _print_real_time(tuned: RealTime) -> None:
     header = ("configuration", "steps in a cycle", "99.99 % below, us", "error")
-    rows = [(label, steps, f"{1e6 * late:.3g}", f"{error:.1e}") for label, steps, late, error in found.tried]
+    rows = [(label, steps, f"{1e6 * late:.3g}", f"{error:.1e}") for label, steps, late, error in tuned.tried]
     rows.sort(key=lambda row: row[:2])
-    print_table(f"{found.scene}: cycles of {1e6 * found.cycle:.6g} us", header, rows, numeric=(1, 2, 3))
+    print_table(f"{tuned.scene}: cycles of {1e6 * tuned.cycle:.6g} us", header, rows, numeric=(1, 2, 3))

@@ -113,7 +113,7 @@ def _explained(report: FormReport, model: Model, found: States) -> FormReport:
     inertia = inertia_warning(model, q, model.parameter_array(), where=f"at {report.worst.state}")
     if inertia is None:
         return report
-    return replace(report, worst=replace(report.worst, explained=f"{inertia.what}; try: {inertia.hint}"))
+    return replace(report, worst=replace(report.worst, explained=f"{inertia.text}; try: {inertia.hint}"))
 
 
 def _terms(scene: Described, only: Sequence[str]) -> list[str]:
