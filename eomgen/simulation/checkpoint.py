@@ -58,7 +58,7 @@ class Checkpoint:
         fingerprint, its functions (a ``Selection``) and its build
     state, workspace : the stepper's memory, as doubles and as bytes
     inputs : values of the inputs that are numbers or tables
-    t, q, v, z : the state in these variables, for readers who want to start a new run from it
+    start : the state as t, q, v, z, for readers who want to start a new run from it
     """
 
     run: Mapping[str, Any]

@@ -30,7 +30,7 @@ class Motions:
     columns : (k,) indices of all their parameters among the model's parameters
     reached : position, rate and acceleration, (3,), by name, at the end of the last step; without the motions
         whose last piece did not end there
-    rough : whether formulas of motions, as laws of drives, may jump or bend
+    rough : whether a law that follows a motion may jump or bend
     """
 
     def __init__(self, model: CompiledModel) -> None:

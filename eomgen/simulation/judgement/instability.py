@@ -137,8 +137,7 @@ def _last_steps(run: Run, library: Library, rows: Array) -> Array | None:
 def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     """Return the component that grew by the equations of motion shortly before a run stopped; None if none is known.
 
-    Steps that go wrong near an infinity grow too: so sizes are looked at that are smaller and smaller than the last
-    one.
+    Steps that go wrong near an infinity grow too: so the growth up to smaller and smaller sizes is compared.
 
     Parameters
     ----------
