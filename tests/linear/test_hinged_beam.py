@@ -61,5 +61,5 @@ def test_a_run_away_is_blamed_on_the_step() -> None:
     model = eomgen.build(blade((0.01, 0.0, 0.0)), method="rk4", profile="quick")
     run = model.simulate(1.0, 2e-2, method="rk4")
     assert not run.success
-    assert "order = 1 of beam blade is for" in run.message
+    assert "range of order = 1 of beam blade" in run.message
     assert run.message.endswith("; try: a step smaller than 0.02 s, then order = 2")

@@ -414,12 +414,12 @@ def test_a_stepper_that_knows_no_more_says_what_its_status_means() -> None:
         (
             "return t < 0.0",
             "values[0] /= t < 0.205; return 0",
-            "gave values[0], servo, a value that is not a finite number; try: a look at its divisions",
+            "gave values[0], servo, a value that is not a finite number; try: a check of its divisions",
         ),
         (
             "return t < 0.0",
             "memory[1] /= t < 0.205; return 0",
-            "gave memory[1] a value that is not a finite number; try: a look at its divisions",
+            "gave memory[1] a value that is not a finite number; try: a check of its divisions",
         ),
     ],
     ids=["code", "value", "memory"],
