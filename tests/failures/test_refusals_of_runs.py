@@ -184,8 +184,8 @@ def scene_by_hand() -> None:
         ),
         (
             lambda: free().simulate(0.1, 0.01, method="hht", alpha=-0.1),
-            "usage error: method.alpha: alpha of hht must lie in 0..1/3, not -0.1: the opposite sign is that of the"
-            " papers and of Abaqus; try: 0.1",
+            "usage error: method.alpha: alpha of hht must lie in 0..1/3, not -0.1: the papers and Abaqus"
+            " have the opposite sign; try: 0.1",
         ),
         (
             lambda: eomgen.build(slider(), terms=["rates"], profile="quick").rates([0.1], [0.0], [0.0]),

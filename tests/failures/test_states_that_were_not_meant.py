@@ -73,7 +73,7 @@ def test_the_nearest_of_any_kind_and_a_pendulum_that_falls_are_meant() -> None:
 
 
 def test_a_state_that_accelerates_is_told() -> None:
-    note = r"linear about a state that does not rest: shoulder accelerates with .* rad/s\^2, so modes are those of this"
+    note = r"linear about a state that does not rest: shoulder accelerates with .* rad/s\^2, so modes hold at this"
     for rates in (None, [0.0]):
         with pytest.warns(RuntimeWarning, match=note) as told:
             arm().linearize([0.8], rates)

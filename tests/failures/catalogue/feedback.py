@@ -381,7 +381,7 @@ FAILURES = [
         "Modal control of forces that lag",
         4,
         "model error: scene.toml:37 (controllers.hold.calibration): forces depend on the internal states lag, and "
-        "modes are those of models of second order; try: lqr, or all poles; a controller without memory between, or "
+        "modes belong to models of second order; try: lqr, or all poles; a controller without memory between, or "
         "gains of your own",
         command="generate scene.toml --out c",
         more=(
