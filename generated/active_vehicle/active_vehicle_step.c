@@ -2007,6 +2007,9 @@ active_vehicle_status active_vehicle_run_inputs(const active_vehicle_parameters 
     const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, long steps, const real *u, const real *u_end)
 {
+    if (u != NULL && u_end != NULL && state->t == state->origin)
+        /* the start may have held its inputs: it is renewed with their rates */
+        active_vehicle_remember_inputs(state, NULL);
     return active_vehicle_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
 }
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import eomgen
 from tests.codegen.test_stand_alone import compiled, run
@@ -53,12 +54,16 @@ int main(void)
     return NAME_simulator_start(&run, FIRST) == NAME_OK && NAME_simulator_outputs(&run, y) == NAME_OK ? 0 : 5;
 }
 """
-#: How a caller gives inputs: none; held; linear within each call, as steps that follow one another.
+#: How a caller gives inputs: none; held; linear within each call, as steps that follow one another, from the first or
+#: the second call on.
 INPUTS = {
     "formulas": ("NULL", "NULL", "NULL", ""),
     "held": ("push", "push", "NULL", ""),
     "linear": ("push", "push", "last", "push[0] = last[0]; last[0] = 1.0 + 0.2 * k;"),
+    "ramps": ("push", "push", "last", "push[0] = last[0]; last[0] = 3.0 + 0.2 * k;"),
 }
+#: Input at the end of the first call, if it is linear.
+FIRST_ENDS = {"linear": 1.0, "ramps": 3.0}
 
 
 def slider() -> dict[str, Any]:
@@ -116,13 +121,13 @@ def recorded(scene: eomgen.Scene, method: str, step: float = 0.01) -> np.ndarray
     return np.column_stack(list(columns.values()))[::2]
 
 
-def stepped(scene: eomgen.Scene, method: str, *, linear: bool) -> np.ndarray:
+def stepped(scene: eomgen.Scene, method: str, inputs: str) -> np.ndarray:
     """Return the same rows of a motion that Python steps with inputs."""
     run = eomgen.build(scene, method=method, profile="reproducible").start(step=0.01, inputs={"push": 1.0})
-    rows, last = [np.hstack([*run.outputs.values()])], 1.0
+    rows, last, first = [np.hstack([*run.outputs.values()])], 1.0, FIRST_ENDS.get(inputs)
     for k in range(20):
-        run.step([last], 2, end=[1.0 + 0.2 * k] if linear else None)
-        last = 1.0 + 0.2 * k if linear else 1.0
+        run.step([last], 2, end=None if first is None else [first + 0.2 * k])
+        last = 1.0 if first is None else first + 0.2 * k
         rows.append(np.hstack([*run.outputs.values()]))
     return np.array(rows)
 
@@ -135,13 +140,28 @@ HOLDING = ("hermite", "taylor")
 @pytest.mark.parametrize("method", ["rk4", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS + HOLDING)])
 @pytest.mark.parametrize("inputs", list(INPUTS))
 def test_outputs_are_those_of_python(method: str, inputs: str, tmp_path: Path) -> None:
-    if inputs == "linear" and method in HOLDING:
+    if inputs in FIRST_ENDS and method in HOLDING:
         inputs = "held"
     scene = eomgen.load(slider())
     ours = outputs_of_c(tmp_path / "c", scene, method, inputs)
-    theirs = recorded(scene, method) if inputs == "formulas" else stepped(scene, method, linear=inputs == "linear")
+    theirs = recorded(scene, method) if inputs == "formulas" else stepped(scene, method, inputs)
     assert ours.shape == theirs.shape == (21, 3)
     np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-12)
+
+
+def test_a_start_follows_inputs_that_begin_to_move(tmp_path: Path) -> None:
+    """The error of the first steps is of third order in the step; with the accelerations of held inputs of second."""
+    scene, errors = eomgen.load(slider()), []
+    for step in (0.01, 0.005):
+        first, end = outputs_of_c(tmp_path / f"{step}", scene, "generalized_alpha", "ramps", step)[:2]
+        t, slope = 2.0 * step, (3.0 - 1.0) / (2.0 * step)
+        solved = solve_ivp(
+            lambda t, y, slope=slope: [y[1], 0.5 * (1.0 + slope * t - 0.4 * y[1] - 40.0 * y[0])],
+            (0.0, t), [0.3, -0.2], rtol=1e-12, atol=1e-14,
+        )  # fmt: skip
+        assert first[0] == pytest.approx(-0.2)
+        errors.append(abs(end[0] / 3.0 - solved.y[1, -1]))
+    assert errors[1] < errors[0] / 6.0
 
 
 @pytest.mark.slow

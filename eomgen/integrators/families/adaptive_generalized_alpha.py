@@ -110,7 +110,7 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
         return (*super().statuses(constrained, angles), *step_statuses())
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        on_a_grid = ("harmonics", "known_part", "unobserved_steps")
+        on_a_grid = ("harmonics", "known_part", "unobserved_steps", "starts_with_rates_of_inputs")
         own = super().data(system, step, samples)
         return {
             **{key: value for key, value in own.items() if key not in on_a_grid},

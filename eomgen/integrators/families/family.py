@@ -325,7 +325,8 @@ class Family(ABC):
 
         ``input_times``, the shares of a step with a row of inputs; if there are some, ``hooks``, functions of its
         template by when they are called: ``row`` (before a row is given), ``recorded`` (behind one), ``end`` (of a
-        run), and ``row_notes``, lines on rows for the header.
+        run), and ``row_notes``, lines on rows for the header; true ``starts_with_rates_of_inputs``, if a start depends
+        on the last row of inputs of its step.
 
         Parameters
         ----------

@@ -440,6 +440,7 @@ class GeneralizedAlpha(Family):
             "quaternions": [factor.q_start + k for factor in system.factors if factor.group != "R" for k in range(4)],
             "factorization_cost": _factorization_cost(system, solver),
             "input_times": [0.0, 1.0],
+            **({"starts_with_rates_of_inputs": True} if system.inputs else {}),
         }
 
     def _weights(self, step: float) -> list[float]:
