@@ -25,6 +25,8 @@ _SMOOTH_POWER = 4.0
 _AT_ZERO = ("sign", "abs", "tanh", "atan", "cosh")
 _SHARP = ("sign", "abs")
 _WHERE_EQUAL = ("lt", "le", "min", "max")
+#: Functions among these with a step.
+_STEPS, _COMPARISONS = ("sign",), ("lt", "le")
 
 
 @dataclass(frozen=True)
@@ -119,16 +121,26 @@ def features(formula: Formula) -> Iterator[Feature]:
 
 def corners(formula: Formula) -> Iterator[Formula]:
     """Yield expressions at whose zeros the formula has a step or a corner, except inside curves."""
+    yield from _zeros(formula, _WHERE_EQUAL, _SHARP)
+
+
+def jumps(formula: Formula) -> Iterator[Formula]:
+    """Yield expressions at whose zeros the formula may have a step, except inside curves."""
+    yield from _zeros(formula, _COMPARISONS, _STEPS)
+
+
+def _zeros(formula: Formula, where_equal: tuple[str, ...], at_zero: tuple[str, ...]) -> Iterator[Formula]:
+    """Yield differences of the arguments of some functions, and first arguments of others, if these change."""
     if isinstance(formula, Application):
-        yield from corners(formula.argument)
+        yield from _zeros(formula.argument, where_equal, at_zero)
     if not isinstance(formula, Operation):
         return
-    if formula.name in _WHERE_EQUAL and changes(formula):
+    if formula.name in where_equal and changes(formula):
         yield formula.arguments[0] - formula.arguments[1]
-    elif formula.name in _SHARP and changes(formula.arguments[0]):
+    elif formula.name in at_zero and changes(formula.arguments[0]):
         yield formula.arguments[0]
     for argument in formula.arguments:
-        yield from corners(argument)
+        yield from _zeros(argument, where_equal, at_zero)
 
 
 def _is_square(formula: Operation) -> bool:

@@ -135,6 +135,60 @@ def test_an_aliased_force_beyond_the_stated_error_is_named(step: float) -> None:
     assert not resolved.findings
 
 
+#: Windows that runs at h, 2 h and h/2 pass by the same impulse: method, F, c, w, velocity at the start, step.
+BY_CHANCE = [
+    ("rosenbrock", 6.500029760082636, 1.1358351480278792, 0.06130361613452259, 0.0, 0.012230675020114674),
+    ("trapezoidal", 7.0017, 0.4579, 0.0203, 0.0, 0.03907),
+    ("rk4", 7.0378, 0.4794, 0.0393, 0.0, 0.01985),
+    ("rattlie", 7.1154, 1.2097, 0.0569, 0.3944, 0.04688),
+]
+
+
+@pytest.mark.parametrize(("method", "F", "c", "w", "speed", "step"), BY_CHANCE)
+def test_jumps_that_several_runs_pass_alike_are_no_sign_of_a_small_error(
+    method: str, F: float, c: float, w: float, speed: float, step: float
+) -> None:
+    p = {"F": F, "c": c, "w": w, "k": 0.0}
+    run = windowed().simulate(2.0, step, method=method, initial={"v": [speed]}, parameters=p)
+    true = through_window(p, run.t, speed)
+    errors, sizes = np.abs(np.hstack([run.q, run.v]) - true).max(axis=0), np.ptp(true, axis=0)
+    stated = np.array([run.error.q_at.max(), run.error.v_at.max()])
+    assert np.all(errors > 0.005 * sizes)
+    assert np.all((stated > errors / 3.0) & (stated < 3.0 * errors)), (stated, errors)
+    assert "runs at 1/3 and 1/5 of the step" in str(run.error)
+
+
+def test_a_force_that_begins_at_zero_is_no_jump() -> None:
+    bumper = model("-400*(q.x - 0.1) if q.x > 0.1 else 0")
+    run = bumper.simulate(0.4, 0.002, method="generalized_alpha")
+    assert "2 times the step" in str(run.error) and run.error.order == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.slow
+def test_errors_of_windows_of_velocity_are_stated() -> None:
+    """Places of jumps in their steps are chance, so that one run of many may be understated."""
+    random, runs, understated = np.random.default_rng(5), 0, []
+    for _ in range(80):
+        p = {
+            "F": random.uniform(0.5, 8.0),
+            "c": random.uniform(0.3, 1.6),
+            "w": 10.0 ** random.uniform(-2.0, -0.6),
+            "k": random.choice([0.0, random.uniform(0.0, 1.0)]),
+        }
+        speed, method = random.choice([0.0, random.uniform(0.0, 1.0)]), str(random.choice(METHODS))
+        step = 10.0 ** random.uniform(-2.7, -0.7)
+        run = windowed().simulate(2.0, step, method=method, initial={"v": [speed]}, parameters=p)
+        if not run.success or not run.error.available or names(run):
+            continue
+        true = through_window(p, run.t, speed)
+        errors, sizes = np.abs(np.hstack([run.q, run.v]) - true).max(axis=0), np.ptp(true, axis=0)
+        stated = np.array([run.error.q_at.max(), run.error.v_at.max()])
+        runs += 1
+        if np.any((errors > 3.0 * stated) & (errors > 0.005 * sizes)):
+            understated.append((p, speed, method, step))
+    assert runs > 35 and len(understated) <= 0.03 * runs, understated
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_windows_of_velocity_are_followed_or_named(seed: int) -> None:

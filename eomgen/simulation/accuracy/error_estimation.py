@@ -2,14 +2,16 @@
 
 If longer steps do not show the method's order, if they fail, or if the runs differ by a tenth of the motion,
 extrapolation from longer steps is not valid, and a run at half the step decides. If steps end at samples
-and jumps, runs at shorter steps are compared: the first one whose steps all differ from the run's.
+and jumps, runs at shorter steps are compared: the first one whose steps all differ from the run's. If the motion
+crosses jumps of the forces, errors depend on the place of each jump in its step: two runs whose steps have no common
+multiple decide.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -21,6 +23,7 @@ from eomgen.errors import UsageError
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.simulation.accuracy.comparison_runs import counted
+from eomgen.simulation.accuracy.crossed_corners import crosses_corners, crosses_jumps
 from eomgen.simulation.accuracy.motion_comparisons import (
     INTERRUPTED,
     Apart,
@@ -39,7 +42,6 @@ from eomgen.simulation.accuracy.richardson import (
     gain_of_shorter,
 )
 from eomgen.simulation.accuracy.step_rows import step_rows
-from eomgen.simulation.accuracy.unseen_laws import crosses_corners
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
@@ -50,6 +52,9 @@ _OF_CORNERS = 2.0
 _DOUBTFUL = 0.1
 #: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16
+#: Fractions of the step, and the order of their errors, for runs that cross jumps of forces: a run at half the step
+#: meets one in two jumps at the same place in a step.
+_PRIME_PARTS, _OF_JUMPS = (3, 5), 1.0
 #: Powers of 1/2 of the step that are tried for runs of one step, or of steps that were halved.
 _QUARTERS = (2, 4)
 #: How far the observed order may be from the method's, unless the error is a negligible part of the motion.
@@ -230,6 +235,8 @@ def _by_steps(runs: Comparisons) -> ErrorEstimate:
     if not (runs.tell(1.0, 2.0) and runs.tell(2.0, 4.0) and runs.tell(0.5, 1.0)):
         return _by_shorter_steps(runs, order)
     twice = runs.at(multiple=2.0)
+    if crosses_jumps(runs.run, runs.span.rows, runs.span.parameters) and (result := _by_prime_parts(runs, twice)):
+        return result
     four = None if twice.stopped else runs.at(multiple=4.0)
     near = runs.apart(runs.own, twice)
     result = None
@@ -253,6 +260,39 @@ def _by_steps(runs: Comparisons) -> ErrorEstimate:
         reason = f"runs neither at twice nor at half the step hold: {twice.stopped or half.stopped}"
         raise NoEstimateError(reason, _smaller(runs))
     return result
+
+
+def _by_prime_parts(runs: Comparisons, twice: ComparedMotion) -> ErrorEstimate | None:
+    """Estimate errors as the largest of the estimates by runs at a third, a fifth and twice the step; None if a run at
+    shorter steps does not hold.
+
+    The error of a step that crosses a jump of a force is of first order, with a factor that depends on the place of the
+    jump in the step. Two runs may agree by chance, most often if the steps of one are multiples of the other's.
+    """
+    differing, passed_over = [], ""
+    if len(twice.rows) > 1 and not twice.stopped:
+        differing.append((runs.apart(runs.own, twice), gain_of_longer(float(runs.run.method.order))))
+    for parts in _PRIME_PARTS:
+        shorter = runs.at(multiple=1.0 / parts)
+        if len(shorter.rows) < 2 or shorter.stopped:
+            return None
+        differing.append((runs.apart(runs.own, shorter), gain_of_shorter(_OF_JUMPS * math.log2(parts))))
+        passed_over = _passed_over(runs, shorter)
+    words = f"runs at {' and '.join(f'1/{parts}' for parts in _PRIME_PARTS)} of the step"
+    pair = Pair(_largest_of(differing), partial(_known, 1.0), words)
+    return replace(estimate(runs, pair, float(runs.run.method.order)), passed_over=passed_over)
+
+
+def _largest_of(differing: Sequence[tuple[Apart, float]]) -> Apart:
+    """Return the largest of differences, each times its factor, at the times of the last ones, which have all rows."""
+    apart, gain = differing[-1]
+    kinds = {kind: gain * values for kind, values in apart.kinds.items()}
+    for other, factor in differing[:-1]:
+        places = np.searchsorted(apart.t, other.t)
+        known = (places < len(apart.t)) & np.isin(other.t, apart.t)
+        for kind, values in other.kinds.items():
+            kinds[kind][places[known]] = np.maximum(kinds[kind][places[known]], factor * values[known])
+    return Apart(apart.t, kinds)
 
 
 def _smaller(runs: Comparisons) -> str:

@@ -20,7 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.features import Feature, corners, features
+from eomgen.formula.features import Feature, features
 from eomgen.formula.infix import infix
 from eomgen.formula.nodes import Formula
 from eomgen.lie import product
@@ -195,26 +195,6 @@ def unseen_law(
         return result
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
-
-
-def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
-    """Return whether a formula passes a step or a corner between rows (n, width), at which methods lose their order.
-
-    Times at which formulas of time alone have steps or corners are known, and steps end there.
-    """
-    kept = run.model.library.kept
-    if "corners" not in kept:
-        every = [place for formula in run.model.description.formulas for place in corners(formula)]
-        kept["corners"] = [place for place in every if any(symbol.kind != "time" for symbol in symbols(place))]
-    places: list[Formula] = kept["corners"]
-    if not places or len(rows) < 2:
-        return False
-    try:
-        path = StepPath(run, rows, parameters)
-        signs = [np.sign(path.values(place, path.at_rows)) for place in places if path.knows(place)]
-    except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
-        return False
-    return any(bool(np.any(one[1:] * one[:-1] < 0.0)) for one in signs)
 
 
 def _another_way(run: Run, rows: Array, others: Array) -> bool:
