@@ -94,6 +94,10 @@ def bounded(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
     run.run = replace(run.run, bounded_for="it is found", settings={**run.run.settings, "largest_step": 2.0})
 
 
+def partly_examined(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(FinishedRun, "examined", 0.05)
+
+
 FOUND = Finding(text="it is found", hint="another one", value=2.0, time=0.05)
 #: For every check: how to make it find something.
 WITNESSES: dict[str, tuple[Change, ...]] = {
@@ -125,6 +129,7 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     ),
     "fast_law": (returning(remarks, "fast_laws", FOUND),),
     "unseen_law": (having(passed_over=UnseenLaw(FOUND, "the formula f", 0.01)),),
+    "partly_examined": (partly_examined,),
     "bounded_steps": (bounded,),
     "passed_spring": (returning(remarks, "passed_springs", FOUND),),
     "undefined_output": (returning(remarks, "undefined_outputs", FOUND),),

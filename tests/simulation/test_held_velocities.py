@@ -15,6 +15,8 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.base.arrays import Array
+from eomgen.simulation.accuracy import step_rows
+from eomgen.simulation.accuracy.comparison_runs import comparison_run
 from tests.simulation.test_laws_between_steps import DOUBTS
 
 EFFORT = "1 - k*q.x + (F if c - w < v.x < c + w else 0)"
@@ -156,6 +158,29 @@ def test_jumps_that_several_runs_pass_alike_are_no_sign_of_a_small_error(
     assert np.all(errors > 0.005 * sizes)
     assert np.all((stated > errors / 3.0) & (stated < 3.0 * errors)), (stated, errors)
     assert "runs at 1/3 and 1/5 of the step" in str(run.error)
+
+
+def test_runs_of_thousands_of_steps_to_a_row_are_examined_in_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An examination repeats a bounded number of steps, and says how much of the run it has seen."""
+    repeated: list[int] = []
+
+    def repeat(*given: Any, **options: Any) -> Any:
+        piece = comparison_run(*given, **options)
+        repeated.append(len(piece.rows))
+        return piece
+
+    monkeypatch.setattr(step_rows, "comparison_run", repeat)
+    monkeypatch.setattr(step_rows, "_MOST", 400)
+    rubbing = model("2*sin(t) - F*tanh(v.x/0.0001)", "F")
+    options = {"method": "rk45", "tolerance": 1e-6, "parameters": {"F": 10.0}}
+    run = rubbing.simulate(0.5, 0.05, error_estimate=False, **options)
+    assert run.stats["own_steps"] > 2000
+    (found,) = (finding for finding in run.findings if finding.name == "partly_examined")
+    assert found.value == pytest.approx(400 / run.stats["own_steps"], rel=0.02)
+    assert f"looked for in {100.0 * found.value:.2g} % of the run only: it has thousands of steps" in run.message
+    assert 8 <= len(repeated) <= 16 and max(repeated) <= 52
+    dense = rubbing.simulate(0.5, 0.0005, error_estimate=False, **options)
+    assert "partly_examined" not in names(dense)
 
 
 def test_a_force_that_begins_at_zero_is_no_jump() -> None:

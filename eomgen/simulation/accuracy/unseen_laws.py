@@ -166,11 +166,7 @@ def unseen_law(
     inputs : (n, nu), at the rows, if they are known
     stated : returns the estimated error of the run as a part of the motion, infinite if it is not known
     """
-    known: dict[tuple[str, ...], list[Formula]] = run.model.library.kept.setdefault("laws between steps", {})
-    given = tuple(run.signals.given)
-    laws = known.get(given)
-    if laws is None:
-        laws = known[given] = run.model.description.fast_laws(given)
+    laws = laws_between_steps(run)
     if not laws or len(rows) < 2:
         return None
     result = None
@@ -195,6 +191,16 @@ def unseen_law(
         return result
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
+
+
+def laws_between_steps(run: Run) -> list[Formula]:
+    """Return the formulas of a run that may act between its steps."""
+    known: dict[tuple[str, ...], list[Formula]] = run.model.library.kept.setdefault("laws between steps", {})
+    given = tuple(run.signals.given)
+    laws = known.get(given)
+    if laws is None:
+        laws = known[given] = run.model.description.fast_laws(given)
+    return laws
 
 
 def _another_way(run: Run, rows: Array, others: Array) -> bool:

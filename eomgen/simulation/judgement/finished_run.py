@@ -19,9 +19,9 @@ from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate
-from eomgen.simulation.accuracy.step_rows import step_rows
+from eomgen.simulation.accuracy.step_rows import repeated_share, step_rows
 from eomgen.simulation.accuracy.unseen_events import unseen_events
-from eomgen.simulation.accuracy.unseen_laws import UnseenLaw, unseen_law
+from eomgen.simulation.accuracy.unseen_laws import UnseenLaw, laws_between_steps, unseen_law
 from eomgen.simulation.judgement.constraint_violation import Violation, largest_violation
 from eomgen.simulation.judgement.energy_balance import APART, REPORTED, Balance, energy_balance, same_time
 from eomgen.simulation.judgement.fast_motions import unresolved_motion
@@ -262,6 +262,13 @@ class FinishedRun:
         ends, changes = self.parts.ends, self.changes
         known = library, rows, self.present, self.statistics, ends, changes, inputs
         return unseen_law(self.run, *known, lambda: self.error.relative if self.error.available else math.inf)
+
+    @property
+    def examined(self) -> float:
+        """The share of the run in which laws between the steps were looked for."""
+        if not self.run.method.chooses_steps or not laws_between_steps(self.run):
+            return 1.0
+        return repeated_share(self.run, self.trajectory.rows, self.statistics)
 
     @cached_property
     def unseen_events(self) -> Finding | None:

@@ -66,6 +66,16 @@ def _unseen_law(run: FinishedRun) -> Iterator[Finding]:
         yield run.unseen_law
 
 
+def _partly_examined(run: FinishedRun) -> Iterator[Finding]:
+    if run.examined < 1.0:
+        part = f"{100.0 * run.examined:.2g} % of the run"
+        yield Finding(
+            text=f"laws that act between the steps were looked for in {part} only: it has thousands of steps to a row",
+            hint="shorter rows, or a method of fixed steps",
+            value=run.examined,
+        )
+
+
 def _bounded_steps(run: FinishedRun) -> Iterator[Finding]:
     if law := run.run.bounded_for:
         bound = run.settings["largest_step"]
@@ -138,6 +148,7 @@ ROWS = (
     Check("missed_event", _missed_event, ("complete", "events"), unless=(ANY_FAILURE,)),
     Check("fast_law", _fast_law, ("complete", "two rows")),
     Check("unseen_law", _unseen_law, ("complete", "two rows"), unless=("fast_law",)),
+    Check("partly_examined", _partly_examined, ("complete", "two rows"), severity=NOTE, unless=("unseen_law",)),
     Check("bounded_steps", _bounded_steps, severity=NOTE),
     Check("passed_spring", _passed_spring, ("complete", "two rows", "lines")),
     Check("undefined_output", _undefined_output, ("complete", "outputs")),
