@@ -60,7 +60,7 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
     except (ValueError, ArithmeticError):
         numbers = (algebra.tape.value(argument.ref) for argument in arguments)
         values = ", ".join("..." if number is None else f"{number:.6g}" for number in numbers)
-        fault = f"{formula.name}({values}) in a formula has no finite value whatever the state"
+        fault = f"{formula.name}({values}) in a formula has no finite value for any state"
         raise ModelError(
             Problem("", fault, "other values of the fixed parameters there, or tunable = true for them")
         ) from None

@@ -37,7 +37,7 @@ def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, en
         if time is not None:
             fault = f"the {law.quantity} has no value behind t = {time:.6g} s"
             hint = f"a run that ends before, or a formula that has one up to t = {end:.6g} s"
-            problems.append(Problem(law.where, f"{fault}: a root, a logarithm or a power of what is negative", hint))
+            problems.append(Problem(law.where, f"{fault}: a root, a logarithm or a power of a negative number", hint))
     return problems
 
 

@@ -203,7 +203,7 @@ def from_data(
     if data.get("kind") == "hamiltonian":
         from eomgen.products.fields.documents.document import OF_HAMILTONIANS  # noqa: PLC0415  # for a mistake only
 
-        fault = "this is a Hamiltonian system, and what was asked for is for mechanical scenes"
+        fault = "this is a Hamiltonian system, and this command or function is for mechanical scenes"
         report.add("kind", fault, OF_HAMILTONIANS)
         report.raise_problems()
     if "repeat" in data:

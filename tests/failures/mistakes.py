@@ -344,7 +344,7 @@ def _motions() -> Iterator[tuple[str, Callable[[], Any], tuple[str, ...]]]:
         ("stopped at", "it is the equations that diverge"),
     )
     yield (
-        "a root of what is negative",
+        "a root of a negative number",
         run_of(slider(initial={"position": 1.0, "velocity": -3.0}).effort("e", "x", "sqrt(q.x)"), 3.0, 1e-3),
         ("the first block that is not finite is Q", "v.x", "try:"),
     )

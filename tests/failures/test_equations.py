@@ -42,7 +42,7 @@ def test_a_spring_between_points_that_never_part_is_named(tmp_path: Path) -> Non
         eomgen.derive(odd(tmp_path, tail))
     assert (
         str(caught.value)
-        == "model error: spring coil: the points mark and anchor coincide whatever the coordinates, so it has no"
+        == "model error: spring coil: the points mark and anchor coincide for all coordinates, so it has no"
         " direction; try: points that can move apart, or a torsion spring"
     )
 
@@ -61,7 +61,7 @@ def test_an_operation_without_a_finite_value_is_shown(tmp_path: Path, formula: s
     with pytest.raises(eomgen.ModelError) as caught:
         eomgen.derive(odd(tmp_path, f'[efforts.motor]\njoint = "hinge"\neffort = "{formula}"\n'))
     assert (
-        str(caught.value) == f"model error: {operation} in a formula has no finite value whatever the state; "
+        str(caught.value) == f"model error: {operation} in a formula has no finite value for any state; "
         "try: other values of the fixed parameters there, or tunable = true for them"
     )
 

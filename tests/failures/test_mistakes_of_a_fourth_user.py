@@ -163,13 +163,13 @@ NOTED = [
         BEAM,
         "7800",
         "7.85",
-        "beams.b.section.density: the density 7.85 kg/m^3 is less than that of any foam; 7850",
+        "beams.b.section.density: the density 7.85 kg/m^3 is below the density of any foam; 7850",
     ),
     (
         BEAM,
         "2e11",
         "210",
-        "beams.b.section.elastic_modulus: the modulus 210 Pa is less than that of any solid;",
+        "beams.b.section.elastic_modulus: the modulus 210 Pa is below the modulus of any solid;",
     ),
     (
         ARM,

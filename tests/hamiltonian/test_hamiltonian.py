@@ -383,7 +383,9 @@ def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.Captur
     assert main(["info", str(file)]) == 0
     assert "yes: T(p) + V(q)" in capsys.readouterr().out
     assert main(["linearize", str(file)]) == 3
-    assert "this is a Hamiltonian system, and what was asked for is for mechanical scenes" in capsys.readouterr().err
+    assert (
+        "this is a Hamiltonian system, and this command or function is for mechanical scenes" in capsys.readouterr().err
+    )
     assert main([*arguments, "--set", "w=2 N/m"]) == 2
     assert "--set w=2 N/m: w has no unit in the file, so '2 N/m' could be anything" in capsys.readouterr().err
     labelled = file.read_text().replace("w = 2.0", 'w = 2.0\nlength = { value = 1.0, unit = "m" }')

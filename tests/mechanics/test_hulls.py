@@ -255,9 +255,9 @@ def _noted(changes: dict[str, Any], **more: Any) -> list[str]:
         (
             {"density": 1.025},
             None,
-            "hulls.column: the density 1.025 kg/m^3 is that of no water; 1025 if it is in t/m^3",
+            "hulls.column: the density 1.025 kg/m^3 is no density of water; 1025 if it is in t/m^3",
         ),
-        ({"density": 1.2e2}, None, "hulls.column: the density 120 kg/m^3 is that of no water"),
+        ({"density": 1.2e2}, None, "hulls.column: the density 120 kg/m^3 is no density of water"),
         (
             {"area": 0.5},
             None,

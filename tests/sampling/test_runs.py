@@ -227,7 +227,7 @@ def test_the_command_line_says_what_is_wrong(
         (
             ["sample", "few.toml"],
             3,
-            "there is no mesh: what is sampled are fields of cells, not motions",
+            "there is no mesh: samples are of fields of cells, not of motions",
         ),
         (["sample", "wrong.toml"], 4, "wrong.toml:8 (operators.s): the power is -"),
         (["simulate", "small.toml"], 3, "small.toml:4 (mesh): this is a system of fields on a mesh"),

@@ -131,15 +131,15 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"length": None}, "(beams.rope): the key length is missing; try: length = 1.0"),
     (
         {"length": 1e308},
-        "(beams.rope): the length of an element, 2.5e+307 m, is beyond what a computer can square; try: SI units",
+        "(beams.rope): the length of an element, 2.5e+307 m, is too large or too small to be squared in double precision; try: SI units",
     ),
     (
         {"stiffness": {**ROLL_UP, "torsion": 1e300}},
-        "(beams.rope): the stiffness of an element, 1e+300 by 2.5 m, is beyond what a computer can square; try: SI units",
+        "(beams.rope): the stiffness of an element, 1e+300 by 2.5 m, is too large or too small to be squared in double precision; try: SI units",
     ),
     (
         {"mass_per_length": 1e300},
-        "(beams.rope): the mass of an element, 1e+300 kg/m over 2.5 m, is beyond what a computer can square; try: SI units",
+        "(beams.rope): the mass of an element, 1e+300 kg/m over 2.5 m, is too large or too small to be squared in double precision; try: SI units",
     ),
     (
         {"length": None, "elements": None, "parts": [{"length": 1.0, "elements": 10_000}, PART]},
@@ -227,7 +227,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"prestrain": {"stretch": 1.5}},
-        "(beams.rope.prestrain.stretch): a beam that is stretched by 1.5 of its length at the start has no length at rest; try: a number below 1: the length at rest is (1 - stretch) times that of the initial shape",
+        "(beams.rope.prestrain.stretch): a beam that is stretched by 1.5 of its length at the start has no length at rest; try: a number below 1: the length at rest is (1 - stretch) times the length of the initial shape",
     ),
     (
         {"rotary_inertia": [1.0, 1.0, 1e-14]},
@@ -264,7 +264,7 @@ NOTED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"length": None, "rotary_inertia": [0.02, 0.01, 0.01], "shape": through({"position": [1.0, 0.1, 0.0]})},
-        "beams.rope.shape.frames[1]: up to here sections are 5.71 degrees off across the axis, and stiffnesses are those in the axes of the sections",
+        "beams.rope.shape.frames[1]: up to here sections are 5.71 degrees off across the axis, and stiffnesses are in the axes of the sections",
     ),
 ]
 

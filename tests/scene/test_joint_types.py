@@ -218,10 +218,10 @@ def test_springs_between_angles(spring: str, message: str) -> None:
         (
             'type = "universal"\naxis = [1, 0, 0]\nsecond_axis = [0, 1, 0]',
             "",
-            "lacks inertia about two axes through its centre",
+            "lack inertia about two axes through their centre",
         ),
-        ('type = "planar"\naxis = [1, 0, 0]', "", "what it carries lacks inertia about its normal, or mass"),
-        ('type = "cylindrical"\naxis = [1, 0, 0]', "", "what it carries has no inertia about its axis"),
+        ('type = "planar"\naxis = [1, 0, 0]', "", "the bodies that it carries lack inertia about its normal, or mass"),
+        ('type = "cylindrical"\naxis = [1, 0, 0]', "", "the bodies that it carries have no inertia about its axis"),
         ('type = "cylindrical"\naxis = [1, 0, 0]\nrotor_inertia = [0.1, 0]', "", ""),
         ('type = "helical"\naxis = [1, 0, 0]\npitch = 0.1', "", ""),
         ('type = "universal"\naxis = [1, 0, 0]\nsecond_axis = [0, 1, 0]\nrotor_inertia = [0.1, 0.1]', "", ""),

@@ -224,7 +224,10 @@ def test_a_run_beyond_the_window_is_refused() -> None:
 
 EXPONENTIAL = {"type": "exponential", "correlation_time": 1.0, "share": 0.9}
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"share": 0.9}, r"\(random.force\): a random process needs its type, or what it follows; try: type = "),
+    (
+        {"share": 0.9},
+        r"\(random.force\): a random process needs its type, or the process that it follows; try: type = ",
+    ),
     ({"type": "exponential"}, r"exponential over time needs correlation_time; try: correlation_time = ..."),
     (EXPONENTIAL | {"speed": 3.0}, r"exponential over distance needs correlation_length; try"),
     (EXPONENTIAL | {"correlation_time": -1}, r"correlation time -1 is not positive"),
@@ -255,7 +258,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         r"time t cannot be used here \(column 10\); try: g, parameters and",
     ),
     (FORCE | {"translation": "h**2"}, r"unknown name 'h'"),
-    (FORCE | {"translation": "2 + 0 * g"}, r"it is 2 whatever g is, so nothing is random; try: a formula of g"),
+    (FORCE | {"translation": "2 + 0 * g"}, r"it is 2 for any g, so it is not random; try: a formula of g"),
     (FORCE | {"correlation_time": "1 m"}, r"'1 m' is a length, a time in s is expected"),
     ({"follows": "wind", "delay": 1}, r"there is no random process 'wind'"),
     (EXPONENTIAL | {"quantiles": [[0.1, 2], [0.5, 1], [0.9, 3]]}, r"quantiles are three points or more, probabilities"),
@@ -263,7 +266,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     (EXPONENTIAL | {"quantiles": [[0, 2], [0.5, 3], [0.9, 4]]}, r"quantiles are three points or more"),
     (
         EXPONENTIAL | {"quantiles": [[0.1, 2], [0.5, 3], [0.9, 4]], "translation": "g"},
-        r"both translation and quantiles say what the process is",
+        r"both translation and quantiles define the process",
     ),
     (EXPONENTIAL | {"covariance_of": "translated"}, r"covariance_of translated needs a translation or quantiles of a"),
     (

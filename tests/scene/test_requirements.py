@@ -153,7 +153,7 @@ def test_every_place_by_formulas_in_turn(rng: np.random.Generator) -> None:
             "X",
             0.0,
             (
-                "(controllers.ratio): limits need a tracking time where proportional/integral = 1/0 is none at X = 0;"
+                "(controllers.ratio): limits need a tracking time if proportional/integral = 1/0 is none at X = 0;"
                 " try: tracking"
             ),
         ),
@@ -204,8 +204,9 @@ def test_bodies_without_mass_in_absolute_coordinates() -> None:
     checked = Requirements(describe(from_data(scene)), ("X",))
     with pytest.raises(UsageError) as caught:
         checked.check(np.array([0.0]))
-    assert "(bodies.b): in absolute coordinates the body b moves on its own, and what it carries lacks mass" in str(
-        caught.value
+    assert (
+        "(bodies.b): in absolute coordinates the body b has a free joint, and the bodies that it carries lack mass"
+        in str(caught.value)
     )
 
 
@@ -217,9 +218,7 @@ def test_followers_without_mass_leave_nothing_to_move() -> None:
     scene["parameters"]["Y"] = {"value": 0.5, "tunable": True}
     checked = Requirements(describe(from_data(scene)), ("X", "Y"))
     checked.check(np.array([[1.0, 0.5], [1e-3, -2.0]]))
-    with pytest.raises(
-        UsageError, match=r"neither it nor what follows it carries mass or inertia.* at X = 0, Y = 0\.5"
-    ):
+    with pytest.raises(UsageError, match=r"neither it nor its followers carry mass or inertia.* at X = 0, Y = 0\.5"):
         checked.check(np.array([[1.0, 0.5], [0.0, 0.5]]))
     with pytest.raises(
         UsageError, match=r"the joint lead cannot be moved by a force: it carries neither mass nor inertia"

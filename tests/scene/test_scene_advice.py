@@ -86,9 +86,9 @@ child = "ball"
         (
             FLOATING,
             (
-                "scene.toml:6 (joints.root): the joint root cannot be moved by a force: what it carries lacks mass, or"
-                " inertia about some axis through its centre of mass, so the inertia matrix would be singular; try:"
-                " mass and inertia = [xx, yy, zz] for the body ball, or three prismatic joints for a point mass"
+                "scene.toml:6 (joints.root): the joint root cannot be moved by a force: the bodies that it carries lack"
+                " mass, or inertia about some axis through their centre of mass, so the inertia matrix would be"
+                " singular; try: mass and inertia = [xx, yy, zz] for the body ball, or three prismatic joints for a point mass"
             ),
         ),
         (
@@ -183,7 +183,7 @@ def test_energy_is_balanced_with_a_spring_to_the_world() -> None:
 def test_the_world_is_no_body() -> None:
     [taken] = problems("[bodies.world]\nmass = 1")
     assert taken.startswith(
-        "scene.toml:15 (bodies.world): the name world is reserved for what rests while the base moves; try: "
+        "scene.toml:15 (bodies.world): the name world is reserved for the frame at rest while the base moves; try: "
     )
     [pushed] = problems('[forces]\nf = { body = "world" }')
     assert pushed == "scene.toml:16 (forces.f.body): a force on the world moves nothing: it rests; try: a body"
@@ -198,7 +198,7 @@ def test_a_link_named_world() -> None:
     assert scene.joints[0].child == "world_link"
     assert (
         scene.notes[0]
-        == "the link world is the body world_link, because world is the name of what rests while the base moves"
+        == "the link world is the body world_link, because world is the name of the frame at rest while the base moves"
     )
 
 
@@ -239,9 +239,9 @@ def test_bodies_of_absolute_coordinates_have_inertia() -> None:
     [found] = problems(text=text)
     assert (
         found
-        == "scene.toml:7 (bodies.link): in absolute coordinates the body link moves on its own, and what it carries"
-        " lacks mass, or inertia about some axis through its centre of mass; try: inertia = [xx, yy, zz] above zero,"
-        " or joint coordinates"
+        == "scene.toml:7 (bodies.link): in absolute coordinates the body link has a free joint, and the bodies that it"
+        " carries lack mass, or inertia about some axis through their centre of mass; try: inertia = [xx, yy, zz] above"
+        " zero, or joint coordinates"
     )
     assert read(text='coordinates = "absolute"\n' + PENDULUM).coordinates == "absolute"
 

@@ -262,7 +262,7 @@ def test_all_at_once() -> None:
 def test_a_second_joint_of_a_body_is_no_loop() -> None:
     again = '[joints.again]\ntype = "revolute"\nparent = "base"\nchild = "rod"\naxis = [0, 1, 0]\n'
     (found,) = problems(PIN + again)
-    assert found.endswith("by the joint second; try: one joint for each body, and [constraints] for what closes a loop")
+    assert found.endswith("by the joint second; try: one joint for each body, and [constraints] for loop closures")
 
 
 def test_groups_and_coordinates() -> None:

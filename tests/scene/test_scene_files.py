@@ -538,7 +538,7 @@ def test_cycles_and_what_hangs_from_them() -> None:
     )
     found = problems(f"{bodies}[bodies.link2]\nmass = 1\n{joints}")
     assert [problem.split(": ", 1)[1].split(";")[0] for problem in found] == [
-        "no joint carries the body e, nor what hangs from it: link2",
+        "no joint carries the body e, nor the bodies that hang from it: link2",
         "the joints carry the bodies c, b, a in a circle",
     ]
 
@@ -566,11 +566,17 @@ def chain(*links: str) -> str:
         (["revolute 0 0 0"], "the joint j0 cannot be moved by a force: it carries neither mass nor inertia"),
         (["revolute 1 1 0", "revolute 0 0 0"], "(joints.j1): the joint j1 cannot be moved by a force"),
         (["revolute 1 1 0", "revolute 0 0 0", "fixed 0 0 0"], "the joint j1 cannot be moved by a force"),
-        (["revolute 1 0 0"], "what it carries has no inertia about its axis"),
-        (["prismatic 0 1 0"], "what it carries has no mass"),
-        (["spherical 1 0 0"], "what it carries has no inertia about some axis through its centre"),
-        (["free 0 1 0"], "what it carries lacks mass, or inertia about some axis through its centre of mass"),
-        (["free 1 0 0"], "what it carries lacks mass, or inertia about some axis through its centre of mass"),
+        (["revolute 1 0 0"], "the bodies that it carries have no inertia about its axis"),
+        (["prismatic 0 1 0"], "the bodies that it carries have no mass"),
+        (["spherical 1 0 0"], "the bodies that it carries have no inertia about some axis through their centre"),
+        (
+            ["free 0 1 0"],
+            "the bodies that it carries lack mass, or inertia about some axis through their centre of mass",
+        ),
+        (
+            ["free 1 0 0"],
+            "the bodies that it carries lack mass, or inertia about some axis through their centre of mass",
+        ),
         (["fixed 1 1 0"], "no joint can move; try: a revolute, prismatic, spherical or free joint"),
     ],
 )
@@ -664,7 +670,7 @@ def test_hostile_sizes_end_soon() -> None:
     bodies = "".join(f"[bodies.b{n}]\nmass = 1\n" for n in range(count + 1))
     found = problems(bodies + chain_away)
     assert len(found) == 1
-    assert f"no joint carries the body b{count}, nor what hangs from it: b0, b1, b2," in found[0]
+    assert f"no joint carries the body b{count}, nor the bodies that hang from it: b0, b1, b2," in found[0]
     unknown = "".join(f'[points.p{n}]\nbody = "b{n}"\n' for n in range(count))
     found = problems(unknown)
     assert len(found) == 101

@@ -163,7 +163,7 @@ LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
         ),
         (
             'c = { type = "pi", signal = 1, integral = 2, maximum = 1 }',
-            "limits need a tracking time where proportional/integral = 0/2 is none; try: tracking = 0.1",
+            "limits need a tracking time if proportional/integral = 0/2 is none; try: tracking = 0.1",
         ),
         (
             'c = { type = "pi", signal = 1, integral = 2, maximum = 1, tracking = 0 }',

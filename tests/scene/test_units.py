@@ -214,10 +214,10 @@ def test_every_name_has_one_meaning() -> None:
         (
             "1e400 m",
             "",
-            "the number of '1e400 m' is beyond what a computer holds; try: a number between 1e-300 and 1e300",
+            "the number of '1e400 m' is out of the range of double precision; try: a number between 1e-300 and 1e300",
         ),
-        ("1e-400 m", "", "the number of '1e-400 m' is beyond what a computer holds"),
-        ("1e300 Gm", "m", "'1e300 Gm' is beyond what a computer holds in SI; try: a number below 1e300"),
+        ("1e-400 m", "", "the number of '1e-400 m' is out of the range of double precision"),
+        ("1e300 Gm", "m", "'1e300 Gm' is out of the range of double precision in SI; try: a number below 1e300"),
         ("1" + " m" * 60, "", 'a number with a unit has at most 100 characters, not 121; try: "250 mm"'),
         ("3 eval('os')", "", "there is no unit 'eval'"),
         ("3 N/(m/s)", "", "'3 N/(m/s)' is not a number with a unit: it is not well formed at '/s)'"),

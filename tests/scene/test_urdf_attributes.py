@@ -227,7 +227,7 @@ def test_refusals(old: str, new: str, message: str) -> None:
 
 def test_newer_versions_and_quaternions_of_older_ones_are_doubts() -> None:
     newer = FULL.replace('version="1.2"', 'version="1.3"')
-    assert "version 1.3 of URDF is newer than 1.2: what is new in it is not known" in load_urdf(newer).notes
+    assert "version 1.3 of URDF is newer than 1.2: its new elements are not known" in load_urdf(newer).notes
     assert "version 1.3 of URDF is newer" in outcome(newer, strict=True)
     older = FULL.replace(' version="1.2"', "")
     note = "quat_xyzw belongs to version 1.1 of URDF, and is read from this file of version 1.0 (1: b)"

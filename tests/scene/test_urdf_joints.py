@@ -134,7 +134,7 @@ def test_what_mimics_a_held_joint_is_held() -> None:
     )
     held = load_urdf(text, lock=["lead"], root="free")
     assert [joint.name for joint in held.joints] == ["root_joint"]
-    assert "joints held where those that they mimic are held: a, b" in held.notes
+    assert "joints held because their leaders are held: a, b" in held.notes
     place = next(point for point in held.points if point.name == "B")
     model = pinocchio_model(text)
     data = model.createData()
@@ -178,9 +178,7 @@ def test_a_leader_that_moves_nothing_is_refused() -> None:
     light = text.replace(LINK.format("LEAD"), '<link name="LEAD"/>')
     assert load_urdf(light).joints[0].name == "lead"
     (found,) = refusals(light.replace(LINK.format("A"), '<link name="A"/>'))
-    assert (
-        "(joints.lead): the joint lead cannot be moved by a force: neither it nor what follows it carries mass" in found
-    )
+    assert "(joints.lead): the joint lead cannot be moved by a force: neither it nor its followers carry mass" in found
     assert "(URDF: lock lead)" in found
 
 

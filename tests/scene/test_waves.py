@@ -730,7 +730,7 @@ def test_waves_that_break_together_are_noted() -> None:
 
 def test_waves_keep_the_gravity_of_the_defaults() -> None:
     known = {"g": {"value": GRAVITY, "tunable": True}}
-    note = "waves have the gravity of the default parameters, whatever it is in a run"
+    note = "waves have the gravity of the default parameters, even if a run has another"
     assert note in _scene(parameters=known, gravity=[0, 0, "-g"]).notes
     assert note not in _scene(parameters={"g": GRAVITY}, gravity=[0, 0, "-g"]).notes
 

@@ -192,5 +192,5 @@ def _finite(quantity: Quantity, value: Fraction) -> float:
         return float(value)
     except OverflowError:
         raise UnitError(
-            f"{shown(quantity.text)} is beyond what a computer holds in SI", "a number below 1e300"
+            f"{shown(quantity.text)} is out of the range of double precision in SI", "a number below 1e300"
         ) from None

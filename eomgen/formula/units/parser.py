@@ -114,7 +114,7 @@ def read_quantity(text: str, known: Collection[str] = ()) -> Quantity:
     number, value = Fraction(digits), float(digits)
     if not math.isfinite(value) or (value == 0.0 and number != 0):
         raise UnitError(
-            f"the number of {shown(text)} is beyond what a computer holds", "a number between 1e-300 and 1e300"
+            f"the number of {shown(text)} is out of the range of double precision", "a number between 1e-300 and 1e300"
         )
     return Quantity(text, number, _Unit(match[2], text, known).read())
 

@@ -19,9 +19,7 @@ def stretch(quantities: Quantities, spring: Spring) -> tuple[Scalar, Scalar, Vec
     speed = minus(quantities.kinematics.velocity_in_base(*second), quantities.kinematics.velocity_in_base(*first))
     length = quantities.algebra.call(Op.SQRT, dot(span, span))
     if length.is_zero:
-        fault = (
-            f"the points {spring.first} and {spring.second} coincide whatever the coordinates, so it has no direction"
-        )
+        fault = f"the points {spring.first} and {spring.second} coincide for all coordinates, so it has no direction"
         raise ModelError(Problem(f"spring {spring.name}", fault, "points that can move apart, or a torsion spring"))
     direction = scaled(quantities.algebra.one / length, span)
     return length, dot(direction, speed), direction

@@ -74,7 +74,9 @@ class Reactions:
         driven += [item for item in self.scene.constraints if item.prescribed is not None]
         item = next((item for item in driven if item.name == name), None)
         if item is None:
-            raise ModelError(f"nothing called {name} has a drive, and so no drive_effort", "drive = a formula of time")
+            raise ModelError(
+                f"no joint or constraint {name} has a drive, so there is no drive_effort", "drive = a formula of time"
+            )
         return self.wrenches.drive_effort(item, index)
 
     def _components(self, item: Reaction) -> tuple[Scalar, ...]:

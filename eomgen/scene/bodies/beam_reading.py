@@ -69,7 +69,9 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
     try:
         return undeformed(name, beam)
     except OverflowError:
-        values.report.add(key, "the mass or the inertia of the beam is beyond what a computer holds", "SI units")
+        values.report.add(
+            key, "the mass or the inertia of the beam is out of the range of double precision", "SI units"
+        )
         return Body(name, ZERO, ZERO_VECTOR, (ZERO,) * 6, beam)
 
 

@@ -118,7 +118,7 @@ def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequ
     beam = Cosserat(name, tuple(elements), whole.model)
     if values.report.concerns(whole.key) or not (fault := _beyond_numbers(beam, values)):
         return beam
-    values.report.add(whole.key, f"{fault} is beyond what a computer can square", "SI units")
+    values.report.add(whole.key, f"{fault} is too large or too small to be squared in double precision", "SI units")
     return Cosserat(name, tuple(replace(part, length=Fraction(1)) for part in elements), whole.model)
 
 

@@ -93,7 +93,7 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
             return None
         if off > _OBLIQUE:
             fault = f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses are"
-            values.note([f"{key}[{place}]: {fault} those in the axes of the sections"])
+            values.note([f"{key}[{place}]: {fault} in the axes of the sections"])
     return through_frames(poses)
 
 

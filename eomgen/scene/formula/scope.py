@@ -81,7 +81,7 @@ MOTION = Scope(
     TIME.description,
     TIME.kinds,
     (
-        "a motion needs the derivatives of what it follows, and those of inputs are not known",
+        "a motion needs the derivatives of its law, and derivatives of inputs are not known",
         "motion = true in the input, whose caller then gives rate and acceleration, too; or a curve at t",
     ),
 )

@@ -133,15 +133,15 @@ class Movable:
             none = about_axis + mass * pitch * pitch <= NO_INERTIA * (
                 about_origin[0] + about_origin[1] + about_origin[2]
             )
-            causes.append((none, "what it carries has no inertia about its axis"))
+            causes.append((none, "the bodies that it carries have no inertia about its axis"))
         if travels and not across:
-            causes.append((mass + rotors[-1] == 0.0, "what it carries has no mass"))
+            causes.append((mass + rotors[-1] == 0.0, "the bodies that it carries have no mass"))
         if turns == 2:
             about_second = dot(second, times(about_origin, second)) + rotors[1]
             mean, coupling = 0.5 * (about_axis + about_second), dot(axis, times(about_origin, second))
             radius = np.hypot(0.5 * (about_axis - about_second), coupling)
             none = mean - radius <= NO_INERTIA * (mean + radius)
-            causes.append((none, "what it carries lacks inertia about two axes through its centre"))
+            causes.append((none, "the bodies that it carries lack inertia about two axes through their centre"))
         if across:
             moment = _first_moment(bodies)
             couplings = [dot(np.cross(self.axes[k], axis).tolist(), moment) for k in travels]
@@ -150,14 +150,16 @@ class Movable:
             # moments and masses are compared by no unit: each row and column by the root of its diagonal
             scaled = [coupling / (scales[0] * scale) for coupling, scale in zip(couplings, scales[1:], strict=False)]
             none = singular([*(np.greater(x, 0.0) + 0.0 for x in diagonal), *scaled, 0.0, 0.0][:6])
-            causes.append((none, "what it carries lacks inertia about its normal, or mass"))
+            causes.append((none, "the bodies that it carries lack inertia about its normal, or mass"))
         if self.kind.has("ball"):
-            causes.append((singular(about_origin), "what it carries has no inertia about some axis through its centre"))
+            cause = "the bodies that it carries have no inertia about some axis through their centre"
+            causes.append((singular(about_origin), cause))
         if self.kind.has("free"):
             divisor = mass + np.equal(mass, 0.0)
             center = [part / divisor for part in _first_moment(bodies)]
             none = np.logical_or(np.equal(mass, 0.0), singular(_about(center, bodies)))
-            causes.append((none, "what it carries lacks mass, or inertia about some axis through its centre of mass"))
+            cause = "the bodies that it carries lack mass, or inertia about some axis through their centre of mass"
+            causes.append((none, cause))
         return causes
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
@@ -272,7 +274,7 @@ def check_motion(
             parts.append(Part(start, parts[carrier].orientation @ np.array(item.orientation), carrier, position))
         rotors, led, pitch = tuple[int, ...](), tuple[int, ...](), places.put(joint.pitch)
         if absolute:
-            words = f"in absolute coordinates the body {joint.child} moves on its own, and {{}}"
+            words = f"in absolute coordinates the body {joint.child} has a free joint, and {{}}"
             key, kind, hint = key_of("bodies", joint.child), JOINTS["free"], _ABSOLUTE_HINT
         else:
             words = f"the joint {joint.name} cannot be moved by a force: {{}}, so the inertia matrix would be singular"
@@ -343,7 +345,7 @@ def _check_led(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Valu
             continue
         leader, *rest = (item for item in beyond if item is not None)
         multipliers = [places.put(joint.mimic.multiplier) for joint in following if joint.mimic is not None]
-        words = f"the joint {first} cannot be moved by a force: neither it nor what follows it carries mass or inertia"
+        words = f"the joint {first} cannot be moved by a force: neither it nor its followers carry mass or inertia"
         hint = f"mass for a body that it moves, rotor_inertia, or a fixed joint (URDF: lock {first})"
         rule = Led(
             leader,

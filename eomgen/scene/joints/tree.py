@@ -49,7 +49,7 @@ def ordered(
             report.add(f"{key}.child", f"there is no body {shown(link.child)}", nearest(link.child, known))
         elif link.child in carrier:
             fault = f"the body {link.child} is already carried by the joint {carrier[link.child].name}"
-            report.add(f"{key}.child", fault, "one joint for each body, and [constraints] for what closes a loop")
+            report.add(f"{key}.child", fault, "one joint for each body, and [constraints] for loop closures")
         elif link.parent == link.child:
             report.add(f"{key}.parent", f"the joint connects the body {link.child} to itself", "another parent")
         carrier.setdefault(link.child, link)
@@ -97,7 +97,7 @@ def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Map
     for body, section in bodies.items():
         if body not in carrier:
             others = hanging.get(body, [])
-            rest = f", nor what hangs from it: {listed(others)}" if others else ""
+            rest = f", nor the bodies that hang from it: {listed(others)}" if others else ""
             report.add(
                 key_of(section, body), f"no joint carries the body {body}{rest}", f'a joint with child = "{body}"'
             )

@@ -244,7 +244,7 @@ RELATIONS: Mapping[str, Row] = {
     "integral time": Row(
         ("controllers.proportional", "controllers.integral"),
         _not_both_positive,
-        "limits need a tracking time where proportional/integral = {0}/{1} is none",
+        "limits need a tracking time if proportional/integral = {0}/{1} is none",
         "tracking = 0.1",
     ),
     "wall of a tube": Row(
@@ -264,7 +264,7 @@ RELATIONS: Mapping[str, Row] = {
         ("beams.prestrain.stretch",),
         lambda stretch: np.greater_equal(stretch, 1.0),
         "a beam that is stretched by {0} of its length at the start has no length at rest",
-        "a number below 1: the length at rest is (1 - stretch) times that of the initial shape",
+        "a number below 1: the length at rest is (1 - stretch) times the length of the initial shape",
     ),
     "thin section": Row(
         ("beams.rotary_inertia",),

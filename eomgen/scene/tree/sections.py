@@ -63,7 +63,7 @@ def _reserved(name: str) -> tuple[str, str]:
     if name == BASE_NAME:
         return f"the name {BASE_NAME} is reserved for the frame that carries the tree", "another name"
     if name == WORLD:
-        return f"the name {WORLD} is reserved for what rests while the base moves", "another name"
+        return f"the name {WORLD} is reserved for the frame at rest while the base moves", "another name"
     return "", ""
 
 

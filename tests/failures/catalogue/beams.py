@@ -267,8 +267,8 @@ FAILURES = [
     Failure(
         "A beam that floats without polar inertia",
         3,
-        "description error: scene.toml:38 (joints.hub): the joint hub cannot be moved by a force: what it "
-        "carries lacks mass, or inertia about some axis through its centre of mass, so the inertia matrix "
+        "description error: scene.toml:38 (joints.hub): the joint hub cannot be moved by a force: the bodies "
+        "that it carries lack mass, or inertia about some axis through their centre of mass, so the inertia matrix "
         "would be singular; try: polar_inertia for the beam, or another joint",
         more=_changed(('type = "fixed"\nparent = "upper"', 'type = "free"\nparent = "base"')),
     ),
@@ -277,8 +277,8 @@ FAILURES = [
         3,
         "description error: 2 problems\n  1. scene.toml:33 (beams.upper): the name upper is both a body and a "
         "beam; try: another name for one of them\n  2. scene.toml:41 (joints.hub.child): the body upper is "
-        "already carried by the joint shoulder; try: one joint for each body, and [constraints] for what "
-        "closes a loop",
+        "already carried by the joint shoulder; try: one joint for each body, and [constraints] for loop "
+        "closures",
         more=_changed(
             ("beams.blade", "beams.upper"),
             ('child = "blade"', 'child = "upper"'),

@@ -192,7 +192,7 @@ FAILURES = [
     Failure(
         "A division by a zero that never changes",
         4,
-        "model error: div(..., 0) in a formula has no finite value whatever the state; try: other values of the fixed "
+        "model error: div(..., 0) in a formula has no finite value for any state; try: other values of the fixed "
         "parameters there, or tunable = true for them",
         old='effort = "motor"',
         new='effort = "motor / (q.shoulder - q.shoulder)"',
@@ -241,7 +241,7 @@ FAILURES = [
         "An input that moves the base",
         3,
         "description error: scene.toml:34 (base.position[0]): the input 'motor' cannot be used here: a motion needs the"
-        " derivatives of what it follows, and those of inputs are not known (column 1); try: motion = true in the"
+        " derivatives of its law, and derivatives of inputs are not known (column 1); try: motion = true in the"
         " input, whose caller then gives rate and acceleration, too; or a curve at t",
         more='[base]\nposition = ["motor", 0, 0]',
     ),

@@ -71,7 +71,7 @@ FAILURES = [
         3,
         "description error: 2 problems\n"
         "  1. hand.toml:13 (joints.hand_wrist.child): the body hand_palm is already carried by the joint second; try: "
-        "one joint for each body, and [constraints] for what closes a loop\n"
+        "one joint for each body, and [constraints] for loop closures\n"
         "  2. scene.toml:33 (include.hand): the name hand_palm in bodies is given twice, at scene.toml:36 and at "
         'hand.toml:7; try: another prefix than "hand_"',
         more=(

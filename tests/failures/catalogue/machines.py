@@ -53,7 +53,7 @@ FAILURES = [
         "A body that two joints carry",
         3,
         "description error: scene.toml:36 (joints.second.child): the body upper is already carried by the joint "
-        "shoulder; try: one joint for each body, and [constraints] for what closes a loop",
+        "shoulder; try: one joint for each body, and [constraints] for loop closures",
         more='[joints.second]\ntype = "revolute"\nparent = "base"\nchild = "upper"\naxis = [0, 0, 1]',
     ),
     Failure(
@@ -104,7 +104,7 @@ FAILURES = [
     Failure(
         "A spring between points that never part",
         4,
-        "model error: spring coil: the points tip and twin coincide whatever the coordinates, so it has no direction; "
+        "model error: spring coil: the points tip and twin coincide for all coordinates, so it has no direction; "
         "try: points that can move apart, or a torsion spring",
         more=(
             "[points.twin]\n"
@@ -276,7 +276,7 @@ FAILURES = [
         "An input as a drive",
         3,
         "description error: scene.toml:21 (joints.shoulder.drive): the input 'motor' cannot be used here: a motion"
-        " needs the derivatives of what it follows, and those of inputs are not known (column 1); try: motion = true in"
+        " needs the derivatives of its law, and derivatives of inputs are not known (column 1); try: motion = true in"
         " the input, whose caller then gives rate and acceleration, too; or a curve at t",
         old="axis = [0, 1, 0]",
         new='axis = [0, 1, 0]\ndrive = "motor"',

@@ -98,11 +98,11 @@ def fields_from_data(
     """
     report = Report(file, lines or {})
     if data.get("kind") != KIND:
-        fault = "this is no file of fields: what is sampled has a kind and a mesh"
+        fault = "this is no file of fields: a system to be sampled has a kind and a mesh"
         report.add("kind" if "kind" in data else "", fault, f'kind = "{KIND}", [mesh], [operators] and [cell]')
         report.raise_problems()
     if "mesh" not in data:
-        fault = "there is no mesh: what is sampled are fields of cells, not motions of coordinates"
+        fault = "there is no mesh: samples are of fields of cells, not of motions of coordinates"
         report.add("mesh", fault, OF_COORDINATES)
         report.raise_problems()
     result = _FieldReader(data, report, folder or Path()).read()
@@ -285,7 +285,7 @@ class _FieldReader(Entries):
         check_keys(key, entry, (*kinds, *more), self.report)
         said = [kind for kind in kinds if kind in entry]
         if len(said) != 1:
-            fault = f"{listed(said)} are said together" if said else "no key says what it is"
+            fault = f"{listed(said)} are said together" if said else "no key gives its kind"
             self.report.add(key, fault, f"one of {listed(kinds)}")
             return None
         return said[0]
@@ -385,7 +385,7 @@ class _FieldReader(Entries):
         check_keys("truth", table, ("seed",), self.report)
         if "truth" not in self.data:
             if drawn:
-                fault = f"{listed(drawn)} is drawn about fields that nothing draws"
+                fault = f"{listed(drawn)} is drawn about fields of a truth that is missing"
                 self.report.add(f"data.{drawn[0]}", fault, "[truth] and seed = 1")
             return None
         seed = table.get("seed")

@@ -83,7 +83,9 @@ def hamiltonian_from_data(
     """
     report = Report(file, lines or {})
     if "mesh" in data:
-        report.add("mesh", "this is a system of fields on a mesh, and what was asked for is of coordinates", OF_FIELDS)
+        report.add(
+            "mesh", "this is a system of fields on a mesh, and this command or function is for coordinates", OF_FIELDS
+        )
         report.raise_problems()
     if "repeat" in data:
         of_copies: dict[str, str] = {}

@@ -51,7 +51,7 @@ class Coherences:
         if least < _NEGATIVE:
             fault = f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
             fault += f" frequency {frequency:.3g} is {least:.3g}, negative"
-            hint = "coherences of all pairs: what is not named is 0"
+            hint = "coherences of all pairs: a pair that is not named has 0"
             self.report.add(f"{key_of('random', names[-1])}.coherence", fault, hint)
             return None
         return result

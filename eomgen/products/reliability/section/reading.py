@@ -271,7 +271,9 @@ class Processes:
         key = key_of("random", name)
         before = len(self.report.noted)
         if entry.type is None:
-            self.report.add(key, "a random process needs its type, or what it follows", 'type = "squared_exponential"')
+            self.report.add(
+                key, "a random process needs its type, or the process that it follows", 'type = "squared_exponential"'
+            )
             return []
         speed, duration = self._along(key, entry)
         covariance = self._covariances.read(key, name, entry, entry.type)

@@ -35,7 +35,7 @@ class Translations:
         key = key_of("random", name)
         if entry.quantiles is not None:
             if entry.translation is not None:
-                self.report.add(f"{key}.quantiles", "both translation and quantiles say what the process is", "one")
+                self.report.add(f"{key}.quantiles", "both translation and quantiles define the process", "one")
                 return None
             return self._quantiles(f"{key}.quantiles", name, entry)
         if entry.translation is None:
@@ -111,7 +111,7 @@ class Translations:
             self.report.add(key, fault, "a formula that has one wherever a normal variable may be")
             return
         if not np.ptp(value) > 0.0:
-            self.report.add(key, f"it is {value[0] + 0.0:.6g} whatever g is, so nothing is random", "a formula of g")
+            self.report.add(key, f"it is {value[0] + 0.0:.6g} for any g, so it is not random", "a formula of g")
             return
         rises = np.diff(value) > 0.0
         turns = np.flatnonzero(rises[1:] != rises[:-1])

@@ -40,7 +40,7 @@ class _Waves(Section):
             values.require("gravity", LevelWater(), gravity)
             tunable = any(reading.names.parameters.get(symbol.name) for part in gravity for symbol in symbols(part))
             if document.section("waves") and tunable:
-                values.note(["waves have the gravity of the default parameters, whatever it is in a run"])
+                values.note(["waves have the gravity of the default parameters, even if a run has another"])
             for name, entry in document.section("waves").items():
                 fields[name] = read_waves(name, entry, math.hypot(*down), values)
                 reading.add_parameters(variables_as_parameters(fields[name]))

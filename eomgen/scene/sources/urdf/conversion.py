@@ -36,7 +36,7 @@ from eomgen.scene.sources.urdf.transmissions import Transmissions, actuation, re
 from eomgen.scene.sources.xml import read_xml
 from eomgen.system.description import BASE, WORLD
 
-_RESERVED = {BASE: "the frame that carries the tree", WORLD: "what rests while the base moves"}
+_RESERVED = {BASE: "the frame that carries the tree", WORLD: "the frame at rest while the base moves"}
 _ROOT_JOINT = "root_joint"
 
 
@@ -336,7 +336,7 @@ class _Merger:
                 name = f"{body}_others"
                 self.data["bodies"][name] = body_entry(others)
                 self.data["joints"][name] = {"type": "fixed", "parent": body, "child": name}
-                self.notes.append(f"what is fixed to the tunable link {own} is the body {name}")
+                self.notes.append(f"links fixed to the tunable link {own} become the body {name}")
 
 
 def _moved(joint: Joint, value: float) -> tuple[Array, Array]:

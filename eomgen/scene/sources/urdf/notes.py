@@ -97,7 +97,7 @@ def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], l
     resting = [name for name in held if name not in locked and robot.joints[name].components]
     notes = []
     if resting:
-        notes.append(f"joints held where those that they mimic are held: {listed(resting)}")
+        notes.append(f"joints held because their leaders are held: {listed(resting)}")
     if leaders:
         pairs = [f"{follower} follows {leader}" for follower, leader in list(leaders.items())[:8]]
         more = f" and {len(leaders) - 8} more" if len(leaders) > 8 else ""
@@ -129,7 +129,7 @@ def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
         owners = [name for name in dict.fromkeys(name for _, name in places) if name]
         result.append((places[0][0], f"not read: {kind} ({len(places)}{': ' if owners else ''}{listed(owners)})"))
     if robot.minor > NEWEST:
-        result.append((1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: what is new in it is not known"))
+        result.append((1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known"))
     if robot.quaternions and robot.minor < WITH_QUATERNIONS:
         note = (
             f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version"

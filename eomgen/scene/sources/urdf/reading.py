@@ -271,7 +271,7 @@ class _Reader:
         if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
             count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
             fault = f"{attribute}: {count} needed here, not {shown(written)}"
-            hint = "numbers alone: the units of URDF are those of SI" if re.search(r"\d\s*[A-Za-z]", written) else ""
+            hint = "numbers alone: the units of URDF are SI units" if re.search(r"\d\s*[A-Za-z]", written) else ""
             if "," in written:
                 hint = f"blanks between the numbers: {shown(' '.join(written.replace(',', ' ').split()))[1:-1]}"
             self.report.add_at(element.line, key, fault, hint)
