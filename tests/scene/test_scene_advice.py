@@ -88,7 +88,8 @@ child = "ball"
             (
                 "scene.toml:6 (joints.root): the joint root cannot be moved by a force: the bodies that it carries lack"
                 " mass, or inertia about some axis through their centre of mass, so the inertia matrix would be"
-                " singular; try: mass and inertia = [xx, yy, zz] for the body ball, or three prismatic joints for a point mass"
+                " singular; try: mass and inertia = [xx, yy, zz] for the body ball, or three prismatic"
+                " joints for a point mass"
             ),
         ),
         (
