@@ -28,7 +28,7 @@ def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, param
     t : s
     parameters : (n, np)
     """
-    if model.description.exact_beams:  # of which each sample is to be turned before it is strained
+    if model.description.exact_beams or model.library.layout["slopes"]:  # joints turn before beams deform
         return ConsistentStates(q, v, np.zeros(len(q), dtype=bool))
     needed = PURPOSES["initial_assembly"]
     able = model.having(needed)

@@ -33,7 +33,7 @@ from eomgen.compiled.functions import DRIVERS, Functions
 from eomgen.compiled.terms import Inputs, Parameters, Terms
 from eomgen.errors import Problem, UsageError
 from eomgen.solvers.consistency import Assembly, assemble
-from eomgen.solvers.constraint_rows import Constrained, EveryRow, split_sizes
+from eomgen.solvers.constraint_rows import Constrained, EveryRow, elastic_components, split_sizes
 from eomgen.solvers.redundancy import check_left_out
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS
@@ -421,6 +421,7 @@ def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: A
         jacobian=lambda q, _: at("constraint_jacobian", q=q),
         mass=lambda q: able.mass(q, parameters=parameters),
         sizes=sizes,
+        elastic=elastic_components(model.factors, [item["name"] for item in model.library.layout["slopes"]]),
         beams=beams,
     )
     result = assemble(equations, q, v, t)

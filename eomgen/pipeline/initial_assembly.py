@@ -15,7 +15,7 @@ from eomgen.compiled.corrected_start import corrected_start
 from eomgen.errors import ModelError
 from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.consistency import assemble
-from eomgen.solvers.constraint_rows import EPSILON, Constrained, Rows, split_sizes
+from eomgen.solvers.constraint_rows import EPSILON, Constrained, Rows, elastic_components, split_sizes
 from eomgen.solvers.redundancy import Redundancy, check_left_out, left_over, redundancy
 from eomgen.symbolic.evaluate import Evaluation
 from eomgen.symbolic.operations import InputSymbol
@@ -193,6 +193,7 @@ def constrained(system: System, parameters: Array | None = None, description: De
         jacobian=lambda q, t: at("constraint_jacobian", t, q=q).reshape(rows, nv),
         mass=lambda q: at("mass", 0.0, q=q).reshape(nv, nv),
         sizes=lambda q, t: split_sizes(at("constraint_size", t, q=q)),
+        elastic=elastic_components(system.factors, [item.name for item in system.slopes]),
         beams=_beams(system, description, defaults, lambda q: at("poses", 0.0, q=q).reshape(len(q), -1, 7)),
     )
 

@@ -92,6 +92,10 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     rigid, strained, before = None, None, 0
     if system.beams is not None:
         rigid, q, strained, before = _with_beams(system, system.beams, q, t)
+    elif system.elastic is not None:
+        closed, corrections, met = _turned(system.stiff(system.elastic), q, t)
+        if met:
+            q, before = closed, corrections
     q, iterations = consistent_position(system, q, t)
     iterations += before
     rows = Rows(system, q, t)
@@ -99,6 +103,11 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     left = rates
     if rigid is not None and np.any(rigid.free) and np.any(np.abs(rates) > REPORTED * (rows.possible @ np.abs(v))):
         v = v + _rigid_change(system, rigid, q, v, t)
+        left = system.velocity(q, v, t)
+    elif system.elastic is not None and np.any(np.abs(rates) > REPORTED * (rows.possible @ np.abs(v))):
+        change = np.zeros(len(v))
+        change[~system.elastic] = -Rows(system.stiff(system.elastic), q, t).correction(rates)
+        v = v + change
         left = system.velocity(q, v, t)
     v = v - rows.correction(left)
     left = system.velocity(q, v, t)

@@ -59,6 +59,7 @@ class Constrained:
     move(q, step) -> (nq,)
         Moves a configuration by a step (nv,); None: by the exponential of each factor.
     beams : geometrically exact beams, which corrections strain only if necessary; None if the system has none
+    elastic : (nv,) components that deform other beams, likewise; None if the system has none
     """
 
     factors: Sequence[Factor]
@@ -73,10 +74,29 @@ class Constrained:
     sizes: Callable[[Array, float], tuple[Array, Array]]
     move: Callable[[Array, Array], Array] | None = None
     beams: Beams | None = None
+    elastic: NDArray[np.bool_] | None = None
 
     def moved(self, q: Array, step: Array) -> Array:
         """Return a configuration moved by a step, (nv,)."""
         return update(self.factors, q, step) if self.move is None else self.move(q, step)
+
+    def stiff(self, elastic: NDArray[np.bool_]) -> Constrained:
+        """Return the system with the other components as unknowns, elastic ones (nv,) held."""
+        free = ~elastic
+
+        def move(q: Array, step: Array) -> Array:
+            whole = np.zeros(len(elastic))
+            whole[free] = step
+            return self.moved(q, whole)
+
+        return replace(
+            self,
+            angular=self.angular[free],
+            jacobian=lambda q, t: self.jacobian(q, t)[:, free],
+            mass=lambda q: self.mass(q)[np.ix_(free, free)],
+            move=move,
+            elastic=None,
+        )
 
     def without(self, left_out: Sequence[int]) -> Constrained:
         """Return the system without some of its rows."""
@@ -97,6 +117,18 @@ class Constrained:
             jacobian=lambda q, t: self.jacobian(q, t)[kept],
             sizes=sizes,
         )
+
+
+def elastic_components(factors: Sequence[Factor], beams: Sequence[str]) -> NDArray[np.bool_] | None:
+    """Return a mask of the velocity components that deform beams with coordinates of their own, (nv,); None if there
+    are no such beams.
+
+    Parameters
+    ----------
+    beams : names of their factors
+    """
+    deforming = [np.full(factor.v_size, factor.name in beams) for factor in factors]
+    return np.concatenate(deforming) if beams else None
 
 
 def _spread(factors: Sequence[Factor], q: Array) -> float:
