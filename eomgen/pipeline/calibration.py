@@ -3,6 +3,8 @@
 The scene is opened at a controller: its output becomes an input beside its formula. The linear model of that
 scene is the plant, signals and weighted quantities are its outputs. Controllers are calibrated in their order, each
 with earlier ones active. Gains are parameters, so the code of a model depends on their defaults only.
+
+Messages about a closed loop: its slowest motion, and modes that miss the requested poles.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
@@ -19,11 +22,11 @@ from eomgen.formula.nodes import Symbol
 from eomgen.linear.balancing import balance
 from eomgen.linear.control import placement, second_order_regulator
 from eomgen.linear.control import weights as costs
-from eomgen.linear.control.modal import modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
+from eomgen.linear.control.modal import ModalFeedback, modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
 from eomgen.linear.control.plant import Plant
 from eomgen.linear.control.regulator import lqr, place
 from eomgen.linear.control.weights import Weights
-from eomgen.pipeline.closed_loop import check_reach, not_reached, slowest_motion
+from eomgen.linear.modes import modes
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import Input, Output
@@ -33,6 +36,50 @@ if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.state_space import StateSpace
     from eomgen.pipeline.model import Model
+
+
+#: Modal forces that miss their mode, as a share of those asked for, above which poles are elsewhere.
+_MISSED = 1e-6
+#: Distance of an eigenvalue from its wanted place, as a share of its size, that is reported.
+_OFF = 1e-3
+
+
+def slowest_motion(plant: Plant, G: Array) -> str:
+    """Return the decay rate of the slowest motion under gains G of [q, v], (m, 2n), or a motion without decay."""
+    n = plant.n
+    A, _ = plant.state_space(G[:, :n], G[:, n:])
+    result = modes(A, np.eye(n, 2 * n), plant.names, np.diag(plant.M))
+    slowest = int(np.argmax(result.eigenvalues.real))
+    rate, mover = -float(result.eigenvalues[slowest].real), result.dominant(slowest, 1)[0][0]
+    if abs(rate) <= result.uncertainty[slowest]:
+        return f"the closed loop does not decay: {mover}"
+    if rate < 0.0:
+        return f"the closed loop grows at {-rate:.4g} 1/s: {mover}"
+    return f"the slowest motion of the closed loop decays at {rate:.4g} 1/s"
+
+
+def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
+    """Raise ModelError if the outputs cannot actuate the controlled modes independently."""
+    if modal.crosstalk <= _MISSED:
+        return
+    numbers = ", ".join(str(k + 1) for k in modal.controlled)
+    ways = int(np.linalg.matrix_rank(modal.modes.shapes[:, list(modal.controlled)].T @ plant.B, rtol=1e-9))
+    only = f"{name} acts on them in {ways} independent way{'s' * (ways > 1)} only"
+    fault = f"the modes {numbers} cannot be placed each by itself: {only}"
+    raise ModelError(fault, f"{ways} of the modes, an output more, all poles in place of modes, or lqr")
+
+
+def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
+    """Return the modes whose frequency (rad/s) or damping ratio differs from the requested one; empty if none does."""
+    differences = []
+    for k, w, zeta in zip(modal.controlled, np.asarray(wanted), ratios, strict=True):
+        pole = w * (-zeta + np.sqrt(complex(zeta**2 - 1.0)))
+        nearest_pole = modal.eigenvalues[np.argmin(np.abs(modal.eigenvalues - pole))]
+        if abs(nearest_pole - pole) > _OFF * w:
+            got = f"{abs(nearest_pole):.4g} rad/s with a damping ratio of {-nearest_pole.real / abs(nearest_pole):.3g}"
+            differences.append(f"mode {k + 1} gets {got}, not {w:.4g} with {zeta:.3g}")
+    return f"damping couples the modes: {', '.join(differences)}; " if differences else ""
+
 
 #: Calibrated numbers are kept to so many digits: further digits depend on the machine.
 _DIGITS = 12

@@ -1,4 +1,7 @@
-"""Order of searches for rest: a damped motion first, and Newton's paths from slow points on its way."""
+"""Order of searches for rest: a damped motion first, and Newton's paths from slow points on its way.
+
+Equilibria along Newton's path, stable or not, with damped steps (Deuflhard 2004, section 3.3.3).
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,56 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.lie.product import difference
 from eomgen.solvers.damped_motion import follow_damped_motion
-from eomgen.solvers.newton_path import follow_newton
-from eomgen.solvers.statics import Search, Statics, examine
+from eomgen.solvers.statics import (
+    Point,
+    Search,
+    Statics,
+    Trail,
+    examine,
+    moved,
+    newton_step,
+    share_of_turn,
+    unbalanced,
+)
+
+MAX_STEPS = 60
+#: Parts of a step below this are not tried.
+_SHORTEST = 1e-4
+
+
+def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
+    """Return the end of Newton's path from q and z.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        M is not positive definite at the start.
+    """
+    trail, share = Trail(statics, q, z), 1.0
+    while not trail.arrived():
+        point = trail.point
+        if not point.finite or trail.steps == MAX_STEPS:
+            return trail.end(balanced=False)
+        change = newton_step(point, unbalanced(point))
+        nearer, share = _part(statics, point, change, min(1.0, 4.0 * share, share_of_turn(statics, point, change)))
+        if nearer is None:
+            return trail.end(balanced=False)
+        trail.step(nearer)
+    return trail.end(balanced=True)
+
+
+def _part(statics: Statics, point: Point, change: Array, share: float) -> tuple[Point | None, float]:
+    """Return the point after a part of Newton's step, at which a step with the same partials is smaller, and the
+    part."""
+    while share > _SHORTEST:
+        reached = moved(statics, point, share * change)
+        if reached is not None:
+            left = newton_step(point, np.concatenate([point.dual @ reached.acceleration, reached.rates]))
+            if point.weighed(left) <= (1.0 - 0.25 * share) * point.weighed(change):
+                return reached, share
+        share *= 0.5
+    return None, share
+
 
 #: Factor by which internal states follow a damped motion more slowly, if it does not settle with states that follow at
 #: once.

@@ -3,21 +3,156 @@ path.
 
 If nothing is loaded at the start, that is the same as applying dead loads step by step: the factor s of the loads
 goes from 0 to 1. Forces that hold are constant in the axes of the base, so components of bodies that turn change.
+
+Search for a stable rest next to an unstable one, reproducible under rounding errors.
+
+A structure leaves an unstable rest along the direction of the most negative stiffness. A dead force along this
+direction holds the structure; the force grows and then vanishes at another rest. The motion is a path of equilibria
+over the size of the force, from zero back to zero (J. M. T. Thompson and G. W. Hunt, A General Theory of Elastic
+Stability (1973), chapter 3).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csc_array, diags_array
 
 from eomgen.base.arrays import Array
-from eomgen.solvers.bordered_newton import Balance, LoadedStatics, Rest, Tangents
+from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, Tangents, direction, plus
 from eomgen.solvers.dead_forces import dead_forces, turning_blocks, with_turned
-from eomgen.solvers.equilibrium_path import PathEndError, StepLimits, first_point, follow
-from eomgen.solvers.stable_branch import stable_branch
+from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, first_point, follow
+from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
+
+#: Steps of a path at most, and the largest in rad or lengths of the scene.
+_STEPS, _LIMITS = 200, StepLimits(0.2)
+#: Maximum number of unstable rests to leave in succession.
+_TIMES = 4
+#: Cosine from which a mode counts as one along the path.
+_ALONG = 1e-2
+#: Part of the largest negative stiffness within which others are the same.
+_ALIKE = 1e-6
+#: Diagonal regularization of Newton's matrix, relative to the negative stiffness, for families of equilibria.
+_BESIDE = 1e-6
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A stable rest, the displacement (nv,) that left the first unstable rest, and the configurations between."""
+
+    rest: Rest
+    left_along: Array
+    path: list[Array]
+
+
+def stable_branch(statics: LoadedStatics, rest: Rest, onwards: Direction) -> Branch | None:
+    """Return a stable rest that is reached from an unstable rest under the same loads.
+
+    None if the given rest is stable, if no stable rest is found, or if forces have no potential or internal states take
+    part.
+
+    Parameters
+    ----------
+    onwards : direction of the path at the rest; sets the side of a mode along the path, other modes start positively
+    """
+    if len(rest.z):
+        return None
+    first: Array | None = None
+    path = [rest.q]
+    for _ in range(_TIMES):
+        stiffness = TangentStiffness.at(statics, rest)
+        if not stiffness.symmetric:
+            return None
+        if not stiffness.negative:
+            return None if first is None else Branch(rest, first, path)
+        value, mode = _most_unstable(stiffness)
+        first_side = _side(statics, mode, onwards) if first is None else 1.0
+        for side in (first_side, -first_side):
+            branch = _led_off(statics, rest, value, side * mode)
+            if branch is not None:
+                break
+        else:
+            return None
+        first = side * mode if first is None else first
+        rest, path = branch[0], [*path, *branch[1]]
+    return Branch(rest, path=path, left_along=first) if first is not None and not _unstable(statics, rest) else None
+
+
+def _side(statics: LoadedStatics, mode: Array, onwards: Direction) -> float:
+    """Return the sign with which a mode goes along a direction; 1 across it."""
+    scaled, along = mode / statics.sizes, onwards.unknowns[: len(mode)] / statics.sizes
+    share = float(scaled @ along) / (float(np.linalg.norm(scaled) * np.linalg.norm(along)) or 1.0)
+    return -1.0 if share < -_ALONG else 1.0
+
+
+def _unstable(statics: LoadedStatics, rest: Rest) -> bool:
+    return TangentStiffness.at(statics, rest).negative > 0
+
+
+def _most_unstable(stiffness: TangentStiffness) -> tuple[float, Array]:
+    """Return the most negative stiffness and its displacement, (nv,)."""
+    values, directions = stiffness.next_to_zero(stiffness.negative + stiffness.neutral)
+    lowest = float(np.min(values))
+    alike = values <= (1.0 - _ALIKE) * lowest
+    return lowest, canonical_direction(directions[:, alike], stiffness.sizes)
+
+
+def _led_off(statics: LoadedStatics, rest: Rest, value: float, mode: Array) -> tuple[Rest, list[Array]] | None:
+    """Return the next rest on the side of a mode with a negative stiffness, and configurations on the way."""
+    measure = 1.0 / statics.sizes**2
+    led = _held_back(statics, rest, mode * measure, abs(value), _BESIDE * abs(value) * measure)
+    start = replace(rest, s=0.0)
+    unknowns = np.zeros(len(mode) + len(rest.multipliers) + len(rest.z))
+    unknowns[: len(mode)] = mode
+    along = direction(led, start, Direction(unknowns, 0.0))
+    if along is None:
+        return None
+    path = []
+    try:
+        for point in follow(led, PathPoint(start, along, 0.0, 0, 0.0), 0.0, _LIMITS, 0.1):
+            path.append(point.rest.q)
+            if point.rest.s == 0.0:
+                return replace(point.rest, s=rest.s), path
+            if len(path) > _STEPS:
+                return None
+    except PathEndError:
+        return None
+    return None
+
+
+def _held_back(statics: LoadedStatics, rest: Rest, force: Array, reach: float, beside: Array) -> LoadedStatics:
+    """Return statics with s times a dead force (nv,), and Newton's matrix with ``beside`` (nv,) on its diagonal."""
+    blocks = turning_blocks(statics.factors)
+    fixed = dead_forces(blocks, rest.q, force, back=False)
+
+    def acting(at: Rest) -> Array:
+        return dead_forces(blocks, at.q, fixed, back=True)
+
+    def balance(at: Rest) -> Balance:
+        now = statics.balance(replace(at, s=rest.s))
+        return replace(now, residual=now.residual - at.s * acting(at))
+
+    def tangents(at: Rest) -> Tangents:
+        now = statics.tangents(replace(at, s=rest.s))
+        return replace(now, K=plus(with_turned(now.K, blocks, acting(at), -at.s), csc_array(diags_array(beside))))
+
+    def by_factor(at: Rest) -> Balance:
+        return Balance(-acting(at), np.zeros(len(at.multipliers)), np.zeros(len(at.z)))
+
+    return replace(
+        statics,
+        reach=reach,
+        balance=balance,
+        tangents=tangents,
+        by_factor=by_factor,
+        followed=lambda q, s: statics.followed(q, rest.s),
+        strains=lambda s: statics.strains(rest.s),
+        mass=lambda at: statics.mass(replace(at, s=rest.s)),
+    )
+
 
 #: Steps at most.
 MAX_STEPS = 2000

@@ -1,21 +1,25 @@
-"""Builder: sources to a loaded library through the cache; the entry point of the toolchain."""
+"""Builder: sources to a loaded library through the cache; the entry point of the toolchain.
+
+Cache keys of libraries: digests of everything that their bytes depend on.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import logging
 import os
 import platform
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import cache, partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from eomgen.errors import Problem, ToolchainError
 from eomgen.toolchain.cache import Cache, Entry
-from eomgen.toolchain.cache_key import library_key, origin_of, wrapper_key
 from eomgen.toolchain.cffi_build import load_abi, load_api, python_headers, wrapper_source
 from eomgen.toolchain.companions import companion_files
 from eomgen.toolchain.compiler import (
@@ -29,11 +33,45 @@ from eomgen.toolchain.compiler import (
     find_compiler,
     library_suffix,
     preprocessed,
+    processor,
 )
 from eomgen.toolchain.lane_library import LaneLibrary
 from eomgen.toolchain.library import Library
 from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile
 from eomgen.toolchain.profiles import profile as profile_named
+
+
+def library_key(content: bytes, compiler: Compiler, profile: Profile, flags: Sequence[str], mode: str) -> str:
+    """Return the key of the library of these content bytes that a compiler makes with these flags on this machine.
+
+    Parameters
+    ----------
+    content : everything that the sources depend on
+    flags : all of them, with the flags of the profile
+    mode : of cffi, ``api`` or ``abi``
+    """
+    return _digest(compiler.identity, content, profile, flags, mode)
+
+
+def origin_of(content: bytes, profile: Profile, flags: Sequence[str], mode: str) -> str:
+    """Return the key of the same library for any compiler."""
+    return _digest("", content, profile, flags, f"{mode} on {platform.system()} {platform.machine()}")
+
+
+def wrapper_key(compiler: Compiler, cdef: str, header: str, headers: Path) -> str:
+    """Return the key of the extension module's object, made with the headers of Python in this folder."""
+    content = "\0".join((compiler.identity, cdef, header, version("cffi"), library_suffix(), str(headers)))
+    return hashlib.sha256(b"wrapper\0" + content.encode()).hexdigest()
+
+
+def _digest(compiler: str, content: bytes, profile: Profile, flags: Sequence[str], mode: str) -> str:
+    machine = processor() if profile.native else ""
+    digest = hashlib.sha256()
+    for text in (compiler, " ".join(flags), machine, mode, library_suffix()):
+        digest.update(text.encode() + b"\0")
+    digest.update(content)
+    return digest.hexdigest()
+
 
 _LOG = logging.getLogger(__name__)
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"

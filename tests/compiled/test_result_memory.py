@@ -10,8 +10,8 @@ import pytest
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.compiled import result_memory
-from eomgen.compiled.result_memory import ResultMemory
+from eomgen.compiled import functions
+from eomgen.compiled.functions import ResultMemory
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -59,7 +59,7 @@ def test_shapes_and_types_of_one_size_share_memory() -> None:
 
 
 def test_no_more_is_kept_than_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(result_memory, "_KEPT", 3 * SIZE)
+    monkeypatch.setattr(functions, "_KEPT", 3 * SIZE)
     memory = ResultMemory()
     held = [memory.empty(SHAPE, float) for _ in range(5)]
     assert len({address(array) for array in held}) == 5 and len(memory._kept) == 3

@@ -19,7 +19,7 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.products.fields.hamiltonian import model as hamiltonian_model
-from eomgen.products.fields.hamiltonian.collocation import gauss_collocation
+from eomgen.products.fields.hamiltonian.methods import gauss_collocation
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

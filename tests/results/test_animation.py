@@ -20,8 +20,7 @@ from eomgen.cli import main
 from eomgen.mechanics.describe import describe
 from eomgen.results import animation
 from eomgen.results.animation import animation_page
-from eomgen.results.drawn_solids import equivalent_solid
-from eomgen.results.scenery import scenery
+from eomgen.results.scenery import equivalent_solid, scenery
 from tests.models.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum, pendulum_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

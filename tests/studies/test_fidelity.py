@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.products.studies.work_precision.fidelity import simplified
+from eomgen.products.studies.work_precision.formulations import simplified
 
 BEAM = Path(__file__).parents[2] / "examples" / "spin_up_beam" / "scene.toml"
 END = 1.0

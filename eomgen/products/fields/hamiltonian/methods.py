@@ -1,10 +1,17 @@
-"""Methods of Hamiltonian systems: compositions of drifts and kicks, implicit steps, and Runge-Kutta methods."""
+"""Methods of Hamiltonian systems: compositions of drifts and kicks, implicit steps, and Runge-Kutta methods.
+
+Collocation at Gauss's points: symplectic and symmetric implicit steps of any even order, for any H.
+"""
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Literal
+
+import numpy as np
+from numpy.polynomial import Legendre
 
 from eomgen.base.text import listed, nearest
 from eomgen.errors import DescriptionError, Problem, UsageError
@@ -13,7 +20,26 @@ from eomgen.integrators.compositions import compositions as every_composition
 from eomgen.integrators.families.embedded_pair import DORMAND_PRINCE
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
 from eomgen.products.fields.documents.document import Hamiltonian
-from eomgen.products.fields.hamiltonian.collocation import HIGHEST_ORDER, gauss_collocation
+
+#: Orders up to which collocation is offered.
+HIGHEST_ORDER = 12
+
+
+@functools.cache
+def gauss_collocation(stages: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return A, row by row, and b of the Runge-Kutta method whose stages are at the roots of the Legendre polynomial.
+
+    Its order is twice the number of stages; one stage is the implicit midpoint rule. Hairer, Lubich and Wanner,
+    Geometric Numerical Integration (2006), sections II.1.3 and VI.4.2.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(stages)
+    # column j: weight j times the sum over k of (2 k + 1) P_k(node j) times the integral of P_k, on [-1, 1]
+    series = [Legendre.basis(k) for k in range(stages)]
+    integrals = np.array([one.integ(lbnd=-1)(nodes) for one in series])
+    values = np.array([(2 * k + 1) * one(nodes) for k, one in enumerate(series)])
+    A = np.einsum("ki,kj,j->ij", integrals, values, weights) / 4
+    return tuple(A.ravel().tolist()), tuple((weights / 2).tolist())
+
 
 #: Kinds of parts of steps, by their numbers in C.
 Kind = Literal["DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR"]

@@ -1,18 +1,108 @@
-"""Formulations of one scene: joint coordinates, and absolute ones with bodies on SE(3) or on R^3 x SO(3)."""
+"""Formulations of one scene: joint coordinates, and absolute ones with bodies on SE(3) or on R^3 x SO(3).
+
+Scenes of less fidelity than the one described: fewer modes of beams, order 1, no stiffening, beams as rigid bodies.
+
+Errors of their runs are against the scene described, so omissions count as errors.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 from eomgen.errors import EomgenError
+from eomgen.formula.nodes import Number, Symbol
 from eomgen.pipeline import pipeline
-from eomgen.products.studies.work_precision.fidelity import simplified
 from eomgen.scene.load import load as load_file
 from eomgen.scene.scene import Scene
+
+#: Kinds of symbols that name a coordinate of a beam, or its rates.
+_COORDINATES = ("q", "v", "a")
+#: New places of the coordinates of beams, by beam and index; None if they are left out.
+_Moved = Mapping[tuple[str, int], int | None]
+
+
+def simplified(scene: Scene) -> Iterator[tuple[str, Scene]]:
+    """Yield scenes of less fidelity and their description; none for a scene without beams."""
+    beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
+    modal = [item.modes for beam in beams.values() for item in beam.deformations if not item.nodal]
+    most = max(modal, default=1)
+    for count in sorted({most - 1, most // 2, 1} - {0, most}, reverse=True):
+        yield f"at most {count} mode{'s' * (count > 1)}", _with_modes(scene, count)
+    if any(beam.order > 1 for beam in beams.values()):
+        yield "order 1", _with_beams(scene, order=1)
+    if any(beam.stiffening for beam in beams.values()):
+        yield "no stiffening", _with_beams(scene, stiffening=False)
+    if beams:
+        yield "rigid", _rigid(scene)
+
+
+def _with_beams(scene: Scene, **changes: Any) -> Scene:
+    bodies = tuple(
+        body if body.beam is None else replace(body, beam=replace(body.beam, **changes)) for body in scene.bodies
+    )
+    return replace(scene, bodies=bodies)
+
+
+def _with_modes(scene: Scene, most: int) -> Scene:
+    """Return a scene whose beams have so many modes of each deformation at most; coordinates that it has no more are
+    zero if formulas name them."""
+    moved: dict[tuple[str, int], int | None] = {}
+    bodies = []
+    for body in scene.bodies:
+        if body.beam is None:
+            bodies.append(body)
+            continue
+        kept, before, now = [], 0, 0
+        for item in body.beam.deformations:
+            count = item.modes if item.nodal else min(item.modes, most)
+            for index in range(item.modes):
+                moved[body.name, before + index] = now + index if index < count else None
+            before, now = before + item.modes, now + count
+            position, velocity = item.initial_position[:count], item.initial_velocity[:count]
+            kept.append(replace(item, modes=count, initial_position=position, initial_velocity=velocity))
+        bodies.append(replace(body, beam=replace(body.beam, deformations=tuple(kept))))
+    return replace(_moved(scene, moved), bodies=tuple(bodies))
+
+
+def _rigid(scene: Scene) -> Scene:
+    moved = {(body.name, k): None for body in scene.bodies if body.beam for k in range(body.beam.size)}
+    bodies = tuple(replace(body, beam=None) for body in scene.bodies)
+    return replace(_moved(scene, moved), bodies=bodies)
+
+
+def _moved(scene: Scene, moved: _Moved) -> Scene:
+    """Return a scene whose formulas name coordinates of beams by their new places."""
+    names = ("elements", "outputs", "inputs", "states", "controllers", "events")
+    return replace(scene, **{name: _in(getattr(scene, name), moved) for name in names})
+
+
+def _in(value: Any, moved: _Moved) -> Any:
+    """Return data with the formulas in them changed; the same object without changes."""
+    if isinstance(value, Symbol):
+        place = (value.name, value.index)
+        if value.kind not in _COORDINATES or place not in moved:
+            return value
+        index = moved[place]
+        return Number(0.0) if index is None else replace(value, index=index)
+    if isinstance(value, tuple):
+        parts = [_in(part, moved) for part in value]
+        if all(new is old for new, old in zip(parts, value, strict=True)):
+            return value
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    if isinstance(value, Mapping):
+        changed = {key: _in(part, moved) for key, part in value.items()}
+        return changed if any(changed[key] is not value[key] for key in value) else value
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
+        new = {name: _in(part, moved) for name, part in fields.items()}
+        return replace(value, **new) if any(new[name] is not fields[name] for name in fields) else value
+    return value
+
 
 JOINT = "joint"
 #: Groups on which absolute bodies move, the one of bodies that name none first.
