@@ -44,9 +44,9 @@ _ROWS = 12
 @click.option(
     "--path", "along", default=None, metavar="NAME=FROM:TO", help="Follow equilibria while a parameter goes to a value."
 )
-@click.option("--over", multiple=True, metavar="COLUMN", help="What a path is drawn over; may be repeated.")
+@click.option("--over", multiple=True, metavar="COLUMN", help="Column to draw the parameter over; may be repeated.")
 @click.option("--plot", "figure", default=None, metavar="FILE.png", help="Draw the shape at rest, or the path.")
-@click.option("--all", "whole", is_flag=True, help="Print every coordinate, those of beams' nodes as well.")
+@click.option("--all", "whole", is_flag=True, help="Print every coordinate, also of beams' nodes.")
 @click.option("--buckling", default=None, metavar="NAME[=AT]", help="Linear buckling loads about a preload.")
 @time_option
 @any_kind_option

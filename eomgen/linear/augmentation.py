@@ -33,7 +33,7 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     Returns
     -------
     StateSpace
-        With the states of the source behind those of the model, and the source's inputs in place of the driven ones.
+        With the states of the model, then of the source, and the source's inputs in place of the driven ones.
         Outputs of the source are outputs of the whole too, so that they can be weighted and measured.
 
     Raises

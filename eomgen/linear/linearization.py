@@ -38,7 +38,7 @@ Complex = NDArray[np.complex128]
 class Reference:
     """The state about which a model is linear: t in s, q (nq,), v and a (nv,), z (nz,), u (nu,), multipliers (rows,).
 
-    ``what`` names it: ``equilibrium``, ``steady motion``, ``initial state``, ``given state``.
+    ``what`` is its kind: ``equilibrium``, ``steady motion``, ``initial state``, ``given state``.
     """
 
     t: float

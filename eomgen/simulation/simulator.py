@@ -203,8 +203,8 @@ class Simulator:
             raise UsageError(Problem("t", fault, "a later time, or restore(state) of an earlier one"))
         if target == now == self._advanced:
             warnings.warn(
-                f"advance({target:.9g}) takes the time to go to, and the motion is there already: it stays where it "
-                f"is; try: advance(run.t + {target:.9g}) for a time span",
+                f"advance({target:.9g}) takes the time to go to, and the motion is there already: it stays "
+                f"there; try: advance(run.t + {target:.9g}) for a time span",
                 RuntimeWarning,
                 stacklevel=3,
             )

@@ -1,7 +1,7 @@
 """Load steps: unbalanced forces at the start are held by forces of constant direction, which are removed along a
 path.
 
-If nothing is loaded at the start, that is the same as applying dead loads step by step: the factor s of the loads
+If there is no load at the start, this is the same as applying dead loads step by step: the factor s of the loads
 goes from 0 to 1. Forces that hold are constant in the axes of the base, so components of bodies that turn change.
 
 Search for a stable rest next to an unstable one, reproducible under rounding errors.

@@ -1,4 +1,4 @@
-"""What to try in place of a file that is not there: those of its folder with names like it."""
+"""Hints for a file that is missing: files in its folder with similar names."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ _COMPARED = 2000  # of a folder
 
 
 def nearby(path: Path, otherwise: str = "another path") -> str:
-    """Return a hint: the files in the same folder whose names are nearest, and the folder where it is missing itself.
+    """Return a hint: the files in the same folder with the nearest names, or the folder, if it is missing itself.
 
     Parameters
     ----------
     otherwise : str
-        The hint where the file is there, or none is near.
+        The hint if the file exists, or if no name is near.
     """
     folder = path.parent
     try:
@@ -29,7 +29,7 @@ def nearby(path: Path, otherwise: str = "another path") -> str:
     except (OSError, ValueError):
         return otherwise
     close = difflib.get_close_matches(path.stem.lower(), every, n=3, cutoff=0.6)
-    # of the same ending where there are any
+    # of the same ending if there are any
     names = [name for stem in close for name in every[stem]]
     alike = [name for name in names if name.endswith(path.suffix)] or names
     named = [str(folder / name) for name in alike[:3]]

@@ -60,7 +60,7 @@ def make_folder(path: Path) -> Path:
 
 
 def check_writable(path: Path) -> None:
-    """Raise FileError where a file could not be written, before the work that it is for."""
+    """Raise FileError if a file could not be written, before the work whose result it takes."""
     try:
         with tempfile.NamedTemporaryFile("wb", dir=path.parent, prefix=f".{path.name}."):
             pass

@@ -198,7 +198,7 @@ class Family(ABC):
     passes_singularities: ClassVar[bool] = False
     #: Whether the state alone, without the workspace, determines all later bits.
     state_is_all: ClassVar[bool] = False
-    #: Behaviour of a step with inputs or parameters other than those at the end of the last one.
+    #: Behaviour of a step with inputs or parameters that differ from the end of the last step.
     renewal: ClassVar[str] = "evaluates accelerations anew"
     #: How q and v of a start are brought onto constraints.
     projection: ClassVar[str] = ""

@@ -155,8 +155,8 @@ def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest
 
 
 def _largest_output(runs: Comparisons, errors: Kinds, times: Array) -> Largest | None:
-    """Return the largest error of the outputs relative to their ranges; None if there are none, or if nothing moves and
-    that ranges are rounding."""
+    """Return the largest error of the outputs relative to their ranges; None if there are none, or if all coordinates
+    rest, so that ranges are rounding."""
     if runs.size.still:
         return None
     units = {item["name"]: item["unit"] for item in runs.run.model.library.layout["outputs"]}

@@ -541,7 +541,7 @@ class _Examination:
         return np.hstack(blocks.states[1:])
 
     def _beyond(self, step: int, column: int, low: float, level: float) -> float:
-        """Return how far a column goes beyond a level to which the rates lead from both sides; 0 if it returns.
+        """Return the overshoot of a column beyond a level to which the rates lead from both sides; 0 if it returns.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Samples of a run near singular positions of the constraints, where branches of configurations cross.
+"""Samples of a run near singular positions of the constraints, at which branches of configurations cross.
 
 A flat parallelogram is one: from there it may go on as a parallelogram or crossed over. The constraints lose rank in
 one direction, so multipliers grow without bound and corrections lose their digits as the position comes
