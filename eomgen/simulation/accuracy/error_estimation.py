@@ -1,10 +1,9 @@
 """Error estimate of a run from the same motion in steps twice and four times as long, or at another tolerance.
 
 If longer steps do not show the method's order, if they fail, or if the runs differ by a tenth of the motion,
-extrapolation from longer steps is not valid, and a run at half the step decides. If steps end at samples
-and jumps, runs at shorter steps are compared: the first one whose steps all differ from the run's. If the motion
-crosses jumps of the forces, errors depend on the place of each jump in its step: two runs whose steps have no common
-multiple decide.
+extrapolation from longer steps is not valid, and a run at half the step decides. If steps end at samples and jumps,
+runs at shorter steps are compared: the first one whose steps all differ from the run's. If the motion crosses jumps of
+the forces, errors depend on the place of each jump in its step: two runs whose steps have no common multiple decide.
 """
 
 from __future__ import annotations
@@ -164,8 +163,8 @@ def no_estimate(run: Run, reason: str = "it was switched off") -> ErrorEstimate:
 def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
     """Estimate errors by a run at a smaller tolerance, or at a larger one if no smaller tolerance can be taken.
 
-    Errors follow tolerances only roughly: at a corner, or with few steps, a tenth of the tolerance makes from
-    a hundredth of the error to twice as much. So the better run is asked, though it costs more. The grid is refined as
+    Errors follow tolerances only roughly: at a corner, or with few steps, a tenth of the tolerance makes from a
+    hundredth of the error to twice as much. So the better run is asked, though it costs more. The grid is refined as
     well: the first steps follow from it, which would be the same ones at either tolerance if no force acts yet, and
     lead to the same place within a barrier. Events are looked for on it, and rows of inputs lie there, between which
     these are curves of low order. Without events and such rows the grid stays if steps end at jumps or samples: halved,

@@ -41,8 +41,7 @@ _SETTLED = 1e-9
 #: How many times smaller than the last one the sizes are that are looked at when a run has stopped.
 _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
 #: Differences of logarithms, as parts of the logarithm of the growth, within which two sizes are equal, and beyond
-#: which they
-#: are not.
+#: which they are not.
 _EQUAL, _UNEQUAL = 0.1, 0.5
 #: Logarithm of the least growth within the repeated window: growth before or after it cannot be compared.
 _RISEN = 1.0

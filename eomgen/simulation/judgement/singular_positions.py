@@ -1,8 +1,7 @@
 """Samples of a run near singular positions of the constraints, at which branches of configurations cross.
 
 A flat parallelogram is one: from there it may go on as a parallelogram or crossed over. The constraints lose rank in
-one direction, so multipliers grow without bound and corrections lose their digits as the position comes
-near.
+one direction, so multipliers grow without bound and corrections lose their digits as the position comes near.
 """
 
 from __future__ import annotations

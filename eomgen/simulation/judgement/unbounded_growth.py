@@ -1,8 +1,7 @@
 """Motions that grow by many orders of magnitude over a run, faster than any power of time: unstable equations.
 
 The largest velocities of the four quarters of a run are compared. A velocity that grows from each to the next by a
-large factor
-grows exponentially: constant forces give factors below 2 behind the first quarters.
+large factor grows exponentially: constant forces give factors below 2 behind the first quarters.
 """
 
 from __future__ import annotations

@@ -42,8 +42,8 @@ class Trajectory:
 
     ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at its end, the
     row before the first step of each included; ``middle`` is empty in short runs, and both are in runs that did not
-    come so far. ``events`` are the logs of its parts, ``modes`` the modes at their start; None:
-    the modes in the parameters.
+    come so far. ``events`` are the logs of its parts, ``modes`` the modes at their start; None: the modes in the
+    parameters.
     """
 
     rows: Array

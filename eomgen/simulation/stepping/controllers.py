@@ -1,8 +1,8 @@
 """Functions of the caller that compute the outputs of sampled controllers: checked, called by a compiled stepper.
 
-If classes are given, a run makes an object of each for each of its steppers. Whether a function may be called
-again, by the runs of an error estimate or by a copy, depends on its memory: memory that
-the scene declares is part of the internal states, and is copied with these.
+If classes are given, a run makes an object of each for each of its steppers. Whether a function may be called again, by
+the runs of an error estimate or by a copy, depends on its memory: memory that the scene declares is part of the
+internal states, and is copied with these.
 """
 
 from __future__ import annotations
