@@ -56,6 +56,26 @@ def test_a_kick_between_rows_is_no_gain_of_energy() -> None:
     assert run.success and not run.findings
 
 
+@pytest.mark.parametrize("law", ["kick at a tunable time", "box", "linear table over place"])
+def test_a_balance_that_no_row_shows_is_not_known_without_an_estimate(law: str) -> None:
+    given, _, _ = LAWS[law]
+    run = sliders().simulate(2.0, 0.1, method="rk45", parameters=given, error_estimate=False)
+    assert names(run) == {"bounded_steps"}, run.message
+
+
+def test_a_bound_that_allows_too_few_steps_is_named() -> None:
+    run = sliders().simulate(2.0, 0.1, method="rk45", settings={"largest_step": 1e-8})
+    assert not run.success and "; try: a largest_step of more than 1e-07 s" in run.message
+
+
+def test_the_bound_that_a_resumed_run_lacks_is_one_of_the_whole_run(tmp_path: Path) -> None:
+    given, _, _ = LAWS["linear table over place"]
+    sliders().simulate(0.1, 0.1, method="rk45", parameters=given, checkpoint=tmp_path / "run.ckpt")
+    resumed = sliders().resume(tmp_path / "run.ckpt", 2.0)
+    assert names(resumed) == {"unseen_law"}
+    assert "; try: largest_step = 0.00065 in the settings of a run from the start" in resumed.message
+
+
 def test_a_bound_that_costs_too_much_is_left_to_the_user() -> None:
     given, _, _ = LAWS["kick of 1 us"]
     run = sliders().simulate(0.8, 0.05, method="rk45", parameters=given)

@@ -706,8 +706,10 @@ class _Examination:
         return UnseenLaw(finding, law, 0.0 if unsolved else float(step))
 
     def _remedy(self, step: str) -> str:
-        if self._path.run.method.chooses_steps:
-            return f"largest_step = {step} in the settings"
+        run = self._path.run
+        if run.method.chooses_steps:
+            resumed = float(self._t[0]) > run.grid.start
+            return f"largest_step = {step} in the settings{' of a run from the start' if resumed else ''}"
         return f"a step of {step} s"
 
     def _culprit(self, step: int, mesh: Array, name: str) -> tuple[str, float]:

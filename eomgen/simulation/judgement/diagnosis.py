@@ -18,6 +18,7 @@ from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import apply, evaluate
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.integrators.families.adaptive import MOST_STEPS
 from eomgen.integrators.methods import Method
 from eomgen.lie import product
 from eomgen.simulation.judgement.deep_tyres import upright_tyres
@@ -253,8 +254,11 @@ def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, ste
 
 def advice(method: Method, status: int, settings: Mapping[str, float]) -> str:
     """Return the remedy for a status of the stepper."""
-    known = {item.number: item.advice for item in method.statuses(constrained=True, angles=True)}
-    return known[status].format(**settings)
+    known = {item.number: item for item in method.statuses(constrained=True, angles=True)}
+    least = settings["step"] / MOST_STEPS
+    if known[status].name == "TOO_MANY_STEPS" and 0.0 < settings.get("largest_step", 0.0) < least:
+        return f"a largest_step of more than {least:.2g} s, or shorter rows"
+    return known[status].advice.format(**settings)
 
 
 def curves_outside_range(description: Description, values: Mapping[tuple[str, str, int], float]) -> str:

@@ -232,7 +232,8 @@ class FinishedRun:
         working = off and (self._works_between_rows or any(np.any(self.energy[one]) for one in ("power", "base_power")))
         if working and self.rows_are_sparse and untold_between_rows(self.states, self.run.model.factors):
             return Balance(None, APART)
-        if working and self.error.relative < _SMALL and self.unseen_law is None:  # then the power at the rows is off
+        small = self.error.relative < _SMALL or (not self.error.available and self._works_between_rows)
+        if working and small and self.unseen_law is None:  # then the power at the rows is off
             return Balance(None, APART)
         return Balance(0.0) if off and self.at_rest else balance
 
