@@ -271,7 +271,7 @@ def test_quaternions_off_unit_length_are_told() -> None:
     q[7, :4] *= 1.02
     found = largest_stretch(flyer(), run.t, q)
     assert found is not None and found.share == pytest.approx(0.02)
-    assert found.what == "the quaternion of root has the length 1.02 at t = 0.07 s"
+    assert found.text == "the quaternion of root has the length 1.02 at t = 0.07 s"
 
 
 def test_few_rows_and_a_short_last_step_are_compared() -> None:
