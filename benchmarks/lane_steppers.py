@@ -23,6 +23,7 @@ import eomgen
 from benchmarks.measure import figure, machine, pin_to_core, table
 from eomgen.compiled.consistent_states import consistent_samples
 from eomgen.integrators.stepper_layout import default_settings
+from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.simulation.stepping.lane_stepper import LaneStepper
 from eomgen.simulation.stepping.stepper import Stepper
 
@@ -56,7 +57,7 @@ class Row:
 def measured(name: str, method: str, profile: str, steps: int, rounds: int) -> Row:
     """Return what both steppers take; raises RuntimeError where the method has no lanes."""
     model = eomgen.build(eomgen.load(EXAMPLES / name / "scene.toml"), method=method, profile=profile)
-    library = model.stepper_in_lanes(model.library)
+    library = stepper_in_lanes(model, model.library)
     if isinstance(library, str):
         raise RuntimeError(f"{name} with {method}: {library}")
     settings = default_settings(model.library.layout["method"])

@@ -125,7 +125,7 @@ def _of_products(name: str) -> object:
     text = f"module 'eomgen' has no attribute {name!r}"
     if name.startswith("_"):
         raise AttributeError(text)
-    from eomgen.base.products import named, public_modules, public_names  # noqa: PLC0415  # for names of products
+    from eomgen.base.products import fault_of_absent, named, public_modules, public_names  # noqa: PLC0415  # for names of products
 
     if name in public_modules():
         return import_module(f"{__name__}.{name}")
@@ -133,6 +133,8 @@ def _of_products(name: str) -> object:
         return named(public_names()[name])
     from eomgen.base.calls import attribute_hint  # noqa: PLC0415  # for a mistake only
 
+    if absent := fault_of_absent(name):
+        raise AttributeError(f"{text}: {absent[0]}; try: {absent[1]}")
     raise AttributeError(f"{text}; try: {attribute_hint(name, __dir__())}")
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from eomgen.verbs import BUILT_IN, methods_of
+from eomgen.base.verbs import methods_of, own
 
 COMMAND = "python -m tests.model_stub eomgen/pipeline/model.pyi"
 _HEAD = f'''"""Methods of Model, for type checkers and editors: from the register of verbs, by
@@ -17,7 +17,7 @@ _HEAD = f'''"""Methods of Model, for type checkers and editors: from the registe
 
 def stub() -> str:
     """Return the text of the stub: the class with the functions of the register as methods."""
-    found = sorted((target.partition(":")[0], name) for name, _, target in methods_of(BUILT_IN))
+    found = sorted((target.partition(":")[0], name) for name, _, target in methods_of(own()))
     imports = [f"from {module} import {name} as _{name}\n" for module, name in found]
     imports.append("from eomgen.compiled.model import CompiledModel\n")
     methods = [f"    {name} = _{name}\n" for _, name in found]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.base.calls import OF_MODELS, UnknownAttribute, UnknownName, checked_call
+from eomgen.base.calls import UnknownAttribute, UnknownName, checked_call, of_models
 from eomgen.linear.state_space import StateSpace
 from eomgen.system.terms import TERMS, meant_term, nearest_term
 from tests.models.cache import shared_cache
@@ -181,7 +181,7 @@ def test_errors_from_within_a_call_pass() -> None:
 
 
 def test_lists_name_what_there_is() -> None:
-    assert all(hasattr(eomgen.Model, name) for name in OF_MODELS)
+    assert all(hasattr(eomgen.Model, name) for name in of_models())
     known = {meant_term(name) for name in ("inertia", "M", "bias", "gravity", "RNEA", "ABA", "kinetic", "phi", "b")}
     assert known <= set(TERMS) and not meant_term("mass")
     assert nearest_term("mas") == "mass" and nearest_term("mass_rate").startswith("mass_rates")

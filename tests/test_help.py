@@ -21,7 +21,7 @@ from eomgen.products.ensembles.simulate_many import simulate_many
 from eomgen.scene.sources.register import BUILT_IN
 from eomgen.simulation import option_types
 from eomgen.simulation.simulate import simulate
-from eomgen.verbs import METHODS
+from eomgen.verbs import methods
 
 #: Functions that hand options on: their types, and the function that takes the options in the end.
 HANDED_ON = {
@@ -36,7 +36,7 @@ def words(function: Callable[..., Any]) -> set[str]:
     return set(re.findall(r"\w+", inspect.getdoc(function) or ""))
 
 
-@pytest.mark.parametrize("name", sorted(METHODS))
+@pytest.mark.parametrize("name", sorted(methods()))
 def test_methods_show_and_document_every_argument(name: str) -> None:
     shown = set(inspect.signature(getattr(eomgen.Model, name)).parameters) - {"model"}
     assert not {"options", "kwargs", "args"} & shown

@@ -19,14 +19,14 @@ from eomgen.base.calls import UnknownAttribute
 from eomgen.cli import main
 from eomgen.cli.options import FunctionOption, argument_of
 from eomgen.compiled.model import CompiledModel
-from eomgen.verbs import BUILT_IN, METHODS, Verb, methods_of, others
+from eomgen.verbs import Verb, methods, methods_of, others, own
 from tests.model_stub import COMMAND, stub
 from tests.models.cache import shared_cache
 from tests.models.scenes import pendulum
 
 __all__ = ["shared_cache"]
 
-ROWS = {name: target for name, _, target in methods_of(BUILT_IN)}
+ROWS = {name: target for name, _, target in methods_of(own())}
 
 
 def target_of(text: str) -> object:
@@ -34,7 +34,7 @@ def target_of(text: str) -> object:
     return getattr(import_module(module), name)
 
 
-@pytest.mark.parametrize("verb", BUILT_IN, ids=lambda verb: verb.name)
+@pytest.mark.parametrize("verb", own(), ids=lambda verb: verb.name)
 def test_every_row_names_what_is_there(verb: Verb) -> None:
     assert verb.command or verb.methods
     if verb.command:
@@ -46,9 +46,9 @@ def test_every_row_names_what_is_there(verb: Verb) -> None:
 
 
 def test_names_are_used_once_and_hide_no_function_of_the_model() -> None:
-    assert len({verb.name for verb in BUILT_IN}) == len(BUILT_IN)
-    assert len(METHODS) == sum(len(verb.methods) for verb in BUILT_IN)
-    assert not [name for name in METHODS if hasattr(CompiledModel, name)]
+    assert len({verb.name for verb in own()}) == len(own())
+    assert len(methods()) == sum(len(verb.methods) for verb in own())
+    assert not [name for name in methods() if hasattr(CompiledModel, name)]
 
 
 @pytest.mark.parametrize("name", sorted(ROWS))
@@ -64,7 +64,7 @@ def test_a_method_has_signature_and_docstring_of_its_function(name: str) -> None
 
 def test_help_of_the_class_has_every_method() -> None:
     text = pydoc.plain(pydoc.render_doc(eomgen.Model))
-    assert not [name for name in METHODS if not re.search(rf"^ \|  {name}\(model: ", text, re.MULTILINE)]
+    assert not [name for name in methods() if not re.search(rf"^ \|  {name}\(model: ", text, re.MULTILINE)]
 
 
 def test_the_stub_is_up_to_date() -> None:
@@ -109,7 +109,7 @@ def test_a_model_is_imported_without_its_verbs() -> None:
 
 OPTIONS = [
     (verb.name, option)
-    for verb in BUILT_IN
+    for verb in own()
     if verb.command
     for option in target_of(verb.command).params  # type: ignore[attr-defined]
     if isinstance(option, FunctionOption)

@@ -14,6 +14,7 @@ __all__ = [
     "random_roads",
     "resources",
     "road_classes",
+    "standard_normals",
     "text",
     "threads",
     "verbs",

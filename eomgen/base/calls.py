@@ -14,8 +14,9 @@ from dataclasses import FrozenInstanceError
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 from eomgen.base.attributes_elsewhere import ATTRIBUTES
+from eomgen.base.products import fault_of_absent
 from eomgen.base.text import nearest, shown
-from eomgen.base.verbs import METHODS
+from eomgen.base.verbs import methods
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import meant_term
 
@@ -24,8 +25,8 @@ R = TypeVar("R")
 T = TypeVar("T")
 C = TypeVar("C", bound=type)
 
-#: Methods of a compiled model that users look for at scenes, at systems and at the package.
-OF_MODELS = METHODS | frozenset(
+#: Methods of a compiled model that no verb gives, and users look for at scenes, at systems and at the package.
+_OF_COMPILED = frozenset(
     {
         "calibrate",
         "evaluate",
@@ -232,6 +233,8 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
         except AttributeError as error:
             return error
     article = "an" if kind[0] in "AEIOU" else "a"
+    if kind == "Model" and (absent := fault_of_absent(name)):
+        return UnknownAttribute(Problem("", f"a Model has no {shown(name)}: {absent[0]}", absent[1]))
     return UnknownAttribute(
         Problem("", f"{article} {kind} has no {shown(name)}", attribute_hint(name, dir(owner), kind))
     )
@@ -278,7 +281,7 @@ def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
     """Return the remedy for an attribute that does not exist; ``kind`` names the class that lacks it."""
     if other := ATTRIBUTES.get(kind, {}).get(name):
         return other
-    if name in OF_MODELS and kind != "Model":
+    if name in of_models() and kind != "Model":
         scene = {"SceneBuilder": "builder.build()"}.get(kind, "scene")
         return f"eomgen.build({scene}).{name}(...), of the compiled model"
     if meant := _SYMBOLS.get(name):
@@ -286,6 +289,11 @@ def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
     if kind == "Model" and len(name) > 1 and (term := meant_term(name)):
         return term
     return nearest(name, (item for item in known if not item.startswith("_")))
+
+
+def of_models() -> frozenset[str]:
+    """Return the methods of a compiled model that users look for at scenes, at systems and at the package."""
+    return methods() | _OF_COMPILED
 
 
 def _meant(name: str, meant: Mapping[str, str], named: Sequence[str]) -> str:

@@ -1,21 +1,27 @@
 """Register of products: packages around the core in ``eomgen/products``, each with a row in its ``__init__``.
 
 A row names modules and functions as texts, so that a list of all rows imports none of them. A product that was deleted
-has no row, and the core works without it.
+has no row, and the core works without it; so does every product that needs no module of it. The core asks for the rows
+of a register, and names no product.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from typing import TypeVar
+
+from eomgen.products.offered import OFFERED
+
+Row = TypeVar("Row")
 
 
 @dataclass(frozen=True)
 class Product:
-    """Public names of one product.
+    """Public names of one product, and its rows in the registers of the core.
 
     Parameters
     ----------
@@ -23,18 +29,67 @@ class Product:
         Name of a public module below ``eomgen`` -> name of the module itself.
     names : mapping
         Public name of ``eomgen`` -> ``module:name``.
+    rows : mapping
+        Group of a register, as of the entry points of other distributions -> rows: objects, or texts ``module:name``
+        of objects, which are imported when the register is read.
+    needs : tuple of str
+        Products whose modules it imports.
     """
 
     modules: Mapping[str, str] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
+    rows: Mapping[str, tuple[object, ...]] = field(default_factory=dict)
+    needs: tuple[str, ...] = ()
 
 
 @cache
 def products() -> dict[str, Product]:
-    """Return the rows of all products by name, in alphabetical order."""
+    """Return the products by name, in alphabetical order; a product that needs an absent one is left out."""
     folder = Path(__file__).resolve().parents[1] / "products"
     names = sorted(file.parent.name for file in folder.glob("*/__init__.py"))
-    return {name: import_module(f"eomgen.products.{name}").PRODUCT for name in names}
+    rows: dict[str, Product] = {name: import_module(f"eomgen.products.{name}").PRODUCT for name in names}
+    while incomplete := [name for name, row in rows.items() if not rows.keys() >= set(row.needs)]:
+        rows = {name: row for name, row in rows.items() if name not in incomplete}
+    return rows
+
+
+@cache
+def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
+    """Return the rows of all products in a register of objects of a class."""
+    rows = (row for product in products().values() for row in product.rows.get(group, ()))
+    objects = (named(row) if isinstance(row, str) else row for row in rows)
+    return tuple(row for row in objects if isinstance(row, kind))
+
+
+def placed(
+    rows: Sequence[Row], added: Sequence[Row], name: Callable[[Row], str], behind: Callable[[Row], str]
+) -> tuple[Row, ...]:
+    """Return rows with others added, each directly behind the row that it names.
+
+    Parameters
+    ----------
+    rows, added : sequences
+        The added rows have no order among them.
+    name : callable
+        Name of a row.
+    behind : callable
+        Name of the row before an added row; without a row of this name it is at the end.
+    """
+    result, waiting = list(rows), list(added)
+    while waiting:
+        names = [name(row) for row in result]
+        row = next((row for row in waiting if behind(row) in names), waiting[0])
+        waiting.remove(row)
+        result.insert(names.index(behind(row)) + 1 if behind(row) in names else len(result), row)
+    return tuple(result)
+
+
+def fault_of_absent(name: str) -> tuple[str, str] | None:
+    """Return the fault of a name that a product offers which is not installed, and a remedy; None for others."""
+    absent = [product for product, names in OFFERED.items() if name in names and product not in products()]
+    if not absent:
+        return None
+    return f"it is part of the product {absent[0]} of eomgen, which is not installed", "all of eomgen installed again"
 
 
 def public_modules() -> dict[str, str]:

@@ -1,8 +1,8 @@
 """Register of verbs: jobs with their command on the command line and their methods of ``Model``.
 
 A row names functions and commands as ``module:name``; they are imported on first use. Signature and docstring of a
-method are the function's own. Other distributions add rows by entry points of the group ``eomgen.verbs``, named after
-the verb; they are read if a name is unknown, and for lists of all names.
+method are the function's own. Products add rows of the group ``eomgen.verbs``, and other distributions entry points of
+this group, named after the verb; entry points are read if a name is unknown, and for lists of all names.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from importlib.metadata import EntryPoint
 from typing import Any
 
 from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.products import placed, rows_of
 from eomgen.base.text import shown
 from eomgen.errors import UsageError
 
@@ -39,12 +40,15 @@ class Verb:
     methods : tuple of str
         ``module:function`` of methods of ``Model``, each attached under the function's name. The function takes the
         model as its first argument, ``model``.
+    behind : str
+        Name of the verb before it in lists; at the end if there is none of this name.
     """
 
     name: str
     summary: str = ""
     command: str = ""
     methods: tuple[str, ...] = ()
+    behind: str = ""
     #: Entry point of a row of another distribution, set by the register.
     entry: EntryPoint | None = field(default=None, compare=False, repr=False)
 
@@ -79,19 +83,9 @@ class Verb:
 
 Verb.__module__ = "eomgen.verbs"  # the name from which other distributions import it
 
-BUILT_IN: tuple[Verb, ...] = (
+CORE: tuple[Verb, ...] = (
     Verb("info", "Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info:info"),
     Verb("generate", "Write the model and its stepper as a folder of C.", "eomgen.cli.generate:generate"),
-    Verb(
-        "savings",
-        "Costs of a scene with the terms that it needs, and with more.",
-        "eomgen.products.studies.commands.savings:savings",
-    ),
-    Verb(
-        "check",
-        "Hold every closed form against differences and complex steps.",
-        "eomgen.products.studies.commands.check:check",
-    ),
     Verb(
         "equilibrium",
         "Find the equilibrium of a scene.",
@@ -124,48 +118,11 @@ BUILT_IN: tuple[Verb, ...] = (
             "eomgen.simulation.run_model:attach",
         ),
     ),
-    Verb(
-        "ensemble",
-        "Run many samples of a varied scene: statistics and sensitivities.",
-        "eomgen.products.ensembles.command:ensemble",
-        ("eomgen.products.ensembles.simulate_many:simulate_many",),
-    ),
-    Verb(
-        "random",
-        "Distribution of an output under random processes, and its tails.",
-        "eomgen.products.reliability.command:random",
-    ),
-    Verb(
-        "identify",
-        "Unknown parameters of a scene from measured runs, with intervals.",
-        "eomgen.products.studies.commands.identify:identify",
-    ),
-    Verb(
-        "sample",
-        "Sample fields on a mesh from their posterior, by Hamiltonian Monte Carlo.",
-        "eomgen.products.fields.command:sample",
-    ),
     Verb("animate", "Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate:animate"),
-    Verb(
-        "tradeoff",
-        "Measure speed against accuracy: methods, formulations, steps.",
-        "eomgen.products.studies.commands.tradeoff:tradeoff",
-    ),
-    Verb(
-        "tune",
-        "Find the cheapest settings that meet a demand on the error.",
-        "eomgen.products.studies.commands.tune:tune",
-    ),
-    Verb(
-        "extremes",
-        "Runs under extreme conditions: their failures and warnings.",
-        "eomgen.products.studies.commands.extremes:extremes",
-    ),
     Verb("schema", "Print the JSON Schema of scene files.", "eomgen.cli.schema:schema"),
     Verb("doctor", "Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.doctor:doctor"),
     Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),
     Verb("base_parameters", methods=("eomgen.analysis.base_parameters:base_parameters",)),
-    Verb("sensitivities", methods=("eomgen.products.derivatives.linearise:sensitivities",)),
 )
 
 
@@ -176,8 +133,16 @@ def methods_of(verbs: tuple[Verb, ...]) -> Iterator[tuple[str, Verb, str]]:
             yield target.partition(":")[2], verb, target
 
 
-#: Names of the methods of ``Model`` that eomgen's own verbs give.
-METHODS: frozenset[str] = frozenset(name for name, _, _ in methods_of(BUILT_IN))
+@cache
+def own() -> tuple[Verb, ...]:
+    """Return the verbs of the core and of the installed products, in the order of lists."""
+    return placed(CORE, rows_of(GROUP, Verb), lambda verb: verb.name, lambda verb: verb.behind)
+
+
+@cache
+def methods() -> frozenset[str]:
+    """Return the names of the methods of ``Model`` that eomgen's own verbs give."""
+    return frozenset(name for name, _, _ in methods_of(own()))
 
 
 @dataclass(frozen=True)
@@ -203,21 +168,21 @@ class Others:
 def others() -> Others:
     """Return the verbs of installed distributions; an entry point that cannot be used is among the faults."""
     verbs: dict[str, Verb] = {}
-    methods: dict[str, tuple[Verb, str]] = {}
+    added: dict[str, tuple[Verb, str]] = {}
     faults: dict[str, UsageError] = {}
-    own = {verb.name for verb in BUILT_IN}
+    names = {verb.name for verb in own()}
     for entry in extensions(GROUP):
         try:
-            verb = _checked(entry, {*own, *verbs}, {*METHODS, *methods})
+            verb = _checked(entry, {*names, *verbs}, {*methods(), *added})
         except UsageError as error:
             faults[entry.name] = error
         else:
             verbs[verb.name] = verb
-            methods |= {name: (verb, target) for name, _, target in methods_of((verb,))}
-    return Others(verbs, methods, faults)
+            added |= {name: (verb, target) for name, _, target in methods_of((verb,))}
+    return Others(verbs, added, faults)
 
 
-def _checked(entry: EntryPoint, names: set[str], methods: set[str]) -> Verb:
+def _checked(entry: EntryPoint, names: set[str], taken_methods: set[str]) -> Verb:
     """Return the row of an entry point. Raises UsageError naming its distribution."""
     row = loaded(entry, Verb)
     if row.name != entry.name:
@@ -225,8 +190,8 @@ def _checked(entry: EntryPoint, names: set[str], methods: set[str]) -> Verb:
     for target in (*filter(None, (row.command,)), *row.methods):
         if not _TARGET.fullmatch(target):
             raise broken(entry, f"names {shown(target)}, which is no module:name")
-    own = [name for name, _, _ in methods_of((row,))]
-    taken = [*({row.name} & names), *(name for name in own if name in methods)]
+    given = [name for name, _, _ in methods_of((row,))]
+    taken = [*({row.name} & names), *(name for name in given if name in taken_methods)]
     if taken:
         raise broken(entry, f"takes the name {taken[0]}, which there is")
-    return Verb(row.name, row.summary, row.command, row.methods, entry)
+    return Verb(row.name, row.summary, row.command, row.methods, row.behind, entry)

@@ -16,7 +16,7 @@ from typing import TextIO
 import click
 
 from eomgen.base.extensions import distribution
-from eomgen.base.verbs import BUILT_IN, Verb, others
+from eomgen.base.verbs import Verb, others, own
 from eomgen.base.version import __version__
 from eomgen.cli.options import debug_option
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
@@ -24,7 +24,7 @@ from eomgen.errors import EomgenError, FileError, Problem, UsageError
 INTERRUPTED = 130
 
 #: eomgen's own verbs with a command, in the order of the list.
-VERBS: dict[str, Verb] = {verb.name: verb for verb in BUILT_IN if verb.command}
+VERBS: dict[str, Verb] = {verb.name: verb for verb in own() if verb.command}
 
 
 class _Verbs(click.Group):
@@ -44,10 +44,12 @@ class _Verbs(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and not args[0].startswith("-") and _verb_named(args[0]) is None:
+            from eomgen.base.products import fault_of_absent  # noqa: PLC0415
             from eomgen.base.text import shown  # noqa: PLC0415
             from eomgen.cli.mistakes import of_verb  # noqa: PLC0415  # for a mistake only
 
-            raise UsageError(Problem("eomgen", f"there is no verb {shown(args[0])}", of_verb(args[0], _every_verb())))
+            because, hint = fault_of_absent(args[0]) or ("", of_verb(args[0], _every_verb()))
+            raise UsageError(Problem("eomgen", f"there is no verb {shown(args[0])}{because and ': '}{because}", hint))
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

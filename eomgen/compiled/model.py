@@ -37,6 +37,7 @@ from eomgen.solvers.constraint_rows import Constrained, EveryRow, elastic_compon
 from eomgen.solvers.redundancy import check_left_out
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS
+from eomgen.toolchain.builder import LaneFiles
 from eomgen.toolchain.lane_library import LaneLibrary
 from eomgen.toolchain.library import Library
 
@@ -99,7 +100,7 @@ class CompiledModel:
         every_row: Callable[[], EveryRow] | None = None,
         scene: Any = None,
         again: functools.partial[Self] | None = None,
-        in_lanes: Callable[[Library], LaneLibrary | str] | None = None,
+        in_lanes: Callable[[Library, str, LaneFiles], LaneLibrary | str] | None = None,
         in_complex: Callable[[Sequence[str]], Library] | None = None,
         branches: Callable[[], Branches] | None = None,
     ) -> None:
@@ -138,10 +139,20 @@ class CompiledModel:
         self.initial_v = read_only(layout["initial_v"])
         self.initial_z = read_only(layout["initial_z"])
 
-    def stepper_in_lanes(self, library: Library) -> LaneLibrary | str:
-        """Return the stepper of a library for several trajectories side by side, or why there is none."""
+    def stepper_in_lanes(self, library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:
+        """Return the stepper of a library for several trajectories side by side, or why there is none.
+
+        Parameters
+        ----------
+        library : Library
+            With the stepper of a method.
+        cdef : str
+            Declarations of the functions of the lanes.
+        files_of : callable
+            Gives the files of the lanes.
+        """
         if "in lanes" not in library.kept:
-            made = "the model was made by hand" if self._in_lanes is None else self._in_lanes(library)
+            made = "the model was made by hand" if self._in_lanes is None else self._in_lanes(library, cdef, files_of)
             library.kept["in lanes"] = made
         result: LaneLibrary | str = library.kept["in lanes"]
         return result

@@ -9,7 +9,7 @@ import inspect
 from types import MethodType
 
 from eomgen.base.calls import UnknownAttribute, checked_call, checked_calls, none_to_set
-from eomgen.base.verbs import BUILT_IN, Verb, methods_of, others
+from eomgen.base.verbs import Verb, methods_of, others, own
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import UsageError
 
@@ -67,5 +67,5 @@ def _method(verb: Verb, target: str) -> object:
     return checked_call(**_MEANT)(verb.imported(target, callable, "function"))
 
 
-for _row in methods_of(BUILT_IN):
+for _row in methods_of(own()):
     setattr(Model, _row[0], _Method(*_row))

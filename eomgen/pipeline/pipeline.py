@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from eomgen.system.branches import Branches
     from eomgen.system.description import Description, Simulation
     from eomgen.system.system import System
-    from eomgen.toolchain.builder import Builder, Preprocess
+    from eomgen.toolchain.builder import Builder, LaneFiles
     from eomgen.toolchain.lane_library import LaneLibrary
     from eomgen.toolchain.library import Library
 
@@ -304,7 +304,7 @@ def built_in(
     if method is not None:
         described = replace(described, simulation=replace(described.simulation, method=method))
     _check_real(real)
-    from eomgen.toolchain.builder import REFUSED, Builder  # noqa: PLC0415
+    from eomgen.toolchain.builder import Builder  # noqa: PLC0415
     from eomgen.toolchain.cache import Cache  # noqa: PLC0415
 
     builder = Builder(profile=profile, real=real, cache=None if cache is None else Cache(cache))
@@ -323,18 +323,10 @@ def built_in(
         wanted = [("iteration" if long and term == "partials" else term) for term in needed]
         return _library(document, front_end, _selected(wanted), other, builder)
 
-    def in_lanes(library: Library) -> LaneLibrary | str:
+    def in_lanes(library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:
         """Return the stepper of a library for several trajectories side by side, or why there is none."""
-        from eomgen.products.ensembles.lane_code import LANES_CDEF, NotInLanes, lane_files  # noqa: PLC0415
-
-        def files_of(files: Mapping[str, str], preprocessed: Preprocess) -> Mapping[str, str]:
-            try:
-                return lane_files(files, library.layout, preprocessed)
-            except NotInLanes as refusal:
-                return {REFUSED: str(refusal)}
-
         try:
-            return builder.build_lanes(library, LANES_CDEF, files_of)
+            return builder.build_lanes(library, cdef, files_of)
         except ToolchainError as error:  # a model for runs alone needs no other library
             return error.problems[0].what
 

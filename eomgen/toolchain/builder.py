@@ -80,6 +80,9 @@ _LANES, _ROUTINE = "lanes.so", "routine.so"
 REFUSED = "refused.txt"
 #: From files and the name of one to its text without directives of the preprocessor.
 Preprocess = Callable[[Mapping[str, str], str], str]
+#: Maps the files of a library, and a function that removes directives of the preprocessor from one of them, to the
+#: files of its lanes, or to the reason in ``refused.txt`` alone.
+LaneFiles = Callable[[Mapping[str, str], Preprocess], Mapping[str, str]]
 #: File with the origin of an entry, found without a compiler.
 _ORIGIN = "origin.txt"
 #: A vector register of AVX-512 has eight lanes; compilers split it in two unless they are told not to.
@@ -288,9 +291,7 @@ class Builder:
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
         return self._load(entry, self.mode)
 
-    def build_lanes(
-        self, library: Library, cdef: str, files_of: Callable[[Mapping[str, str], Preprocess], Mapping[str, str]]
-    ) -> LaneLibrary | str:
+    def build_lanes(self, library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:
         """Return the library that steps several trajectories side by side, made of the files of a library of one, or
         why there is none.
 
@@ -299,8 +300,7 @@ class Builder:
         library : Library
             With the stepper of a method.
         files_of : callable
-            Maps the files, and a function that removes preprocessor directives from a file, to the lanes' files, or
-            to ``refused.txt`` alone.
+            Gives the files of the lanes.
 
         Raises
         ------

@@ -9,6 +9,7 @@ from scipy.integrate import quad
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.integrators.stepper_layout import default_settings
+from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.simulation.stepping.lane_stepper import LaneStepper
 from eomgen.toolchain.lane_library import LaneLibrary
 
@@ -35,7 +36,7 @@ def oscillator() -> eomgen.Model:
 
 def positions(model: eomgen.Model, bend: float, step: float) -> Array:
     """Return q (runs, rows) of settled runs; noise is independent from step to step, with variance 2 / step."""
-    library = model.stepper_in_lanes(model.library)
+    library = stepper_in_lanes(model, model.library)
     assert isinstance(library, LaneLibrary), library
     stepper = LaneStepper(library, default_settings(model.library.layout["method"]) | {"step": step})
     steps, each = round(END / step), round(1.0 / (step * ROWS_PER_SECOND))

@@ -9,6 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.integrators.stepper_layout import default_settings
+from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.simulation.stepping.lane_stepper import LaneStepper
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.lane_library import LaneLibrary
@@ -134,7 +135,7 @@ class Trajectories:
     """As many trajectories as there are lanes, from states and parameters of their own."""
 
     def __init__(self, model: eomgen.Model, **settings: float) -> None:
-        library = model.stepper_in_lanes(model.library)
+        library = stepper_in_lanes(model, model.library)
         assert isinstance(library, LaneLibrary), library
         self.model, layout = model, model.library.layout
         self.settings = default_settings(layout["method"]) | settings

@@ -11,6 +11,7 @@ import pytest
 
 import eomgen
 from eomgen import random_vibration
+from eomgen.base.standard_normals import WAVES, standard_normals
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
@@ -18,7 +19,6 @@ from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.controllers import toml_text
-from eomgen.products.reliability.random_processes import WAVES, standard_normals
 from eomgen.products.reliability.vibration.inputs import processes_of
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, Names

@@ -1,9 +1,14 @@
 """Derivatives of whole runs, consistent with the discrete steps: tangents, adjoints, their functionals."""
 
 from eomgen.base.products import Product
+from eomgen.base.verbs import Verb
 
 __all__ = ["linearise"]
 
-PRODUCT = Product()
+PRODUCT = Product(
+    rows={
+        "eomgen.verbs": (Verb("sensitivities", methods=("eomgen.products.derivatives.linearise:sensitivities",)),),
+    },
+)
 #: Open to the other parts of ``products`` as well.
 WITHIN = ["crossings", "functionals", "run_sensitivities", "stationary_run"]

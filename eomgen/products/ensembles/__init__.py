@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from eomgen.base.products import Product, named
+from eomgen.base.verbs import Verb
 
 if TYPE_CHECKING:
     from eomgen.products.ensembles.designs import DESIGNS, OTHER_DESIGNS
@@ -22,12 +23,23 @@ __all__ = [
     "Ensemble",
     "Failed",
     "Ranking",
-    "lane_code",
     "read_distribution",
     "simulate_many",
 ]
 
-PRODUCT = Product()
+PRODUCT = Product(
+    rows={
+        "eomgen.verbs": (
+            Verb(
+                "ensemble",
+                "Run many samples of a varied scene: statistics and sensitivities.",
+                "eomgen.products.ensembles.command:ensemble",
+                ("eomgen.products.ensembles.simulate_many:simulate_many",),
+                behind="simulate",
+            ),
+        ),
+    },
+)
 _HOMES = {
     **dict.fromkeys(("DESIGNS", "OTHER_DESIGNS"), "designs"),
     **dict.fromkeys(("DISTRIBUTIONS", "LISTS", "Distribution", "read_distribution"), "distributions"),

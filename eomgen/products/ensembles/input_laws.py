@@ -11,11 +11,11 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.random_roads import road_harmonics
+from eomgen.base.standard_normals import WAVES, standard_normals
 from eomgen.base.text import shown
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import Problem, UsageError
 from eomgen.products.ensembles.distributions import Distribution
-from eomgen.products.reliability.random_processes import WAVES, standard_normals
 from eomgen.simulation.option_types import LawOverTime
 from eomgen.system.signals import Input
 

@@ -23,6 +23,7 @@ from eomgen.compiled.lanes import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import symbols
 from eomgen.integrators.events import STOPPED
+from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.results.solution import Solution
 from eomgen.simulation.judgement.turned_elements import turned_elements
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
@@ -485,7 +486,7 @@ def side_by_side(
     grid = alike.grid
     signals = InputSignals(model.inputs, given, scene_inputs(model, p), grid.step, grid.start, chosen.left_to_stepper)
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(grid.step), p, signals, grid, alike.every)
-    library = model.stepper_in_lanes(chosen.library)
+    library = stepper_in_lanes(model, chosen.library)
     if isinstance(library, str):
         return f"{chosen.name} is not made for lanes: {library}"
     return SideBySide(model, run, library, columns, alike.places)

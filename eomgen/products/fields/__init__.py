@@ -1,11 +1,22 @@
 """Hamiltonian systems: their files, models and motions; fields on meshes, and samples of their posteriors."""
 
 from eomgen.base.products import Product
+from eomgen.base.verbs import Verb
 
 __all__ = ["documents", "front_end", "hamiltonian", "sampling"]
 
 PRODUCT = Product(
     modules={"fields": "eomgen.products.fields.posteriors", "sampling": "eomgen.products.fields.sampling"},
+    rows={
+        "eomgen.verbs": (
+            Verb(
+                "sample",
+                "Sample fields on a mesh from their posterior, by Hamiltonian Monte Carlo.",
+                "eomgen.products.fields.command:sample",
+                behind="identify",
+            ),
+        ),
+    },
 )
 #: Open to the other parts of ``products`` as well.
 WITHIN = ["posteriors"]

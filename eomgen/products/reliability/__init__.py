@@ -1,11 +1,23 @@
 """Random processes of scenes, and distributions of responses to them: random vibration, tails, reliability."""
 
 from eomgen.base.products import Product
+from eomgen.base.verbs import Verb
 
 __all__ = ["section"]
 
 PRODUCT = Product(
     names={name: f"eomgen.products.reliability.vibration:{name}" for name in ("RandomVibration", "random_vibration")},
+    rows={
+        "eomgen.verbs": (
+            Verb(
+                "random",
+                "Distribution of an output under random processes, and its tails.",
+                "eomgen.products.reliability.command:random",
+                behind="ensemble",
+            ),
+        ),
+    },
+    needs=("derivatives", "ensembles"),
 )
 #: Open to the other parts of ``products`` as well.
-WITHIN = ["random_processes", "vibration"]
+WITHIN = ["vibration"]

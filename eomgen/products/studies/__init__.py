@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from eomgen.base.products import Product, named
+from eomgen.base.verbs import Verb
 
 if TYPE_CHECKING:
     from eomgen.products.studies.identification import Identification, identify
@@ -66,6 +67,47 @@ PRODUCT = Product(
     modules={"studies": "eomgen.products.studies"},
     names={name: f"eomgen.products.studies.{_HOMES[name]}:{name}" for name in _OF_EOMGEN}
     | {"savings": "eomgen.products.studies.savings.study:savings"},
+    rows={
+        "eomgen.verbs": (
+            Verb(
+                "savings",
+                "Costs of a scene with the terms that it needs, and with more.",
+                "eomgen.products.studies.commands.savings:savings",
+                behind="generate",
+            ),
+            Verb(
+                "check",
+                "Hold every closed form against differences and complex steps.",
+                "eomgen.products.studies.commands.check:check",
+                behind="savings",
+            ),
+            Verb(
+                "identify",
+                "Unknown parameters of a scene from measured runs, with intervals.",
+                "eomgen.products.studies.commands.identify:identify",
+                behind="random",
+            ),
+            Verb(
+                "tradeoff",
+                "Measure speed against accuracy: methods, formulations, steps.",
+                "eomgen.products.studies.commands.tradeoff:tradeoff",
+                behind="animate",
+            ),
+            Verb(
+                "tune",
+                "Find the cheapest settings that meet a demand on the error.",
+                "eomgen.products.studies.commands.tune:tune",
+                behind="tradeoff",
+            ),
+            Verb(
+                "extremes",
+                "Runs under extreme conditions: their failures and warnings.",
+                "eomgen.products.studies.commands.extremes:extremes",
+                behind="tune",
+            ),
+        ),
+    },
+    needs=("derivatives",),
 )
 
 

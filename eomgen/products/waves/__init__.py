@@ -4,6 +4,6 @@ from eomgen.base.products import Product
 
 __all__ = ["section"]
 
-PRODUCT = Product(modules={"waves": "eomgen.products.waves.second_order"})
+PRODUCT = Product(modules={"waves": "eomgen.products.waves.second_order"}, needs=("reliability",))
 #: Open to the other parts of ``products`` as well.
 WITHIN = ["second_order"]

@@ -6,8 +6,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from eomgen.codegen.targets.c.target import environment
+from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import MOST, STOPPED
-from eomgen.products.ensembles.lane_code.translate import translated
+from eomgen.products.ensembles.lane_code.translate import NotInLanes, translated
+from eomgen.toolchain.builder import REFUSED, Preprocess
+from eomgen.toolchain.lane_library import LaneLibrary
+from eomgen.toolchain.library import Library
 
 #: The interface of a library of lanes; ``templates/c/lanes/driver.c.jinja`` implements it.
 LANES_CDEF = """\
@@ -29,6 +33,18 @@ typedef double real;
 """
 _OF_THE_LANGUAGE = ("math.h", "stddef.h", "stdint.h", "string.h")
 _NULL = {"initialize": (), "loop": ("u_end", "record", "recorded")}
+
+
+def stepper_in_lanes(model: CompiledModel, library: Library) -> LaneLibrary | str:
+    """Return the stepper of a library of a model for several trajectories side by side, or why there is none."""
+
+    def files_of(files: Mapping[str, str], preprocessed: Preprocess) -> Mapping[str, str]:
+        try:
+            return lane_files(files, library.layout, preprocessed)
+        except NotInLanes as refusal:
+            return {REFUSED: str(refusal)}
+
+    return model.stepper_in_lanes(library, LANES_CDEF, files_of)
 
 
 def lane_files(

@@ -20,7 +20,6 @@ from eomgen.products.reliability.random_processes.covariance import (
     SpectrumTable,
     SquaredExponential,
 )
-from eomgen.products.reliability.random_processes.draws import WAVES, standard_normals
 from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
 from eomgen.products.reliability.random_processes.translation import (
     BEYOND,
@@ -32,7 +31,6 @@ from eomgen.products.reliability.random_processes.translation import (
 __all__ = [
     "BEYOND",
     "MOST_MODES",
-    "WAVES",
     "Band",
     "Coherence",
     "CoherenceTable",
@@ -53,7 +51,6 @@ __all__ = [
     "least_eigenvalue",
     "nearest_correlation",
     "quantile_map",
-    "standard_normals",
     "translated_correlation",
     "underlying",
 ]

@@ -6,8 +6,8 @@ import functools
 import operator
 from collections.abc import Sequence
 
+from eomgen.base.standard_normals import standard_normals
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
-from eomgen.products.reliability.random_processes import standard_normals
 from eomgen.products.reliability.section import schema as written
 from eomgen.scene.formula.namespaces import mapped
 from eomgen.system.random_processes import RandomProcess

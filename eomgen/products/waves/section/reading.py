@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from eomgen.base.standard_normals import WAVES, standard_normals
 from eomgen.base.text import key_of
 from eomgen.errors import UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.wave_fields import WaveComponent, WaveField
-from eomgen.products.reliability.random_processes import WAVES, standard_normals
 from eomgen.products.waves.sea_states.bound_waves import beyond_second_order, bound_waves, members_of_bound_waves
 from eomgen.products.waves.sea_states.components import Components
 from eomgen.products.waves.sea_states.spectra import (

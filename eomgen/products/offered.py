@@ -1,0 +1,26 @@
+"""Names that products offer to users, by product, for messages if one is not installed; written by
+``python -m tests.product_names eomgen/products/offered.py``."""
+
+from __future__ import annotations
+
+OFFERED: dict[str, tuple[str, ...]] = {
+    "derivatives": ("sensitivities",),
+    "ensembles": ("ensemble", "simulate_many"),
+    "fields": ("fields", "sample", "sampling"),
+    "reliability": ("RandomVibration", "random", "random_vibration"),
+    "studies": (
+        "Extremes",
+        "Identification",
+        "RealTime",
+        "Tradeoff",
+        "Tuned",
+        "check",
+        "extremes",
+        "identify",
+        "savings",
+        "studies",
+        "tradeoff",
+        "tune",
+    ),
+    "waves": ("waves",),
+}

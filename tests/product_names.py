@@ -1,0 +1,45 @@
+"""Writes the names that products offer to users, for messages about a product that is not installed:
+``python -m tests.product_names eomgen/products/offered.py``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from eomgen.base.products import Product, named, products
+
+COMMAND = "python -m tests.product_names eomgen/products/offered.py"
+#: Attributes by which rows of registers are called by users.
+_KEYS = ("key", "name", "kind")
+
+
+def names_of(product: Product) -> set[str]:
+    """Return the names of a product: of ``eomgen``, of verbs and methods, and of the rows of its registers."""
+    rows = [named(row) if isinstance(row, str) else row for group in product.rows.values() for row in group]
+    called = {str(getattr(row, key)) for row in rows for key in _KEYS if isinstance(getattr(row, key, None), str)}
+    methods = {target.partition(":")[2] for row in rows for target in getattr(row, "methods", ())}
+    return {*product.modules, *product.names, *called, *methods} - {""}
+
+
+def table() -> str:
+    """Return the lines of the table in ``eomgen.products.offered``."""
+    lines = []
+    for name, product in products().items():
+        listed = ", ".join(f'"{word}"' for word in sorted(names_of(product)))
+        line = f'    "{name}": ({listed},),' if "," not in listed else f'    "{name}": ({listed}),'
+        if len(line) > 120:
+            line = (
+                f'    "{name}": (\n' + "".join(f'        "{word}",\n' for word in sorted(names_of(product))) + "    ),"
+            )
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+def text_of(module: str) -> str:
+    """Return the text of ``eomgen.products.offered`` with its table as it should be."""
+    return f"{module.partition('= {')[0]}= {{\n{table()}}}\n"
+
+
+if __name__ == "__main__":
+    path = Path(sys.argv[1])
+    path.write_text(text_of(path.read_text(encoding="utf-8")), encoding="utf-8")

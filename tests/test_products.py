@@ -1,0 +1,132 @@
+"""The core works without any product: copies of the package, each with one product deleted."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.base.products import products
+from tests.models.scenes import PENDULUM_TOML
+from tests.product_names import COMMAND, text_of
+
+PACKAGE = Path(eomgen.__file__).parent
+#: Deleted in the first tier.
+FIRST = "studies"
+#: Uses of each product: Python, which has the pendulum's ``scene`` and its ``model``, and command lines; place and name
+#: of each message.
+USES: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "derivatives": (("model.sensitivities", "a Model has no 'sensitivities'"),),
+    "ensembles": (
+        ("model.simulate_many", "a Model has no 'simulate_many'"),
+        ("cli('ensemble', 'pendulum.toml')", "eomgen: there is no verb 'ensemble'"),
+    ),
+    "fields": (
+        ("eomgen.sampling", "module 'eomgen' has no attribute 'sampling'"),
+        ("cli('sample', 'field.toml')", "eomgen: there is no verb 'sample'"),
+    ),
+    "reliability": (
+        ("eomgen.random_vibration", "module 'eomgen' has no attribute 'random_vibration'"),
+        ("cli('random', 'pendulum.toml')", "eomgen: there is no verb 'random'"),
+    ),
+    "studies": (
+        ("eomgen.tune", "module 'eomgen' has no attribute 'tune'"),
+        ("cli('check', 'pendulum.toml')", "eomgen: there is no verb 'check'"),
+    ),
+    "waves": (("eomgen.waves", "module 'eomgen' has no attribute 'waves'"),),
+}
+#: The contract of the core, in one process.
+_CORE = """
+import contextlib, io, json, sys
+from pathlib import Path
+import eomgen
+from eomgen.cli import main
+from eomgen.base.products import products
+
+def cli(*words):
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main(words)
+    if code:
+        raise RuntimeError(err.getvalue())
+    return out.getvalue()
+
+model = eomgen.build(eomgen.load("pendulum.toml"), profile="quick")
+run = model.simulate(0.1, 1e-3)
+messages = []
+for use in json.loads(sys.argv[1]):
+    try:
+        eval(use)
+        messages.append("no message")
+    except Exception as error:
+        messages.append(str(error).strip())
+print(json.dumps({
+    "file": eomgen.__file__,
+    "products": list(products()),
+    "public": [name for name in eomgen.__all__ if getattr(eomgen, name) is None],
+    "success": run.success,
+    "motion": run.q[-1].tolist(),
+    "help": cli("--help"),
+    "schema": sorted(json.loads(cli("schema"))["properties"]),
+    "info": json.loads(cli("info", "pendulum.toml", "--json"))["degrees_of_freedom"],
+    "shown": cli("info", "pendulum.toml"),
+    "messages": messages,
+}))
+"""
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder of libraries that all copies share: they are of one version of the code."""
+    return tmp_path_factory.mktemp("cache")
+
+
+def without(product: str, folder: Path) -> list[str]:
+    """Copy the package as it is installed, without a product, and return the deleted and the dependent products."""
+    shutil.copytree(PACKAGE, folder / "eomgen")
+    shutil.copytree(PACKAGE.parent / "templates", folder / "eomgen" / "_templates")
+    shutil.rmtree(folder / "eomgen" / "products" / product)
+    gone = [product]
+    while more := [name for name, row in products().items() if name not in gone and set(row.needs) & set(gone)]:
+        gone += more
+    return gone
+
+
+@pytest.mark.parametrize(
+    "product", [FIRST, *(pytest.param(name, marks=pytest.mark.slow) for name in USES if name != FIRST)]
+)
+def test_the_core_works_without_a_product(product: str, tmp_path: Path, cache: Path) -> None:
+    gone = without(product, tmp_path)
+    (tmp_path / "pendulum.toml").write_text(PENDULUM_TOML, encoding="utf-8")
+    uses = [use for name in gone for use in USES[name]]
+    run = subprocess.run(
+        [sys.executable, "-c", _CORE, json.dumps([use for use, _ in uses])],
+        capture_output=True, text=True, check=False, cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path), "EOMGEN_CACHE": str(cache)},
+    )  # fmt: skip  # a command line
+    assert run.returncode == 0, run.stderr
+    result = json.loads(run.stdout)
+    assert Path(result["file"]).is_relative_to(tmp_path)
+    assert set(result["products"]) == set(products()) - set(gone)
+    assert result["success"] and result["info"] == 1 and "Configuration" in result["shown"]
+    assert "  simulate " in result["help"] and "bodies" in result["schema"] and not result["public"]
+    owners = [name for name in gone for _ in USES[name]]
+    for message, (_, fault), owner in zip(result["messages"], uses, owners, strict=True):
+        because = f"it is part of the product {owner} of eomgen, which is not installed; try: all of eomgen"
+        assert fault in message and because in message and "\n" not in message
+
+
+def test_every_product_is_deleted_once() -> None:
+    assert set(USES) == set(products())
+
+
+def test_names_for_messages_are_up_to_date() -> None:
+    text = (PACKAGE / "products" / "offered.py").read_text(encoding="utf-8")
+    assert text == text_of(text), f"out of date: {COMMAND}"
