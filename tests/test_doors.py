@@ -90,7 +90,6 @@ DOORS: dict[str, set[str]] = {
         "base",
         "errors",
         "formula",
-        "integrators.compositions",
         "linear",
         "mechanics",
         "pipeline",
@@ -194,24 +193,8 @@ DOORS: dict[str, set[str]] = {
 #: Imports of products by the core that are left, by importing module: none may be added.
 OF_PRODUCTS: dict[str, set[str]] = {
     "base.products": {"products.offered"},  # stays: messages name a product that is not installed
-    "cli.fields": {"products.fields.documents.fields", "products.fields.sampling"},
-    "cli.hamiltonian": {
-        "products.fields.documents.document",
-        "products.fields.front_end",
-        "products.fields.hamiltonian.methods",
-        "products.fields.hamiltonian.plots",
-        "products.fields.hamiltonian.solution",
-    },
-    "cli.info": {"products.fields.front_end"},
-    "cli.schema": {"products.fields.documents.json_schema"},
-    "cli.simulate": {"products.fields.front_end"},
     "pipeline.model": {"products.derivatives.linearise", "products.ensembles.simulate_many"},
-    "pipeline.pipeline": {
-        "products.fields.documents.document",
-        "products.fields.front_end",
-    },
     "scene.document.column_units": {"products.reliability.section.schema"},
-    "scene.load": {"products.fields.documents.document"},
     "scene.sections": {"products.reliability.section.sections", "products.waves.section.sections"},
 }
 
@@ -378,7 +361,11 @@ LATE: dict[str, dict[str, str]] = {
     },
     "products.ensembles.ensemble": {"products.ensembles.plots": "matplotlib; an ensemble is used without it"},
     "products.ensembles.command": {"": "as in cli"},
-    "products.fields.command": {"": "as in cli"},
+    "products.fields.commands": {"": "as in cli"},
+    "products.fields.file_kind": {
+        "products.fields.commands": "Click and tables; for the command line",
+        "products.fields.documents.json_schema": "for editors alone",
+    },
     "products.reliability.command": {"": "as in cli"},
     "products.studies.commands": {"": "as in cli"},
     "mechanics.tree.beam_links": {"mechanics.shape_functions": "SciPy and mpmath; most scenes have no beams"},
@@ -412,7 +399,6 @@ LATE: dict[str, dict[str, str]] = {
     "formula.units.labels": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
     "scene.load": {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",
-        "products.fields.documents": "for a mistake only",
         "scene.includes": "most scenes include nothing",
     },
     "scene.sources.text": {"base.files": "for a mistake only"},

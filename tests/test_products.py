@@ -31,6 +31,7 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
     "fields": (
         ("eomgen.sampling", "module 'eomgen' has no attribute 'sampling'"),
         ("cli('sample', 'field.toml')", "eomgen: there is no verb 'sample'"),
+        ("eomgen.load('hamiltonian.toml')", "hamiltonian.toml:2 (kind): there is no kind of file 'hamiltonian'"),
     ),
     "reliability": (
         ("eomgen.random_vibration", "module 'eomgen' has no attribute 'random_vibration'"),
@@ -42,6 +43,10 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
     ),
     "waves": (("eomgen.waves", "module 'eomgen' has no attribute 'waves'"),),
 }
+HAMILTONIAN_TOML = """
+kind = "hamiltonian"
+name = "oscillator"
+"""
 #: The contract of the core, in one process.
 _CORE = """
 import contextlib, io, json, sys
@@ -105,6 +110,7 @@ def without(product: str, folder: Path) -> list[str]:
 def test_the_core_works_without_a_product(product: str, tmp_path: Path, cache: Path) -> None:
     gone = without(product, tmp_path)
     (tmp_path / "pendulum.toml").write_text(PENDULUM_TOML, encoding="utf-8")
+    (tmp_path / "hamiltonian.toml").write_text(HAMILTONIAN_TOML, encoding="utf-8")
     uses = [use for name in gone for use in USES[name]]
     run = subprocess.run(
         [sys.executable, "-c", _CORE, json.dumps([use for use, _ in uses])],

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.base.text import counted
-from eomgen.cli.fields import show as show_fields
-from eomgen.cli.hamiltonian import show
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import console, print_json
 from eomgen.cli.random_processes import described_processes, print_processes
@@ -47,17 +45,12 @@ def info(
 ) -> None:
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
+    from eomgen.pipeline.file_kinds import file_kinds  # noqa: PLC0415
     from eomgen.pipeline.pipeline import derive, load_scene, method_of  # noqa: PLC0415
     from eomgen.pipeline.step_operations import joined_coordinates, operations_of_step  # noqa: PLC0415
-    from eomgen.products.fields.front_end import field_system_of, hamiltonian_of  # noqa: PLC0415
 
-    if (fields := field_system_of(scene)) is not None:
-        show_fields(fields, method, as_json=as_json)
-        return
-    if (
-        hamiltonian := hamiltonian_of(scene, {**reading, "terms": terms, "base_parameters": base_parameters})
-    ) is not None:
-        show(hamiltonian, method, as_json=as_json)
+    options = {**reading, "terms": terms, "base_parameters": base_parameters}
+    if any(kind.show(scene, method, options, as_json) for kind in file_kinds()):
         return
     described_scene = load_scene(scene, **reading)
     say_stand_in(described_scene, method, "without one, as in generated C, it stands for")

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.base.text import counted, json_text
-from eomgen.cli import hamiltonian as hamiltonians
 from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
 from eomgen.cli.printing import print_json, say
 from eomgen.cli.running import outcome_code, read_scene, run
@@ -40,11 +39,13 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
     Ctrl-C, and a run that fails, leave the partial result; the exit code is then 130 or 6.
     """
     from eomgen.base.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
-    from eomgen.products.fields.front_end import hamiltonian_of  # noqa: PLC0415
+    from eomgen.pipeline.file_kinds import file_kinds  # noqa: PLC0415
     from eomgen.results.largest_section_loads import largest_section_loads  # noqa: PLC0415  # likewise
 
-    if (hamiltonian := hamiltonian_of(scene)) is not None:
-        return hamiltonians.run(hamiltonian, folder, {**options, "timing": timing}, plots=plots, as_json=as_json)
+    for kind in file_kinds():
+        code = kind.simulate(scene, folder, {**options, "timing": timing}, plots, as_json)
+        if code is not None:
+            return code
     described = read_scene(scene, options)
     target = make_folder(Path(folder))
     model, solution = run(described, options)

@@ -19,10 +19,9 @@ from eomgen.base.text import shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
 from eomgen.pipeline.collection import without_search_for_circles
 from eomgen.pipeline.content import fingerprint, library_content
+from eomgen.pipeline.file_kinds import file_kinds, other_document
 from eomgen.pipeline.front_end import Document, FrontEnd
 from eomgen.pipeline.scenes import SCENES
-from eomgen.products.fields.documents.document import OF_HAMILTONIANS, Hamiltonian
-from eomgen.products.fields.front_end import HAMILTONIANS, build_hamiltonian, generate_hamiltonian, hamiltonian_of
 from eomgen.scene.load import from_data, named_method
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import all_options, checked_options
@@ -88,9 +87,9 @@ def load(
     FileError, DescriptionError, UsageError
     """
     given = {"strict": strict, "coordinates": coordinates, "task_frames": task_frames, **options}
-    system = hamiltonian_of(path, given)
-    if system is not None:
-        return cast("Scene", system)
+    other = other_document(path, given)
+    if other is not None:
+        return cast("Scene", other[1])
     return load_scene(path, strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
 
 
@@ -138,9 +137,9 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
         DescriptionError if a drive, or the law of the base, jumps.
     """
     _check_terms(terms)
-    hamiltonian = hamiltonian_of(scene, {"terms": terms})
-    if hamiltonian is not None:
-        return HAMILTONIANS.derive(hamiltonian, None)
+    other = other_document(scene, {"terms": terms})
+    if other is not None:
+        return other[0].front_end.derive(other[1], None)
     from eomgen.formula.jumps import jumps  # noqa: PLC0415
 
     document, front_end = as_document(scene)
@@ -194,9 +193,9 @@ def generate(
     chosen = target_named(target)
     _check_folder(folder)
     of_scenes = {"terms": terms, "target": target != "c", "real": real not in (None, "double")}
-    hamiltonian = hamiltonian_of(scene, {**of_scenes, "parameters": parameters})
-    if hamiltonian is not None:
-        return generate_hamiltonian(hamiltonian, folder, method)
+    other = other_document(scene, {**of_scenes, "parameters": parameters})
+    if other is not None:
+        return other[0].generate(other[1], folder, method)
     document, front_end = as_document(scene)
     _check_real(real)
     program = _program(document, front_end, _selected(terms), method, chosen, parameters=parameters)[0]
@@ -270,9 +269,9 @@ def build(
         Some motion of the joints moves no mass, so forward dynamics has no answer; names the joints.
     """
     _check_terms(terms)
-    hamiltonian = hamiltonian_of(scene, {"terms": terms, "real": real not in (None, "double")})
-    if hamiltonian is not None:
-        return cast("Model", build_hamiltonian(hamiltonian, method, profile))
+    other = other_document(scene, {"terms": terms, "real": real not in (None, "double")})
+    if other is not None:
+        return cast("Model", other[0].build(other[1], method, profile))
     document, front_end = as_document(scene)
     chosen = front_end.describe(document).simulation.real if real is None else real
     return built_in(None, document, terms, method, profile, chosen)
@@ -434,8 +433,10 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
             raise _with_method_problems(error, lambda: (named_method(scene), "scene")) from None
         _check_method(result, "scene")
         return result
-    if isinstance(scene, Hamiltonian):
-        raise UsageError(f"{scene.name} is a Hamiltonian system, and this is for mechanical scenes", OF_HAMILTONIANS)
+    for row in file_kinds():
+        if isinstance(scene, row.front_end.document):
+            name = getattr(scene, "name", row.kind)
+            raise UsageError(f"{name} is {row.noun}, and this is for mechanical scenes", row.remedy)
     kind = type(scene).__name__
     if kind == "SceneBuilder":
         raise UsageError("a SceneBuilder collects a scene, which its method build returns", "builder.build()")

@@ -6,7 +6,7 @@ from __future__ import annotations
 OFFERED: dict[str, tuple[str, ...]] = {
     "derivatives": ("sensitivities",),
     "ensembles": ("ensemble", "simulate_many"),
-    "fields": ("fields", "sample", "sampling"),
+    "fields": ("fields", "hamiltonian", "sample", "sampling"),
     "reliability": ("RandomVibration", "random", "random_vibration"),
     "studies": (
         "Extremes",

@@ -11,6 +11,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
+from eomgen.scene.sources.other_kinds import fault_of_kind
 from eomgen.scene.sources.register import checked_options, readable, source_of
 from eomgen.scene.sources.source import Read
 from eomgen.scene.sources.text import read_text, shown_file
@@ -200,11 +201,8 @@ def from_data(
     if not data and not report.noted:
         report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
         report.raise_problems()
-    if data.get("kind") == "hamiltonian":
-        from eomgen.products.fields.documents.document import OF_HAMILTONIANS  # noqa: PLC0415  # for a mistake only
-
-        fault = "this is a Hamiltonian system, and this command or function is for mechanical scenes"
-        report.add("kind", fault, OF_HAMILTONIANS)
+    if "kind" in data and (fault := fault_of_kind(data["kind"])):
+        report.add("kind", *fault)
         report.raise_problems()
     if "repeat" in data:
         from eomgen.scene.includes.repeat import numbers_of_copies, repeated  # noqa: PLC0415  # most scenes have none

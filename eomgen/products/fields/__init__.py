@@ -3,20 +3,21 @@
 from eomgen.base.products import Product
 from eomgen.base.verbs import Verb
 
-__all__ = ["documents", "front_end", "hamiltonian", "sampling"]
+__all__ = []
 
 PRODUCT = Product(
     modules={"fields": "eomgen.products.fields.posteriors", "sampling": "eomgen.products.fields.sampling"},
     rows={
+        "eomgen.file_kinds": ("eomgen.products.fields.file_kind:HAMILTONIAN_FILES",),
         "eomgen.verbs": (
             Verb(
                 "sample",
                 "Sample fields on a mesh from their posterior, by Hamiltonian Monte Carlo.",
-                "eomgen.products.fields.command:sample",
+                "eomgen.products.fields.commands.sample:sample",
                 behind="identify",
             ),
         ),
     },
 )
 #: Open to the other parts of ``products`` as well.
-WITHIN = ["posteriors"]
+WITHIN = ["posteriors", "sampling"]

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.pipeline.content import library_content
+from eomgen.pipeline.file_kinds import given_options
 from eomgen.pipeline.front_end import FrontEnd
 from eomgen.products.fields.documents.document import Hamiltonian
-from eomgen.scene.sources.register import all_options
 from eomgen.system.description import Description
 from eomgen.system.selection import Selection
 
@@ -119,12 +119,6 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
         fault = f"{', '.join(given)} is of mechanical scenes, and {result.name} is a Hamiltonian system"
         raise UsageError(Problem(given[0], fault, "leave it out"))
     return result
-
-
-def given_options(options: Mapping[str, Any]) -> list[str]:
-    """Return the options that are neither empty nor the defaults of a source of scenes."""
-    defaults = {name: option.default for name, (_, option) in all_options().items()}
-    return sorted(name for name, value in options.items() if value and value != defaults.get(name))
 
 
 def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -> HamiltonianModel:

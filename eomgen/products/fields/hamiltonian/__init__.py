@@ -1,5 +1,5 @@
 """Hamiltonian systems: equations on the tape, C, compiled models, motions."""
 
-__all__ = ["methods", "plots", "solution"]
+__all__ = []
 #: Open to the other parts of ``products.fields`` as well.
-WITHIN = ["code", "derivation", "model"]
+WITHIN = ["code", "derivation", "methods", "model", "plots", "solution"]

@@ -80,7 +80,8 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
 def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots: bool, as_json: bool) -> int:
     """Simulate a system, write solution.npz, solution.csv, summary.json and motion.png, and return the exit code."""
     from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported when the arguments are fine
-    from eomgen.products.fields.front_end import build_hamiltonian, given_options  # noqa: PLC0415
+    from eomgen.pipeline.file_kinds import given_options  # noqa: PLC0415
+    from eomgen.products.fields.front_end import build_hamiltonian  # noqa: PLC0415
 
     if given := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
         option = f"--{given[0].replace('_', '-')}"
