@@ -144,11 +144,11 @@ DOORS: dict[str, set[str]] = {
     },
     "products.waves": {
         "base",
+        "cli",
         "codegen",
         "errors",
         "formula",
         "integrators.compositions",
-        "products.reliability",
         "scene",
         "symbolic",
         "system",
@@ -194,8 +194,6 @@ DOORS: dict[str, set[str]] = {
 OF_PRODUCTS: dict[str, set[str]] = {
     "base.products": {"products.offered"},  # stays: messages name a product that is not installed
     "pipeline.model": {"products.derivatives.linearise", "products.ensembles.simulate_many"},
-    "scene.document.column_units": {"products.reliability.section.schema"},
-    "scene.sections": {"products.reliability.section.sections", "products.waves.section.sections"},
 }
 
 #: For rooms with an inner order: their parts, each of which imports only from parts of lines before its own.

@@ -36,12 +36,16 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
     "reliability": (
         ("eomgen.random_vibration", "module 'eomgen' has no attribute 'random_vibration'"),
         ("cli('random', 'pendulum.toml')", "eomgen: there is no verb 'random'"),
+        ("cli('info', 'random.toml')", "random.toml:51 (random): the section 'random' is unknown"),
     ),
     "studies": (
         ("eomgen.tune", "module 'eomgen' has no attribute 'tune'"),
         ("cli('check', 'pendulum.toml')", "eomgen: there is no verb 'check'"),
     ),
-    "waves": (("eomgen.waves", "module 'eomgen' has no attribute 'waves'"),),
+    "waves": (
+        ("eomgen.waves", "module 'eomgen' has no attribute 'waves'"),
+        ("cli('info', 'waves.toml')", "waves.toml:51 (waves): the section 'waves' is unknown"),
+    ),
 }
 HAMILTONIAN_TOML = """
 kind = "hamiltonian"
@@ -110,6 +114,9 @@ def without(product: str, folder: Path) -> list[str]:
 def test_the_core_works_without_a_product(product: str, tmp_path: Path, cache: Path) -> None:
     gone = without(product, tmp_path)
     (tmp_path / "pendulum.toml").write_text(PENDULUM_TOML, encoding="utf-8")
+    for section in ("random", "waves"):
+        text = f"{PENDULUM_TOML}\n[{section}.sea]\n"
+        (tmp_path / f"{section}.toml").write_text(text, encoding="utf-8")
     (tmp_path / "hamiltonian.toml").write_text(HAMILTONIAN_TOML, encoding="utf-8")
     uses = [use for name in gone for use in USES[name]]
     run = subprocess.run(

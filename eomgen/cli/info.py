@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.base.products import rows_of
 from eomgen.base.text import counted
+from eomgen.cli.info_part import GROUP, InfoPart
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import console, print_json
-from eomgen.cli.random_processes import described_processes, print_processes
 from eomgen.cli.running import say_stand_in
 from eomgen.cli.tables import print_table
-from eomgen.cli.waves import described_hulls, described_waves, print_waves
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
@@ -63,8 +63,8 @@ def info(
     if base_parameters:
         data["base_parameters"] = _base_parameters(described_scene)
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
-    data["random"] = described_processes(described_scene.inputs)
-    data["waves"], data["hulls"] = described_waves(described_scene), described_hulls(described_scene)
+    for part in rows_of(GROUP, InfoPart):
+        data |= part.describe(described_scene)
     if as_json:
         print_json(data)
     else:
@@ -154,6 +154,7 @@ def _states(system: System) -> list[dict[str, Any]]:
 
 
 def _print(data: dict[str, Any]) -> None:
+    sections = rows_of(GROUP, InfoPart)
     sizes = data["sizes"]
     out = console()
     rest = f"{counted(sizes['bodies'], 'body', 'bodies')}, {counted(sizes['nu'], 'input')}"
@@ -187,16 +188,16 @@ def _print(data: dict[str, Any]) -> None:
         out.print()
         units = data["parameter_units"]
         later = dict.fromkeys(data["calibrated"], "calibrated")  # when the model is built
-        of_processes = {name for item in (*data["random"], *data["waves"]) for name in item["variables"]}
+        hidden = {name for part in sections for name in part.hidden(data)}
         values = [
             (name, later.get(name, f"{value:.9g}"), units[name])
             for name, value in data["parameters"].items()
-            if name not in of_processes
+            if name not in hidden
         ]
         if values:
             print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
-    print_processes(data["random"])
-    print_waves(data["waves"], data["hulls"])
+    for part in sections:
+        part.show(data)
     if data["states"]:
         out.print()
         states = [

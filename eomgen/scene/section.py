@@ -13,12 +13,14 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from eomgen.base.text import NAME_LENGTH
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.formula.scope import Names
 from eomgen.scene.reading.key_metadata import Table
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import Bound, Row
 from eomgen.scene.reading.values import Values
+from eomgen.system.random_processes import variables_of
 from eomgen.system.signals import Parameter
 
 Kept = TypeVar("Kept")
@@ -62,7 +64,9 @@ class Section:
     documentation : of the builder's method; by default it follows from the documentation of ``entry``
     bare : noun of an entry, ``a parameter``, if formulas call it by its name alone
     single : whether the section is one table in place of entries by name
+    behind : key of the section before it on the reference page, for a row of a product
     after : sections that are read before this one; they fix the order of messages and requirements, too
+    before : sections that are read after this one, of a product that they do not know
     last : whether it observes a motion, and is read after all sections that do not
     attached : whether entries have places on bodies, which are nodes on geometrically exact beams
     scene_field : field of the Scene that holds the items; empty if ``fields`` says more
@@ -78,7 +82,9 @@ class Section:
     documentation: str = ""
     bare: str = ""
     single: bool = False
+    behind: str = ""
     after: tuple[str, ...] = ()
+    before: tuple[str, ...] = ()
     last: bool = False
     attached: bool = False
     scene_field: str = ""
@@ -264,12 +270,31 @@ def in_reading_order(rows: Sequence[Section]) -> list[Section]:
 
     def put(row: Section) -> None:
         for key in row.after:
-            put(by_key[key])
+            if key in by_key:  # a product may be absent
+                put(by_key[key])
+        for other in rows:
+            if row.key in other.before:
+                put(other)
         order.setdefault(row.key, row)
 
     for row in sorted(rows, key=lambda row: row.last):
         put(row)
     return list(order.values())
+
+
+def fault_of_variables(
+    owner: str, name: str, count: int, document: Entries, rows: Sequence[Section]
+) -> tuple[str, str]:
+    """Return the fault of the names of ``count`` standard normal variables of ``owner``, "random process" or "sea"."""
+    last = variables_of(name, count)[-1]
+    if len(last) > NAME_LENGTH:
+        return f"the {owner} {name} has parameters such as {last}, whose names are too long", "a shorter name"
+    every = set(variables_of(name, count))
+    for row in rows:
+        for taken in every.intersection(document.section(row.key)) if row.bare else ():
+            fault = f"the {owner} {name} has the parameter {taken}, and there is {row.bare} of that name"
+            return fault, "another name for one of them"
+    return "", ""
 
 
 def _as_written(key: str, body: str, position: Vector) -> tuple[str, Vector]:

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 
 from eomgen.base.extensions import broken, extensions, loaded
-from eomgen.products.reliability.section.sections import RANDOM
-from eomgen.products.waves.section.sections import WAVES
+from eomgen.base.products import placed, rows_of
 from eomgen.scene.control.sections import CONTROLLERS, REFERENCES
 from eomgen.scene.events.sections import EVENTS, MODES
 from eomgen.scene.forces.register import ELEMENTS
@@ -20,12 +19,10 @@ from eomgen.scene.tree.sections import BASE, BEAMS, BODIES, CONSTRAINTS, FRAMES,
 #: The group of entry points under which a distribution gives its sections: objects of the class ``Section``, each under
 #: its key.
 GROUP = "eomgen.sections"
-OWN: tuple[Section, ...] = (
+_CORE: tuple[Section, ...] = (
     PARAMETERS,
     CURVES,
     INPUTS,
-    RANDOM,
-    WAVES,
     STATES,
     CONTROLLERS,
     BASE,
@@ -42,6 +39,8 @@ OWN: tuple[Section, ...] = (
     MODES,
     EVENTS,
 )
+#: Sections of the core and of the installed products.
+OWN = placed(_CORE, rows_of(GROUP, Section), lambda row: row.key, lambda row: row.behind)
 
 
 @cache

@@ -3,11 +3,13 @@
 from eomgen.base.products import Product
 from eomgen.base.verbs import Verb
 
-__all__ = ["section"]
+__all__ = []
 
 PRODUCT = Product(
     names={name: f"eomgen.products.reliability.vibration:{name}" for name in ("RandomVibration", "random_vibration")},
     rows={
+        "eomgen.sections": ("eomgen.products.reliability.section.sections:RANDOM",),
+        "eomgen.info": ("eomgen.products.reliability.info:PROCESSES",),
         "eomgen.verbs": (
             Verb(
                 "random",

@@ -2,8 +2,14 @@
 
 from eomgen.base.products import Product
 
-__all__ = ["section"]
+__all__ = []
 
-PRODUCT = Product(modules={"waves": "eomgen.products.waves.second_order"}, needs=("reliability",))
+PRODUCT = Product(
+    modules={"waves": "eomgen.products.waves.second_order"},
+    rows={
+        "eomgen.sections": ("eomgen.products.waves.section.sections:WAVES",),
+        "eomgen.info": ("eomgen.products.waves.info:SEAS",),
+    },
+)
 #: Open to the other parts of ``products`` as well.
 WITHIN = ["second_order"]

@@ -8,9 +8,7 @@ from typing import Any
 
 from eomgen.base.text import shown
 from eomgen.formula.units.parser import Factors, UnitError, read_quantity, read_unit
-from eomgen.products.reliability.section.schema import RandomProcess
 from eomgen.scene.reading.key_metadata import Column, Table
-from eomgen.scene.signals.schema import Curve, Input, Road
 
 
 @dataclass
@@ -75,23 +73,8 @@ class ColumnUnits:
 
 def columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | None:
     """Return the units of an entry's columns known from its kind and its label; None if the entry is no curve."""
-    label = _text(data.get("unit"))
-    if model is Input:
-        return ColumnUnits("s", label)
-    if model is Road:
-        return ColumnUnits("m", "m")
-    if model is Curve:
-        return ColumnUnits(_text(data.get("argument_unit")), label)
-    if model is RandomProcess:
-        over_distance = data.get("speed") is not None
-        if data.get("type") == "spectrum":
-            return ColumnUnits("1/m" if over_distance else "Hz")
-        return ColumnUnits("m" if over_distance else "s")
-    return None
-
-
-def _text(label: object) -> str:
-    return label if isinstance(label, str) else ""
+    labels = model.column_labels(data)
+    return labels and ColumnUnits(*labels)
 
 
 def _in_si(factors: Factors) -> str:

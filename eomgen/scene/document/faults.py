@@ -7,6 +7,7 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel
 
+from eomgen.base.products import fault_of_absent
 from eomgen.base.text import is_legal, nearest, shown
 from eomgen.scene.document.examples import example, required
 from eomgen.scene.document.keys_elsewhere import key_meant
@@ -42,6 +43,8 @@ def explained(
     ``depth`` on is within ``table``."""
     last = str(location[-1])
     if kind == "extra_forbidden":
+        if len(location) == 1 and (absent := fault_of_absent(last)):
+            return f"the section {shown(last)} is unknown: {absent[0]}", absent[1]
         keys = _keys_at(location[depth:-1], table)
         return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
     if kind == "missing":

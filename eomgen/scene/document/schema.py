@@ -178,8 +178,8 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     rows: ClassVar[tuple[Section, ...]] = OWN
 
     def section(self, name: str) -> Mapping[str, Any]:
-        """Return the entries of a section."""
-        entries: Mapping[str, Any] = getattr(self, name)
+        """Return the entries of a section; none of a section whose product is not installed."""
+        entries: Mapping[str, Any] = getattr(self, name, {})
         return entries
 
     def table(self, name: str) -> Any:

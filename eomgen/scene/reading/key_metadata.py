@@ -30,6 +30,16 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
+    @classmethod
+    def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
+        """Return the labels of argument and value of the curve that an entry is, from its data; None for others."""
+        return None
+
+
+def label_of(text: object) -> str:
+    """Return a label of data that are not checked; empty if it is no text."""
+    return text if isinstance(text, str) else ""
+
 
 @dataclass(frozen=True)
 class Meaning:

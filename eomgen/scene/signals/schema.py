@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from eomgen.formula import curves
 from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, LOAD, STATE, TIME
-from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, label_of, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value, Values
 
 RoadClass = Literal["A", "B", "C", "D", "E", "F", "G", "H"]
@@ -107,6 +107,10 @@ class Curve(Shape):
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 
+    @classmethod
+    def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
+        return label_of(data.get("argument_unit")), label_of(data.get("unit"))
+
 
 class Road(Shape):
     """The elevation under a wheel over time: a profile of ISO 8608, a bump, or points over distance, at a speed."""
@@ -123,6 +127,10 @@ class Road(Shape):
     )
     harmonics: Harmonics = key("of a class: number of harmonics between 0.011 and 2.83 cycles/m", 200)
 
+    @classmethod
+    def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
+        return "m", "m"
+
 
 class Input(Shape):
     """A signal u(t) that formulas use by its name: the sum of the parts given by its keys."""
@@ -138,6 +146,10 @@ class Input(Shape):
     initial: Finite | None = optional("of a motion: its value at rest at the start", unit=ANY_UNIT, shown_default="0")
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
+
+    @classmethod
+    def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
+        return "s", label_of(data.get("unit"))
 
 
 class State(Table):

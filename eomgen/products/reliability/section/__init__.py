@@ -1,3 +1,3 @@
 """Random processes of a scene, expanded in standard normal variables that are tunable parameters."""
 
-__all__ = ["schema", "sections"]
+__all__ = []

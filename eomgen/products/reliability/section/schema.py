@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -109,6 +110,13 @@ class RandomProcess(Table):
     )
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
+
+    @classmethod
+    def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
+        over_distance = data.get("speed") is not None
+        if data.get("type") == "spectrum":
+            return "1/m" if over_distance else "Hz", ""
+        return "m" if over_distance else "s", ""
 
 
 #: Keys of a process that one which follows it has from it.

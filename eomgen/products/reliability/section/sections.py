@@ -5,29 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from eomgen.base.text import NAME_LENGTH
 from eomgen.products.reliability.random_processes import MOST_MODES
 from eomgen.products.reliability.section.reading import Processes
 from eomgen.products.reliability.section.schema import RandomProcess
 from eomgen.scene.reading.values import UNKNOWN
-from eomgen.scene.section import Entries, Reading, Section
+from eomgen.scene.section import Entries, Reading, Section, fault_of_variables
 from eomgen.scene.signals.curves import Curves
-from eomgen.system.random_processes import variables_of
-
-
-def fault_of_variables(
-    owner: str, name: str, count: int, document: Entries, rows: Sequence[Section]
-) -> tuple[str, str]:
-    """Return the fault of the names of ``count`` standard normal variables of ``owner``, "random process" or "sea"."""
-    last = variables_of(name, count)[-1]
-    if len(last) > NAME_LENGTH:
-        return f"the {owner} {name} has parameters such as {last}, whose names are too long", "a shorter name"
-    every = set(variables_of(name, count))
-    for row in rows:
-        for taken in every.intersection(document.section(row.key)) if row.bare else ():
-            fault = f"the {owner} {name} has the parameter {taken}, and there is {row.bare} of that name"
-            return fault, "another name for one of them"
-    return "", ""
 
 
 class _Random(Section):
@@ -53,10 +36,12 @@ class _Random(Section):
 
 RANDOM = _Random(
     key="random",
+    behind="inputs",
     entry=RandomProcess,
     scene_field="inputs",
     bare="a random process",
     after=("curves",),
+    before=("bodies",),
     positional=("type",),
     documentation="""
     Add a stationary random process, which formulas use by its name; its standard normal variables are tunable

@@ -1,3 +1,3 @@
 """Waves of a scene: spectra, or waves one by one, as functions of place and time."""
 
-__all__ = ["sections"]
+__all__ = []

@@ -7,12 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from eomgen.formula.evaluate import symbols
-from eomgen.products.reliability.section.sections import fault_of_variables
 from eomgen.products.waves.section.level_water import LevelWater
 from eomgen.products.waves.section.reading import no_waves, read_waves, variables_as_parameters
 from eomgen.products.waves.section.schema import SeaWaves
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.section import Entries, Reading, Section
+from eomgen.scene.section import Entries, Reading, Section, fault_of_variables
 
 
 class _Waves(Section):
@@ -50,10 +49,12 @@ class _Waves(Section):
 
 WAVES = _Waves(
     key="waves",
+    behind="random",
     entry=SeaWaves,
     scene_field="waves",
     method="waves",
     after=("random",),
+    before=("bodies",),
     documentation="""
     Add waves, of a ``spectrum`` or ``regular`` ones, which formulas ask for elevation, slope, velocity and
     acceleration of the water.""",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from eomgen.cli.info_part import InfoPart
 from eomgen.cli.printing import console
 from eomgen.cli.tables import print_table
 
@@ -88,3 +89,10 @@ def print_waves(waves: list[dict[str, Any]], hulls: list[dict[str, Any]]) -> Non
 def _span(ends: list[float], unit: str) -> str:
     low, high = ends
     return f"{low:.4g} {unit}" if low == high else f"{low:.4g} to {high:.4g} {unit}"
+
+
+SEAS = InfoPart(
+    lambda scene: {"waves": described_waves(scene), "hulls": described_hulls(scene)},
+    lambda data: print_waves(data["waves"], data["hulls"]),
+    lambda data: (name for item in data["waves"] for name in item["variables"]),
+)

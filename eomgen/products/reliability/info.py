@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+from eomgen.cli.info_part import InfoPart
 from eomgen.cli.printing import console
 from eomgen.cli.tables import print_table
 
@@ -77,3 +78,10 @@ def _runs(variables: list[str]) -> str:
     """Return ``force_z1 to force_z21`` for the variables of each process among them."""
     runs = [list(names) for _, names in groupby(variables, key=lambda name: name.rstrip("0123456789"))]
     return ", ".join(f"{names[0]} to {names[-1]}" if len(names) > 1 else names[0] for names in runs)
+
+
+PROCESSES = InfoPart(
+    lambda scene: {"random": described_processes(scene.inputs)},
+    lambda data: print_processes(data["random"]),
+    lambda data: (name for item in data["random"] for name in item["variables"]),
+)
