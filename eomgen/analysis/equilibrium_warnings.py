@@ -1,4 +1,4 @@
-"""Warnings about an equilibrium: springs and tyres turned inside out, displacements longer than the scene."""
+"""Warnings about an equilibrium: springs and tyres turned inside out, coarse beams, ways longer than the scene."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.terms import Inputs
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.lie import numeric
+from eomgen.lie.groups import SE3
 from eomgen.lie.numeric import rotated
 from eomgen.system.description import BASE, WORLD, Wheel
 
@@ -24,6 +26,8 @@ _LONGER = 1.1
 #: Signs that make the inverse of a quaternion.
 _BACK = np.array([1.0, -1.0, -1.0, -1.0])
 _LISTED = 4
+#: Estimated error of a beam's displacements that is worth a note.
+_COARSE = 0.01
 #: Rest is the same to this part of the scene's length, or rad.
 SAME = 1e-6
 
@@ -82,7 +86,7 @@ def equilibrium_notes(measures: Measures, path: Sequence[Array], u: Inputs) -> l
     if "poses" not in measures.model.functions or len(path) < 2:
         return []
     poses = measures.poses(np.array(path))
-    notes = [*_springs(measures, poses), *_tyres(measures, poses, u)]
+    notes = [*_springs(measures, poses), *_tyres(measures, poses, u), *_coarse_beams(measures, poses)]
     return notes or _far(measures, poses, measures.length(path[0]))
 
 
@@ -173,6 +177,31 @@ def _clearance(measures: Measures, tyre: Wheel, center: Array, inputs: Mapping[s
         return inputs[symbol.name] if symbol.kind == "input" else measures.values[symbol.name]
 
     return float(center[2]) - evaluate(tyre.road, value_of)
+
+
+def _coarse_beams(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
+    """Return a note on each beam with too few elements: within them deflections are linear in the load.
+
+    The displacement of the end of a cantilever under a force is off by half the mean square of the deflections within
+    its elements, parts of their lengths: to a factor of 3 from 1 to 8 elements and for forces from 3 to 1000 EI/L^2.
+    """
+    notes = []
+    for beam in measures.model.description.element_stiffness:
+        at_rest = np.array([np.concatenate([poses[node][0][-1], poses[node][1][-1]]) for node in beam.nodes])
+        relative = numeric.compose(SE3, numeric.inverse(SE3, at_rest[:-1]), at_rest[1:])
+        relative[relative[:, 0] < 0.0, :4] *= -1.0
+        changes = numeric.log(SE3, relative) - np.array(beam.twists)
+        forces = np.einsum("eij,ej->ei", beam.matrices(measures.values), changes)
+        within = beam.bending_within(measures.values, forces)
+        error = 0.5 * float(np.average(within**2, weights=beam.lengths))
+        if error > _COARSE:
+            worst = int(np.argmax(within))
+            off = f"some {100.0 * error:.1g} %" if error < 0.5 else "more than half of their size"
+            notes.append(
+                f"too few elements in the beam {beam.nodes[0]}: element {worst + 1} bends by"
+                f" {100.0 * within[worst]:.0f} % of its length within itself, displacements are off by {off}"
+            )
+    return notes
 
 
 def _far(measures: Measures, poses: Mapping[str, tuple[Array, Array]], length: float) -> list[str]:

@@ -7,11 +7,12 @@ evaluated when a run starts or fails, and geometry to draw. The back end does no
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.formula.evaluate import evaluate
@@ -184,16 +185,35 @@ class ElementStiffness:
         ``mechanics.forces.element_stiffness``; the flexibility is S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape.
         """
         result = []
+        for kept, flexibility, within, length in self._flexibilities(values):
+            stiffness = np.zeros((6, 6))
+            stiffness[kept] = np.linalg.inv((flexibility + within)[kept]) / length
+            result.append(stiffness)
+        return np.array(result)
+
+    def bending_within(self, values: Mapping[str, float], forces: Array) -> Array:
+        """Return deflections within elements, (elements,), as parts of their lengths: Q l^2 / 12 EI for a force Q.
+
+        They are small against 1 if forces and moments vary along an element as in its initial shape.
+
+        Parameters
+        ----------
+        forces : (elements, 6) section forces by the matrices
+        """
+        bends = [within @ force for (_, _, within, _), force in zip(self._flexibilities(values), forces, strict=True)]
+        return np.asarray(np.linalg.norm(np.array(bends)[:, 3:], axis=1))
+
+    def _flexibilities(
+        self, values: Mapping[str, float]
+    ) -> Iterator[tuple[tuple[NDArray[np.intp], ...], Array, Array, float]]:
+        """Yield for each element the entries of strains that the beam has, S^-1, l^2/12 ad S^-1 ad^T and l."""
         for rows, length, twist in zip(self.stiffness, self.lengths, self.twists, strict=True):
             section = np.array([[evaluate(entry, lambda symbol: values[symbol.name]) for entry in row] for row in rows])
             kept = np.ix_(*2 * [np.flatnonzero(np.any(section != 0.0, axis=1))])
-            flexibility, stiffness = np.zeros((2, 6, 6))
+            flexibility = np.zeros((6, 6))
             flexibility[kept] = np.linalg.inv(section[kept])
             along = numeric.bracket_matrix(SE3, np.array(twist) / length)
-            flexibility = flexibility + length**2 / 12.0 * along @ flexibility @ along.T
-            stiffness[kept] = np.linalg.inv(flexibility[kept]) / length
-            result.append(stiffness)
-        return np.array(result)
+            yield kept, flexibility, length**2 / 12.0 * along @ flexibility @ along.T, length
 
 
 @dataclass(frozen=True)

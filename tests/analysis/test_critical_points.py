@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from typing import Any
 
@@ -205,16 +206,58 @@ def test_a_base_that_is_held_for_want_of_a_steady_motion_is_said() -> None:
 
 def elastica_across(load: float) -> Array:
     """Return where the end of an inextensible cantilever is, along and across, by collocation."""
+    first = min(load, 3.0)
     s = np.linspace(0.0, 1.0, 201)
-
-    def slopes(_: Array, y: Array) -> Array:
-        return np.array([y[1], -load * np.cos(y[0]), np.cos(y[0]), np.sin(y[0])])
+    y = np.array([first * (s - s**2 / 2.0), first * (1.0 - s), s, 0.3 * s])
 
     def ends(a: Array, b: Array) -> Array:
         return np.array([a[0], b[1], a[2], a[3]])
 
-    guess = np.array([load * (s - s**2 / 2.0), load * (1.0 - s), s, 0.3 * s])
-    return np.asarray(solve_bvp(slopes, ends, s, guess, tol=1e-10, max_nodes=100_000).y[2:, -1])
+    for part in np.geomspace(first, load, 1 + int(2.0 * np.log2(load / first))):
+
+        def slopes(_: Array, y: Array, part: float = part) -> Array:
+            return np.array([y[1], -part * np.cos(y[0]), np.cos(y[0]), np.sin(y[0])])
+
+        solved = solve_bvp(slopes, ends, s, y, tol=1e-10, max_nodes=100_000)
+        s, y = solved.x, solved.y
+    return np.asarray(y[2:, -1])
+
+
+@pytest.mark.parametrize(("load", "noted"), [(3.0, False), (30.0, False), (100.0, True), (150.0, True)])
+def test_rest_of_a_beam_with_too_few_elements_says_by_how_much_it_is_off(load: float, noted: bool) -> None:
+    """Four elements, against the elastica."""
+    scene = rod()
+    scene["beams"]["rope"]["elements"] = 4
+    scene["forces"]["tip"]["force"] = [0.0, "load", 0.0]
+    model = eomgen.build(scene, profile="quick")
+    given = {"stretch": 1e8, "load": load}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        rest = model.equilibrium(parameters=given)
+    pose = model.evaluate("poses", rest.q, parameters=given)["pose"][model.bodies.index("rope.4")]
+    exact = elastica_across(load)
+    error = float(np.linalg.norm(pose[4:6] - exact) / np.linalg.norm(exact - [1.0, 0.0]))
+    said = re.search(
+        r"too few elements in the beam rope: element 1 bends by \d+ % of its length within itself,"
+        r" displacements are off by some (\d+) %",
+        rest.message,
+    )
+    assert (said is not None) == noted
+    if said is not None:
+        assert 1.0 / 3.0 < float(said[1]) / (100.0 * error) < 3.0
+
+
+@pytest.mark.parametrize("elements", [4, 8])
+def test_the_end_of_a_cantilever_sinks_too_far_under_its_weight(elements: int) -> None:
+    """By 1 / 3 n^2, the error of the trapezoidal rule on w s^2 (3 - s) / 6."""
+    scene = rod()
+    scene["beams"]["rope"]["elements"] = elements
+    scene["gravity"] = [0.0, 0.0, -0.01]
+    model = eomgen.build(scene, profile="quick")
+    given = {"stretch": 1e8}
+    pose = model.evaluate("poses", model.equilibrium(parameters=given).q, parameters=given)["pose"]
+    sunk = -pose[model.bodies.index(f"rope.{elements}"), 6]
+    assert 8.0 * sunk / 0.01 - 1.0 == pytest.approx(1.0 / (3.0 * elements**2), rel=0.01)
 
 
 @pytest.mark.slow
