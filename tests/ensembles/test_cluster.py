@@ -209,7 +209,7 @@ def _set_version(version: str) -> None:
 def test_a_worker_that_comes_later_is_asked_as_well(cart: eomgen.Model, client: Any) -> None:
     client.run(_set_version_of_parts, "0.0.1")
     try:
-        with pytest.raises(UsageError, match=r"eomgen is 0\.0\.1 here, and .* where the ensemble was begun"):
+        with pytest.raises(UsageError, match=r"eomgen is 0\.0\.1 here, and .* at the start of the ensemble"):
             cart.simulate_many(**OPTIONS, cluster=client)
     finally:
         client.run(_set_version_of_parts, eomgen.__version__)

@@ -99,7 +99,7 @@ def test_random_seeds_are_whole_and_reproducible(cart: eomgen.Model) -> None:
         ({"vary": {"seed.push": "integers(0.5, 9)"}}, "integers(low, high) needs whole numbers, low < high"),
         (
             {"vary": {"seed.push": "values(1, 2)", "seed.rear": "values(1, 2)"}},
-            "vary seed.rear: its wheel runs in the same track as that of seed.push, and has the same seed; try: seed",
+            "vary seed.rear: its wheel runs in the same track as the wheel of seed.push, and has the same seed; try: ",
         ),
         (
             {"vary": {"seed.wind": "values(1, 2)"}},

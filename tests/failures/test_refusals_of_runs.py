@@ -236,7 +236,7 @@ def test_derivatives_that_are_not_finite_have_a_reason_without_rough_formulas() 
     assert str(undefined_derivatives(free(), "at t = 1 s")) == (
         "numerical error: sensitivities: derivatives are no finite numbers at t = 1 s: a formula has none there"
         " (a root, a logarithm or a power at zero); try: a formula that is smooth there, sqrt(x**2 + 1e-6) for abs(x);"
-        " eomgen check names those that are not"
+        " eomgen check names formulas that are not"
     )
 
 

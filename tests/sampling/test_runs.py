@@ -297,7 +297,10 @@ def test_a_run_says_what_was_not_as_asked() -> None:
     lost = sample(behind, start="zero", warm_up=0, samples=60, step=0.5, guard=0.9)
     count = int(np.sum(np.isinf(lost.samples.energy_errors)))
     assert 0 < count < 120
-    assert f"; {count} of 120 trajectories ended where the energy is not finite, and were rejected; try" in lost.message
+    assert (
+        f"; {count} of 120 trajectories ended at states whose energy is not finite, and were rejected; try"
+        in lost.message
+    )
     assert sample(changed()).message.endswith("of warm-up")
 
 
@@ -309,7 +312,7 @@ def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
         lost = sample(falling, start="prior", warm_up=10, samples=60, folder=tmp_path)
         told = lost.to_dict()
         lost.save(tmp_path)
-    assert "trajectories ended where the energy is not finite, and were rejected" in lost.message
+    assert "trajectories ended at states whose energy is not finite, and were rejected" in lost.message
     assert told["acceptance"] == 0.0 and math.isnan(told["half_variance_of_energy_errors"])
     assert math.isnan(told["r_hat_of_cells"]) and math.isnan(told["r_hat_of_cells_at_99_percent"])
     assert not lost.message.endswith("nan in a cell")

@@ -715,8 +715,8 @@ def test_waves_that_break_together_are_noted() -> None:
         return [note for note in _scene(sea).notes if "break" in note]
 
     three = [{"amplitude": 3.0, "period": period, "phase": period} for period in (7.0, 7.5, 8.0)]
-    what = "waves.sea: where crests meet the slope comes to 0.65, and waves break from 0.446 on: forces there are those"
-    assert notes({"regular": three}) == [f"{what} of no water"]
+    what = "waves.sea: at meeting crests the slope comes to 0.65, and waves break from 0.446 on: forces there are not"
+    assert notes({"regular": three}) == [f"{what} physical"]
     assert notes({"regular": three[:1]}) == []
     assert notes({"regular": [wave | {"amplitude": 2.0} for wave in three[:2]]}) == []
     ripples = {"type": "points", "points": [[0.9, 0.5], [1.0, 1.0], [4.0, 1.0]]}

@@ -75,7 +75,10 @@ def test_a_curve_of_steps_over_a_coordinate_is_refused() -> None:
 def test_a_run_that_rests_on_a_jump_is_refused() -> None:
     model = sled("-rate*sign(v.slide) - 10*q.slide", position=0.0)
     told = refused(model, 0.1, ["v.slide"])
-    assert "the run stays where forces jump by a sign in effort push, near t = 0.01 s, and v.slide moves it off" in told
+    assert (
+        "the run stays at a jump of the forces by a sign in effort push, near t = 0.01 s, and v.slide moves it off"
+        in told
+    )
 
 
 def test_moments_that_nothing_moves_are_no_reason() -> None:

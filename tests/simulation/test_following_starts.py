@@ -205,13 +205,13 @@ def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     builder.joint("hinge", "revolute", "two", "one", axis=[0, 1, 0]).output("y", formula="q.slide")
     told = refusal(built(builder.simulation(start="equilibrium"))[1], 0.1, STEP)
     assert told == (
-        "usage error: start: the scene starts at static equilibrium, and nothing determines where that is along slide;"
+        "usage error: start: the scene starts at static equilibrium, which no force determines along slide;"
         " try: a spring at slide; or initial = model.equilibrium().initial, for a start that is held"
     )
     shaken = resting_tree().base([0, 0, "0.01*sin(9*t)"])
     assert refusal(built(shaken)[1], 0.1, STEP) == (
-        "usage error: start: the scene starts at static equilibrium beside what moves, and how parameters move that is"
-        " not known; try: initial = model.equilibrium().initial, for a start that is held"
+        "usage error: start: the scene starts at static equilibrium beside moving drives, which has no derivatives"
+        " here; try: initial = model.equilibrium().initial, for a start that is held"
     )
 
 

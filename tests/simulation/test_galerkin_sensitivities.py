@@ -132,9 +132,7 @@ def test_functionals_and_long_runs_from_checkpoints(monkeypatch: pytest.MonkeyPa
 @pytest.mark.slow
 def test_what_they_have_not_is_refused_by_name() -> None:
     _, model = built(tree())
-    assert "tdg2_adaptive chooses its steps, and where they end moves" in refusal(
-        model, 0.05, STEP, method="tdg2_adaptive"
-    )
+    assert "tdg2_adaptive chooses its steps, and their ends move" in refusal(model, 0.05, STEP, method="tdg2_adaptive")
 
 
 @pytest.mark.slow

@@ -122,7 +122,7 @@ def test_what_has_no_derivatives_in_inputs_is_said() -> None:
     with pytest.raises(UsageError) as caught:
         other.sensitivities(0.1, STEP, **run)
     assert str(caught.value) == (
-        "usage error: inputs: the input road is given, but derivatives by height are those of its formula; try: by=..."
+        "usage error: inputs: the input road is given, but derivatives by height belong to its formula; try: by=..."
         " without height, or road by its formula"
     )
     assert other.sensitivities(0.1, STEP, by=["mass"], **run).gradient("final(y[1])")["mass"] != 0.0

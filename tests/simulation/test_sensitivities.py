@@ -270,7 +270,7 @@ def test_what_has_no_derivatives_is_refused_by_name() -> None:
             " newmark, trapezoidal, tdg1, tdg1_star, tdg2, tdg2s, tdg3"
         )
     assert "generalized_alpha_f1 has no derivatives" in refusal(model, 0.1, STEP, method="generalized_alpha_f1")
-    assert "chooses its steps, and where they end moves" in refusal(model, 0.1, STEP, method="rk45")
+    assert "chooses its steps, and their ends move" in refusal(model, 0.1, STEP, method="rk45")
     assert "t_end: the last step is shorter than 0.01 s" in refusal(model, 0.105, STEP)
     assert "by: directions are a list of names, not the text 'mass'; try: by=[\"mass\"]" in refusal(model, by="mass")
     found = model.sensitivities(0.1, STEP)
@@ -323,7 +323,7 @@ def test_derivatives_that_are_no_numbers_are_told() -> None:
     assert str(caught.value) == (
         "numerical error: sensitivities: derivatives are no finite numbers somewhere in the run: a formula has none"
         " there, of the forces perhaps abs(v.slide) ** 0.5; try: a formula that is smooth there, sqrt(x**2 + 1e-6) for"
-        " abs(x); eomgen check names those that are not"
+        " abs(x); eomgen check names formulas that are not"
     )
 
 
@@ -367,7 +367,7 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
     silent.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
     assert "of: the scene has no outputs, and derivatives are of outputs" in refusal(built(silent)[1], 0.1, STEP)
     sampled = silent.output("y", formula="q.a").state("held", sample=0.01, formula="q.a")
-    assert "the scene has sampled states, and derivatives are those of steps that end on none of their samples" in (
+    assert "the scene has sampled states, and derivatives belong to steps that end on none of their samples" in (
         refusal(built(sampled)[1], 0.1, STEP, method="trapezoidal")
     )
 
@@ -382,7 +382,7 @@ def test_internal_states_that_start_with_rates_of_rates() -> None:
 def test_forces_that_jump_and_runs_that_fail() -> None:
     jumping = tree().effort("push", "a", "1 if t < 0.05 else 2")
     told = refusal(built(jumping)[1], 0.1, STEP)
-    assert "forces jump at t = 0.05 s, where steps are cut in two; these have no derivatives here" in told
+    assert "forces jump at t = 0.05 s, and steps are cut in two there; these have no derivatives here" in told
     failing = tree().effort("push", "a", "sqrt(0.055 - t)")
     with pytest.raises(NumericalError, match=r"sensitivities: the run fails at t = 0\.0[56] s: "):
         _ = built(failing)[1].sensitivities(0.1, STEP, by=["mass"]).derivatives

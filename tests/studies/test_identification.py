@@ -419,7 +419,7 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         (["fixed"], {}, "the parameter fixed exists, but its value is fixed in the code"),
         ([], {}, "parameters: nothing is unknown; try: parameters=['mass_a', 'mass_b', 'stiffness']"),
         (["stiffness", "stiffness"], {}, "parameters: a name is given twice"),
-        (["far"], {}, "nothing that was measured depends on far where the search starts; try: other outputs"),
+        (["far"], {}, "no measurement depends on far at the initial guess; try: other outputs"),
         (
             ["stiffness"],
             {"states": ["q.slid"]},
@@ -433,7 +433,7 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         (
             ["stiffness"],
             {"states": ["v.slide"], "bounds": {"v.slide": (1.0, 3.0)}},
-            'outside 1 to 3; try: initial={"slide": {"velocity": ...}} (--initial v.slide=2), where it starts',
+            'outside 1 to 3; try: initial={"slide": {"velocity": ...}} (--initial v.slide=2), its initial guess',
         ),
         (
             ["stiffness"],
@@ -558,7 +558,7 @@ def test_too_few_samples_and_no_runs(slider: eomgen.Model) -> None:
 
 
 def test_a_run_that_fails_at_the_start_is_the_answer(slider: eomgen.Model) -> None:
-    with pytest.raises(NumericalError, match=r"identify: the run fails where the search starts: .*; try: other start"):
+    with pytest.raises(NumericalError, match=r"identify: the run fails at the initial guess: .*; try: other start"):
         found_by(slider, data(), "mass_a", values={"stiffness": -1.0})
     with pytest.raises(UsageError, match="the mass -5 is negative at mass_a = -5"):
         found_by(slider, data(), "mass_a", values={"mass_a": -5.0})

@@ -193,7 +193,7 @@ def test_an_input_that_was_measured_is_counted(arm: eomgen.Model) -> None:
     ("drop", "change", "options", "told"),
     [
         (["a.elbow"], {}, {}, "run1: the columns a.elbow are missing, and inverse dynamics needs all of q, v and a"),
-        (["tau.elbow"], {}, {}, "run1: the efforts tau.elbow are missing; try: 0 where there is none"),
+        (["tau.elbow"], {}, {}, "run1: the efforts tau.elbow are missing; try: 0 without one"),
         (["tau.elbow", "tau.shoulder"], {}, {}, "run1: there is neither a column of efforts nor one of an input"),
         ([], {"tau.elbo": 0.0}, {}, "run1, column 'tau.elbo': no joint has this effort; try: tau.elbow"),
         ([], {"v.elbow": np.nan}, {}, "run1: 300 of 300 rows have missing values; try: missing="),

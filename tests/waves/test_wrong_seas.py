@@ -64,7 +64,7 @@ def test_what_cannot_be_is_named(components: tuple[Any, ...], options: dict[str,
         (lambda sea: sea.motion([1.0, 2.0], 0.0), "Sea: labels: an array of shape (2,); try: finite numbers of shape"),
         (
             lambda sea: sea.at([[1.0, np.nan]], 0.0),
-            "an array of shape (1, 2), with what is no finite number",
+            "an array of shape (1, 2), with numbers that are not finite",
         ),
         (
             lambda sea: sea.motion([[1.0, 2.0]], 0.0, 3.0),

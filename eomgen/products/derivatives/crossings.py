@@ -1,6 +1,6 @@
 """Runs that pass a jump of the forces at a moment of their own: derivatives of steps lack the moment's motion.
 
-A formula may jump where a coordinate passes a value, or with the sign of a velocity. Between two rows on different
+A formula may jump when a coordinate passes a value, or with the sign of a velocity. Between two rows on different
 sides of such a branch the place of the jump is found by bisection; if the equations differ just before
 and just behind it, and a direction of derivatives moves the argument there, derivatives of the run lack the part of the
 jump.
@@ -81,7 +81,7 @@ def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
             by = branches.branches[one.branch].description
             fault = f"forces jump near t = {t:.6g} s by {by}, at a moment that {moved} moves"
             if one.change == 0.0:
-                fault = f"the run stays where forces jump by {by}, near t = {t:.6g} s, and {moved} moves it off"
+                fault = f"the run stays at a jump of the forces by {by}, near t = {t:.6g} s, and {moved} moves it off"
             fault += ", which is in no derivative of the steps"
             hint = "a smooth law in its place, tanh(x/0.01) for sign(x), or a run that does not come there"
             raise CrossedJump(Problem("sensitivities", fault, hint))

@@ -68,7 +68,7 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
     values = _values(equations, still, t, given, du)
     moves = nl and np.any(equations.of("constraint_velocity", values)["w"])
     if moves or equations.model.evaluator.moving_base:
-        fault = "the scene starts at static equilibrium beside what moves, and how parameters move that is not known"
+        fault = "the scene starts at static equilibrium beside moving drives, which has no derivatives here"
         raise UsageError(Problem("start", fault, "initial = model.equilibrium().initial, for a start that is held"))
     if nl:
         (r,) = equations.of("residual", values).values()
@@ -83,7 +83,7 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
     sizes, directions = np.linalg.svd(scaled)[1:]
     if nl > nh or sizes[-1] <= _UNDETERMINED * sizes[0]:
         name = equations.model.v_names[int(np.argmax(np.abs(directions[-1, :nv])))].removeprefix("v.")
-        fault = f"the scene starts at static equilibrium, and nothing determines where that is along {name}"
+        fault = f"the scene starts at static equilibrium, which no force determines along {name}"
         hint = f"a spring at {name}; or initial = model.equilibrium().initial, for a start that is held"
         raise UsageError(Problem("start", fault, hint))
     return Rest(values, matrix, rest_slopes(equations, result))

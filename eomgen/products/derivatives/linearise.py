@@ -37,7 +37,7 @@ from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 
 #: Names of samples of inputs: the values of an input at all rows together, one of them, or each of them.
 _INPUTS, _SAMPLE = "inputs.", re.compile(r"inputs\.(?P<name>[^\[]+)(?:\[(?P<row>\d+|:)\])?")
-#: What Newton's iteration leaves of steps is divided by these, where derivatives are to be better than runs.
+#: Divisors of Newton's tolerances for derivatives that are to be better than runs.
 _TIGHT = {"rtol": 1e-13, "atol": 1e-15}
 
 
@@ -147,7 +147,7 @@ def _start(
     *,
     at_rest: bool,
 ) -> Start:
-    """Return what the state that a run starts from follows from; ``by``: parameters. Raises UsageError."""
+    """Return the dependence of a run's initial state on parameters ``by``. Raises UsageError."""
     asked = initial_state(model, initial, p, asked=not at_rest)
     if at_rest:
         asked = InitialState(state.q, asked.v, state.z)
@@ -180,7 +180,7 @@ def _linear_run(
     by: By,
     rows: Sequence[int],
 ) -> LinearRun[Any]:
-    """Return the run with its linear steps, which are those of the method."""
+    """Return the run with its linearised steps."""
     model = run.model
     if isinstance(step, LinearStep):
         of_step = 32 * (model.nv + model.nz + 2 * len(model.multipliers)) ** 2
@@ -194,7 +194,7 @@ def _linear_run(
 def _directions(
     model: CompiledModel, by: Sequence[str] | None, given: Collection[str], steps: int
 ) -> tuple[tuple[str, ...], By]:
-    """Return names of directions, and what they are: parameters come first, then the state, then samples of inputs;
+    """Return names and kinds of directions: parameters come first, then the state, then samples of inputs;
     ``given``: inputs that the caller gives."""
     parameters, states = list(model.parameters), list(model.z_names)
     rates = list(model.v_names)
@@ -284,11 +284,11 @@ def _check(
         fault = "the scene has events, and across them derivatives are not defined here: their times move, too"
         raise UsageError(Problem("sensitivities", fault, "a scene without events"))
     if layout["sampled"]:
-        fault = "the scene has sampled states, and derivatives are those of steps that end on none of their samples"
+        fault = "the scene has sampled states, and derivatives belong to steps that end on none of their samples"
         raise UsageError(Problem("sensitivities", fault, "a continuous controller: internal states"))
     if layout["method"].get("jumps") and len(model.discontinuity_times(grid.start, grid.reached)):
         first = float(model.discontinuity_times(grid.start, grid.reached)[0])
-        fault = f"forces jump at t = {first:.6g} s, where steps are cut in two; these have no derivatives here"
+        fault = f"forces jump at t = {first:.6g} s, and steps are cut in two there; these have no derivatives here"
         raise UsageError(Problem("sensitivities", fault, "a smooth law in its place"))
     if not grid.whole:
         fault = f"the run from {grid.start:.6g} s to {grid.end:.6g} s has no whole step of {grid.step:.6g} s"
@@ -306,13 +306,13 @@ def _check(
 
 def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:
     """Raise UsageError for an input of the caller whose formula in the scene knows a parameter of ``by``: partials
-    would be those of the formula."""
+    would belong to the formula."""
     for item in model.description.inputs:
         if item.name not in given or item.formula is None:
             continue
         inside = [symbol.name for symbol in symbols(item.formula) if symbol.kind == "parameter" and symbol.name in by]
         if inside:
-            fault = f"the input {item.name} is given, but derivatives by {inside[0]} are those of its formula"
+            fault = f"the input {item.name} is given, but derivatives by {inside[0]} belong to its formula"
             raise UsageError(Problem("inputs", fault, f"by=... without {inside[0]}, or {item.name} by its formula"))
 
 
@@ -341,9 +341,9 @@ def _named(method: str) -> str:
 
 
 def _linear_step(name: str, method: Method, internal: bool) -> LinearStep | LinearPasses:
-    """Return the coefficients of a method's steps made linear. Raises UsageError where it has none."""
+    """Return the coefficients of a method's steps made linear. Raises UsageError if it has none."""
     if method.chooses_steps:
-        fault = f"{name} chooses its steps, and where they end moves with what derivatives are taken by"
+        fault = f"{name} chooses its steps, and their ends move with the parameters of the derivatives"
         raise UsageError(Problem("method", fault, _with_derivatives()))
     step = method.linear_step
     if step is None:
@@ -355,7 +355,7 @@ def _linear_step(name: str, method: Method, internal: bool) -> LinearStep | Line
 
 
 def _with_derivatives() -> str:
-    """Return the methods whose runs have derivatives, as advice; those that need parameters have none."""
+    """Return the methods whose runs have derivatives, as advice; methods that need parameters have none."""
     named = []
     for name in dict.fromkeys(METHOD_NAMES.values()):
         with contextlib.suppress(UsageError):

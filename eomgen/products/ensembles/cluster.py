@@ -163,7 +163,7 @@ def _started(start: Callable[[], Any]) -> Any:
         return start()
     except (RuntimeError, OSError) as error:
         fault = f"its processes did not start: {_first_line(error)}"
-        hint = 'if __name__ == "__main__": around what a script does, since each process imports the script'
+        hint = 'if __name__ == "__main__": around the statements of a script, since each process imports the script'
         raise UsageError(Problem(f"cluster {LOCAL}", fault, hint)) from None
 
 
@@ -282,9 +282,9 @@ class _Run:
         kind = type(error).__name__
         if kind == "KilledWorker":
             fault = f"workers died over and over while they ran {samples}"
-            hint = "more memory for each worker; what is done is kept, for resume"
+            hint = "more memory for each worker; finished samples are kept, for resume"
         elif status == "error" and kind == "ModuleNotFoundError":
-            fault, hint = f"a worker has not what the ensemble needs: {error}", "the same packages on all machines"
+            fault, hint = f"a worker lacks a part that the ensemble needs: {error}", "the same packages on all machines"
         elif status == "error":
             fault, hint = f"{samples} cannot be run: {_first_line(error)}", "the logs of its workers"
         else:

@@ -127,7 +127,7 @@ def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
             continue
         track = _track(model.description.inputs[place])
         if (other := of_track.setdefault(track, name)) != name:
-            fault = f"its wheel runs in the same track as that of {other}, and has the same seed"
+            fault = f"its wheel runs in the same track as the wheel of {other}, and has the same seed"
             raise UsageError(Problem(f"vary {name}", fault, f"{other} alone, which all wheels of the track follow"))
 
 

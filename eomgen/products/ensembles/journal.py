@@ -1,4 +1,4 @@
-"""The folder of an ensemble: its samples block by block, and what they have been reduced to, from which it goes on."""
+"""The folder of an ensemble: its samples block by block with their reduced statistics, from which it is resumed."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Journal:
 
     Parameters
     ----------
-    described : what the samples depend on; those of another description are not gone on with
-    resume : whether to go on with what the folder holds
+    described : inputs of the samples; samples of another description are not resumed
+    resume : whether to go on with the samples of the folder
 
     Raises
     ------
@@ -124,7 +124,7 @@ class Journal:
         )
 
     def write(self, reduction: Reduction) -> None:
-        """Write what all blocks that were kept come to."""
+        """Write the statistics of all kept blocks."""
         if self._folder is None:
             return
         failed = [{"number": one.number, "reason": one.reason, "values": dict(one.values)} for one in self.failed]

@@ -109,7 +109,7 @@ def _scatter(ensemble: Drawn) -> Any:
     for axes, name in zip(grid[-1], varied, strict=True):
         axes.set_xlabel(_label(ensemble, name))
     thinned = f", each {stride}th sample" if stride > 1 else ""
-    figure.suptitle(f"{ensemble.scene}: results against what varies{thinned}", fontsize="medium")
+    figure.suptitle(f"{ensemble.scene}: results against varied quantities{thinned}", fontsize="medium")
     return figure
 
 

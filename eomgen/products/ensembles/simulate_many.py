@@ -381,12 +381,14 @@ def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | 
     """Raise UsageError for options of ``simulate`` that samples cannot have."""
     if resume and folder is None:
         raise UsageError(
-            Problem("resume", "there is no folder to go on with", "folder=..., that of the ensemble before")
+            Problem("resume", "there is no folder to go on with", "folder=..., the folder of the ensemble before")
         )
     for name in ("checkpoint", "checkpoint_every"):
         if options.get(name) is not None:
             fault = "samples write no checkpoints of their own"
-            raise UsageError(Problem(name, fault, "folder=..., and resume=True, which goes on with what is done"))
+            raise UsageError(
+                Problem(name, fault, "folder=..., and resume=True, which goes on with the finished samples")
+            )
 
 
 def _digest(arrays: Sequence[Array]) -> str:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--mass", default=None, metavar="CHOICE", help="fisher, prior or unit; the file's by default.")
 @click.option("--step", type=float, default=None, help="Of trajectories; 0: found by the warm-up.")
 @click.option("--duration", type=float, default=None, help="Of a trajectory; 1.5 by default.")
-@click.option("--first", default=None, metavar="PART", help="What trajectories begin with: random, drift or kick.")
+@click.option("--first", default=None, metavar="PART", help="First part of trajectories: random, drift or kick.")
 @click.option("--jitter", type=float, default=None, help="Part by which steps vary, 0 to 1.")
 @click.option("--guard", type=float, default=None, help="Part of the largest stable step that steps may have.")
 @click.option("--chains", type=int, default=None, metavar="N", help="Number of chains.")

@@ -177,7 +177,7 @@ class _Reader(Entries):
     def hint(self, error: FormulaError) -> str:
         below = [name for name in self.section("definitions") if error.what.startswith(f"unknown name {shown(name)}")]
         if below:
-            return f"{below[0]} above this line: definitions are of what stands above them"
+            return f"{below[0]} above this line: definitions use names that stand above them"
         if error.what.startswith("unknown name 'p'"):
             return 'p_x for the momentum of x, or momentum = "p" in its coordinate'
         return super().hint(error)

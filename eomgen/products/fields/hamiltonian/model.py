@@ -197,7 +197,7 @@ class HamiltonianModel:
         compensated : bool
             Keep the rounding errors of sums for the next ones: for 1e6 steps and more.
         tolerance : float
-            Of ``rk45`` with its own steps within those of the grid: local errors as parts of the state. The file's
+            Of ``rk45`` with its own steps within the steps of the grid: local errors as parts of the state. The file's
             by default.
         error_estimate : bool
             Estimate the errors of steps by runs in steps twice and four times as long, or half as long if these

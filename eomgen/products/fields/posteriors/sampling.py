@@ -192,7 +192,7 @@ class Sampler:
         for number, spectrum in enumerate(self._starts(start, chains)):
             potential = posterior.energy(spectrum)
             if not math.isfinite(potential):
-                fault = f"U is {potential} where chain {number} starts"
+                fault = f"U is {potential} at the start of chain {number}"
                 raise NumericalError(Problem("Sampler: start", fault, '"mode"'))
             if not number or not isinstance(start, str) or start == "prior":  # else all start in one place
                 self.frequency = max(self.frequency, posterior.largest_frequency(spectrum, self.mass))

@@ -131,7 +131,7 @@ def _power(found: FieldSamples) -> Any:
         middle.set_title("correlation of the mean with the truth", loc="left", fontsize="medium")
     else:
         middle.plot(k, _column(scales, "of_mean") / mean, "o-", color=BLUE, markersize=4, linewidth=1.0)
-        middle.set_title("power of the mean over that of samples", loc="left", fontsize="medium")
+        middle.set_title("power of the mean over power of samples", loc="left", fontsize="medium")
     middle.set_ylim(-0.05, 1.05)
     if found.count >= ENOUGH:
         right.plot(k, _column(scales, "autocorrelation"), "o-", color=BLUE, markersize=4, linewidth=1.0)

@@ -253,7 +253,7 @@ class _Making:
         values, turned = (self.of_waves(item, sign) for sign in (1.0, -1.0))
         finite = np.isfinite(values) & np.isfinite(turned)
         if not np.allclose(values[finite], turned[finite], rtol=1e-12, atol=1e-300):
-            fault = "the power is not the same at k and at -k, and that of a real field is"
+            fault = "the power is not the same at k and at -k, and the power of a real field is"
             raise ModelError(Problem("power", fault, "a formula of k, or of squares of kx"))
         return values
 
@@ -265,7 +265,7 @@ class _Making:
             fault = f"the filter has no finite value at k = {self.mesh.wave_numbers[place]:.6g}"
             raise ModelError(Problem("filter", fault, "a formula with finite values, at k = 0 too"))
         if not np.allclose(values, turned, rtol=1e-12, atol=1e-300):
-            fault = "the filter is not the same at k and at -k, so what it makes of a real field is not real"
+            fault = "the filter is not the same at k and at -k, so the filtered real field is not real"
             raise ModelError(
                 Problem("filter", fault, 'a formula of k, or of squares of kx; difference = "x" for slopes')
             )
@@ -380,7 +380,7 @@ class _Making:
             for name, values, low in [("mean", mean, least), *((DRAWN[item.kind], values, 0.0) for values in spread)]:
                 above = name == "beta"  # 0 is no shape of a distribution
                 if not np.all(np.isfinite(values)) or float(values.min()) < low or (above and not values.all()):
-                    fault = f"the {name} of what is drawn is {float(values.min()):.6g} somewhere, or not finite"
+                    fault = f"the {name} of the drawn fields is {float(values.min()):.6g} somewhere, or not finite"
                     bound = " above 0" if above else "" if low else " from 0 on"
                     raise ModelError(Problem(key, fault, f"a formula of finite values{bound}"))
             stream = np.random.Generator(np.random.Philox(key=[seed, number + 1]))
@@ -396,7 +396,7 @@ def _drawn(item: Data, stream: np.random.Generator, mean: Array, spread: list[Ar
             return stream.poisson(stream.gamma(spread[0], mean / spread[0])).astype(float)
         return stream.poisson(mean).astype(float)
     except ValueError:  # of NumPy, whose whole numbers end there
-        fault = f"the mean of what is drawn is {float(mean.max()):.6g} somewhere, too large for whole numbers"
+        fault = f"the mean of the drawn fields is {float(mean.max()):.6g} somewhere, too large for whole numbers"
         raise ModelError(Problem(f"data.{item.name}", fault, "a smaller mean")) from None
 
 

@@ -104,7 +104,7 @@ class FieldSamples:
         step, taken = self.settings.step, float(np.min(self.samples.steps))
         if step <= taken:
             return ""
-        return f"; steps are {taken:.4g}, not {step:.4g}: the guard allows no larger ones where the chains are"
+        return f"; steps are {taken:.4g}, not {step:.4g}: the guard allows no larger ones at the chains' states"
 
     @property
     def lost(self) -> str:
@@ -115,7 +115,7 @@ class FieldSamples:
             return ""
         of = counted(errors.size, "trajectory", "trajectories")
         hint = "smaller steps, or an energy that is finite everywhere and grows on both sides"
-        return f"; {count} of {of} ended where the energy is not finite, and were rejected; try: {hint}"
+        return f"; {count} of {of} ended at states whose energy is not finite, and were rejected; try: {hint}"
 
     @property
     def doubt(self) -> str:

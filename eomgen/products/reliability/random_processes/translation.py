@@ -87,7 +87,7 @@ def underlying(covariance: Covariance, map_of: Callable[[Array], Array], window:
     if wanted[worst] < lowest - _ROUNDING:
         fault = f"no Gaussian process has a translation with the correlation {wanted[worst]:.3g} at the lag"
         fault += f" {lags[worst]:.3g}: of this one they are {lowest:.3g} or more"
-        raise UsageError(Problem("", fault, "a covariance that is less negative, or that of g"))
+        raise UsageError(Problem("", fault, "a covariance that is less negative, or the covariance of g"))
     result = np.interp(wanted, made[first:], correlation[first:])
     result[0] = 1.0
     return CovarianceTable(Curve("covariance", lags, result))

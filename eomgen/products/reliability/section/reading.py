@@ -107,7 +107,7 @@ class Processes:
         for word in written.SHARED if entry.coherence is None else (*written.SHARED, "seed"):
             if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
                 self.report.add(
-                    f"{key}.{word}", f"{word} is that of {own[0]}, with which it is {with_others}", "without it"
+                    f"{key}.{word}", f"{word} belongs to {own[0]}, with which it is {with_others}", "without it"
                 )
                 return None
         return own[0]
@@ -244,7 +244,7 @@ class Processes:
             return None
         for word in written.OWN:
             if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
-                self.report.add(f"{key}.{word}", f"{word} is that of {entry.follows}, which it follows", "without it")
+                self.report.add(f"{key}.{word}", f"{word} belongs to {entry.follows}, which it follows", "without it")
                 return None
         right, wrong = ("delay", "offset") if leader.speed is None else ("offset", "delay")
         value = getattr(entry, right)

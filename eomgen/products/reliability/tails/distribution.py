@@ -95,7 +95,7 @@ class _Generating:
         return np.asarray(rise.sum(axis=1)), np.asarray(slope.sum(axis=1))
 
     def saddles(self) -> Array:
-        """Return s (m,) between the poles where K' = y; an infinity where y is no value of the form.
+        """Return s (m,) between the poles where K' = y; an infinity if y is no value of the form.
 
         K' rises all along the strip between the poles, so the interval about a saddle is halved.
         """

@@ -67,7 +67,7 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
     if not variables:
         hint = '[random.force] type = "squared_exponential", correlation_time = "1 s", and force in a formula'
         if seas := [waves.name for waves in model.description.waves]:
-            hint = f"variables = true in [waves.{seas[0]}], where it has a spectrum"
+            hint = f"variables = true in [waves.{seas[0]}], if it has a spectrum"
         raise UsageError(Problem(model.name, "the scene has no random process", hint))
     return tuple(result), variables
 

@@ -295,7 +295,7 @@ class _Study:
             z, y, _ = self.about_mean.first(_TRIED)
         failed = int(np.count_nonzero(~np.isfinite(y)))
         if failed:
-            self.notes.append(f"{failed} of {len(y)} samples fail, so what is said of the output leaves them out")
+            self.notes.append(f"{failed} of {len(y)} samples fail, so the statistics of the output leave them out")
         if len(y) - failed < 2 or not np.nanvar(y) > 0.0:
             return
         if float(np.sqrt(np.nanmean((y - form.values(z)) ** 2) / np.nanvar(y))) <= _MISSED:

@@ -50,7 +50,7 @@ _option = arguments_of("eomgen.products.studies:identify")
     "deviations",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Standard deviation of a column's noise; estimated where none is given. May be repeated.",
+    help="Standard deviation of a column's noise; estimated if none is given. May be repeated.",
 )
 @click.option(
     "--output", "outputs", multiple=True, metavar="NAME", help="Columns compared; all by default. May be repeated."

@@ -53,7 +53,7 @@ _option = arguments_of("eomgen.products.studies:tradeoff")
     "--axes",
     default=None,
     metavar="NAME,NAME",
-    help="What is varied: formulation, method, parameters, resolution, policy, arithmetic, profile, fidelity; by"
+    help="Varied axes: formulation, method, parameters, resolution, policy, arithmetic, profile, fidelity; by"
     " default all but fidelity.",
 )
 @_option("--methods", default=None, metavar="NAME,NAME")

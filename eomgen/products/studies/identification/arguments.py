@@ -59,7 +59,7 @@ def _within(unknowns: Unknowns, name: str, place: int, first: float, last: float
     part = {"q": f'"{joint}": {{"position": ...}}', "v": f'"{joint}": {{"velocity": ...}}'}.get(
         state[0], f'"{joint}": ...'
     )
-    return f"initial={{{part}}} (--initial {state}={inside:.6g}), where it starts"
+    return f"initial={{{part}}} (--initial {state}={inside:.6g}), its initial guess"
 
 
 def deviations_of(labels: Sequence[str], given: Mapping[str, float] | float | None) -> Array | None:
@@ -73,8 +73,8 @@ def deviations_of(labels: Sequence[str], given: Mapping[str, float] | float | No
             check_name("measured column", name, labels)
     absent = [label for label, value in every.items() if value is None]
     if absent:
-        fault = f"that of {', '.join(absent)} is missing"
-        raise UsageError(Problem("deviations", fault, "those of all columns, or of none: then they are estimated"))
+        fault = f"the deviation of {', '.join(absent)} is missing"
+        raise UsageError(Problem("deviations", fault, "deviations of all columns, or of none: then they are estimated"))
     kind = "number"
     result = np.array([number_of(f"deviations of {label}", value, kind) for label, value in every.items()])
     if not (np.isfinite(result).all() and (result > 0.0).all()):
@@ -96,5 +96,5 @@ def check_effect(
     effect = np.linalg.norm(first[1] / weights[:, np.newaxis], axis=0) * np.where(x != 0.0, np.abs(x), 1.0)
     lost = [name for name, size in zip(unknowns.names, effect, strict=True) if size < _EFFECT * np.sqrt(len(columns))]
     if lost:
-        fault = f"nothing that was measured depends on {', '.join(lost)} where the search starts"
+        fault = f"no measurement depends on {', '.join(lost)} at the initial guess"
         raise UsageError(Problem("parameters", fault, "other outputs, other start values, or without them"))

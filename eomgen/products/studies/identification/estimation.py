@@ -102,7 +102,7 @@ def fit(
     """
     first = predict(x)
     if first is None:
-        fault = f"the run fails where the search starts: {predict.failures[0]}"
+        fault = f"the run fails at the initial guess: {predict.failures[0]}"
         raise NumericalError(Problem("identify", fault, "other start values (values=, --set), or a smaller step"))
     count = int(columns.max()) + 1
     ranges = np.array([float(np.ptp(data[columns == k])) or 1.0 for k in range(count)])

@@ -185,10 +185,10 @@ class Judgement:
         named = {name for one in combinations for name in one.members}
         lost = [one.name for one in estimates if one.state == "undetermined" and one.name not in named]
         if lost:
-            notes.append(f"without effect on what was measured: {', '.join(lost)}")
+            notes.append(f"without effect on the measurements: {', '.join(lost)}")
         bound = [one.name for one in estimates if one.state == "on its bound"]
         if bound:
-            notes.append(f"on a bound: {', '.join(bound)}; the other intervals are those of this bound")
+            notes.append(f"on a bound: {', '.join(bound)}; the other intervals hold at this bound")
         wide = [
             one.name
             for one in estimates

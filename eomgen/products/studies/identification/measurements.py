@@ -59,7 +59,7 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
         fault = f"a file or columns by name are needed, not {type(data).__name__}"
         hint = '"run.csv", or {"t": times, "angle": values}'
         if hasattr(data, "t") and hasattr(data, "outputs"):
-            hint = '{"t": run.t, "angle": run.outputs["angle"]}, the columns of what simulate returns'
+            hint = '{"t": run.t, "angle": run.outputs["angle"]}, the columns of a solution of simulate'
         raise UsageError(Problem("data", fault, hint))
     columns = {}
     for name, values in data.items():
@@ -79,7 +79,7 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) > 1:
         fault = f"columns differ in length: {', '.join(f'{name} {length}' for name, length in lengths.items())}"
-        raise UsageError(Problem("data", fault, "one number for each time, nan where one is missing"))
+        raise UsageError(Problem("data", fault, "one number for each time, nan for missing ones"))
     return f"run{number + 1}", columns
 
 

@@ -256,7 +256,7 @@ def _motion(model: Model, data: Data, number: int, missing: str) -> Motion:
         raise UsageError(Problem(name, fault, f"columns named {listed_plain([*efforts, *model.inputs])}"))
     if torques and len(torques) < len(efforts):
         lost = [label for label in efforts if label not in columns]
-        raise UsageError(Problem(name, f"the efforts {listed_plain(lost)} are missing", "0 where there is none"))
+        raise UsageError(Problem(name, f"the efforts {listed_plain(lost)} are missing", "0 without one"))
     strange = next((label for label in columns if label.startswith("tau.") and label not in efforts), None)
     if strange is not None:
         hint = nearest(strange, efforts) or listed_plain(efforts)

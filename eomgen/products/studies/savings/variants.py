@@ -48,7 +48,12 @@ def variants(scene: Scene, of_step: tuple[str, ...], absolute: Scene | str | Non
     """
     made = [
         Variant("as asked", "the scene as it is", scene),
-        Variant("a run", "only what a run calls, as eomgen simulate builds it", scene, start=scene.simulation.start),
+        Variant(
+            "a run",
+            "only the functions that a run calls, as eomgen simulate builds it",
+            scene,
+            start=scene.simulation.start,
+        ),
         Variant("terms of a step", "only the terms that the stepper calls", scene, of_step),
         Variant("all terms", "every term that the scene can have, with two time derivatives", scene, ALL_TERMS),
     ]

@@ -73,7 +73,7 @@ def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
         if moving:
             arguments["later"] = max(1, round(LATER * rng.uniform(0.5, 1.0) * runner.grid.rows))
             seconds = arguments["later"] * runner.grid.row
-            words.append(f"what is prescribed over time from {seconds:.3g} s on")
+            words.append(f"prescribed functions of time from {seconds:.3g} s on")
         yield Condition(f"{number}: {', '.join(words)}", arguments)
 
 

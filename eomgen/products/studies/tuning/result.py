@@ -141,7 +141,7 @@ class Tuned:
         FileError
         """
         if self.simplified:
-            fault = f"what was chosen has less fidelity, {self.simplified}, which is not written into files"
+            fault = f"the chosen scene has less fidelity, {self.simplified}, which is not written into files"
             raise UsageError(Problem(str(path), fault, "fewer modes, order or stiffening in [beams]; or other axes"))
         text = with_settings(self.source, self.simulation, self.coordinates, self.group)
         write_text(Path(path), text)

@@ -23,7 +23,7 @@ class Verified:
 
     Attributes
     ----------
-    what : in words
+    what : condition, in words
     error : of the tuned quantity, infinite if the run did not reach its end
     uncertainty : of its reference
     by : its reference

@@ -28,7 +28,7 @@ def identity(
     parameters: Mapping[str, float] | None,
     inputs: Mapping[str, Any] | None,
 ) -> str:
-    """Return a text by which points of one study are known: those of other scenes, times or parameters are not its
+    """Return a text by which points of one study are known: points of other scenes, times or parameters are not its
     own."""
     digests = b"".join(scene.digest for scene in found.scenes.values())
     own = {

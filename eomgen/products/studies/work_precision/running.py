@@ -268,7 +268,7 @@ class Runner:
                 return Outcome(STOPPED, solution.message, stats=counts(solution.stats), seconds=took)
             observation = observed(model, solution)
             if len(solution.t) != recorded + 1 or not np.all(np.isfinite(observation.q)):
-                return Outcome(STOPPED, "its rows are not those of the grid, or not finite", seconds=took)
+                return Outcome(STOPPED, "its rows are not at the times of the grid, or not finite", seconds=took)
             repeated = Repeated(model, solution, self.method(configuration, tolerance), inputs) if timed else None
             said = solution.message.partition("; ")[2]
             return Outcome(REACHED, said, observation, counts(solution.stats), repeated, took)

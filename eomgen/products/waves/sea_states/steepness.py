@@ -37,8 +37,8 @@ def too_steep_together(k: Array, amplitude: Array, depth: float, *, alone: bool,
     most = _STEEPEST * math.pi
     if (alone and len(k) < 2) or not slope > most:
         return ""
-    message = f"where crests meet the slope comes to {slope:.3g}" if alone else f"the significant slope is {slope:.3g}"
-    message += f", and waves break from {most:.3g} on: forces there are those of no water"
+    message = f"at meeting crests the slope comes to {slope:.3g}" if alone else f"the significant slope is {slope:.3g}"
+    message += f", and waves break from {most:.3g} on: forces there are not physical"
     return message if alone else f"{message}. A lower sea, or a band that ends before its shortest waves"
 
 

@@ -125,7 +125,7 @@ class PairTape:
         self.tape.blocks.append((len(self.tape.op), "a component: length and direction of the wave vector"))
         k = call(Op.SQRT, kx * kx + ky * ky)
         h = self._h if case.finite else None
-        self.tape.blocks.append((len(self.tape.op), "frequency by the dispersion relation, and what a current adds"))
+        self.tape.blocks.append((len(self.tape.op), "frequency by the dispersion relation, and the part of a current"))
         forth = dispersion(WaveNumber(kx, ky, k, self._g, h, self._algebra))
         back = dispersion(WaveNumber(-kx, -ky, k, self._g, h, self._algebra))
         half = self._algebra.scalar(0.5)

@@ -131,13 +131,15 @@ class Sea:
         if np.any(doppler):
             current = np.linalg.lstsq(vectors, doppler, rcond=None)[0]
             if np.abs(vectors @ current - doppler).max() > 1e-9 * np.abs(doppler).max():
-                fault = "what changes sign with the wave vector is not linear in it, so it is no uniform current's"
+                fault = (
+                    "the part that changes sign with the wave vector is not linear in it, so it is no uniform current's"
+                )
                 raise UsageError(Problem("Sea: dispersion", fault, "w.gravity_waves + U * w.kx"))
         restoring = row["w"] ** 2 * row["C"] / row["k"]
         if np.ptp(restoring) > 1e-9 * restoring.max():
             fault = (
                 f"w^2 coth(k h) / k is {restoring.min():.6g} to {restoring.max():.6g} m/s^2; the pressure at the"
-                " surface is the same everywhere only where it is the same for all waves"
+                " surface is the same everywhere only if it is the same for all waves"
             )
             raise UsageError(
                 Problem("Sea: dispersion", fault, "w.gravity_waves, with terms that are linear in kx and ky")
