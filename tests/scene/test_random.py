@@ -16,6 +16,7 @@ from scipy.stats import norm, skew
 
 import eomgen
 from eomgen.base.arrays import Array
+from eomgen.base.standard_normals import standard_normals
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.curves import Curve
@@ -28,7 +29,6 @@ from eomgen.products.reliability.random_processes import (
     SquaredExponential,
     expand,
     nearest_correlation,
-    standard_normals,
     translated_correlation,
 )
 from eomgen.scene.load import from_data
@@ -292,7 +292,7 @@ def test_what_is_wrong_is_said_once(entry: dict[str, Any], message: str) -> None
     [
         ({"follows": "force"}, r"it follows a process over time, and needs delay alone; try: delay = 0.1"),
         ({"follows": "force", "offset": 1}, r"it follows a process over time, and needs delay alone"),
-        ({"follows": "force", "delay": 1, "seed": 3}, r"seed is that of force, which it follows; try: without it"),
+        ({"follows": "force", "delay": 1, "seed": 3}, r"seed belongs to force, which it follows; try: without it"),
         ({"follows": "late", "delay": 1}, r"it follows itself; try: follows = \"force\""),
     ],
 )
@@ -443,7 +443,7 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
         ({"v": {"coherence": {"u": "a"}}}, r"random.v.coherence.u\): a number is needed here, not 'a'$"),
         ({"v": {"coherence": {"v": 0.5}}}, r"it is coherent with itself; try: coherence with another process"),
         ({"v": {"coherence": {"x": 0.5}}}, r"there is no random process 'x'"),
-        ({"v": {"coherence": {"u": 0.5}, "seed": 3}}, r"seed is that of u, with which it is coherent"),
+        ({"v": {"coherence": {"u": 0.5}, "seed": 3}}, r"seed belongs to u, with which it is coherent"),
         ({"v": {"coherence": {"u": 0.5}, "correlation": {"u": 0.5}}}, r"both correlation and coherence say"),
         (
             {"v": {"coherence": {"u": 0.5}}, "w": {"correlation": {"u": 0.5}}},
@@ -477,7 +477,7 @@ def test_coherences_that_no_processes_have_are_refused(random: dict[str, Any], m
         ({"v": {"correlation": {"v": 0.5}}}, r"it is correlated with itself; try: correlation with another process"),
         ({"v": {"correlation": {"x": 0.5}}}, r"there is no random process 'x'"),
         ({"v": {"correlation": {"w": 0.5}}, "w": {"correlation": {"v": 0.5}}}, r"one process with a type of its own"),
-        ({"v": {"correlation": {"u": 0.5}, "share": 0.5}}, r"share is that of u, with which it is correlated"),
+        ({"v": {"correlation": {"u": 0.5}, "share": 0.5}}, r"share belongs to u, with which it is correlated"),
         (
             {"v": {"correlation": {"u": 0.5, "w": 0.1}}, "w": {"correlation": {"u": 0.5, "v": 0.2}}},
             r"its correlation with v is 0.2 here and 0.1 there; try: one of them",
