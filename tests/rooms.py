@@ -17,7 +17,7 @@ from tests.test_doors import DOORS, PACKAGE, _own, room_of
 #: Rooms that are at everybody's hand, drawn as one box without arrows.
 BASE = ("base", "errors")
 #: Entries of the table that are no rooms: the way in, and a stub for type checkers.
-APART = ("__main__", "products.exported")
+APART = ("__main__", "products.exported", "products.offered")
 PRODUCTS = "products."
 WIDTH, HEIGHT, GAP, RISE, MARGIN, LETTER = 1120.0, 40.0, 18.0, 48.0, 12.0, 6.3
 
