@@ -429,8 +429,8 @@ class _Reader:
 
 
 def _off_right(angle: float) -> float:
-    """Return the distance of an angle from the nearest right or straight one; 0 for angles nearest to zero, whose
-    rounding is no error."""
+    """Return the distance of an angle from the nearest right or straight one; 0 for angles nearest to zero, which
+    may be small on purpose."""
     quarters = round(angle / (0.5 * math.pi))
     return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0
 
