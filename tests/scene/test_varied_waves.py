@@ -283,7 +283,7 @@ def test_what_of_waves_does_not_vary_says_what_would() -> None:
     ):
         with pytest.raises(UsageError, match=text):
             model.simulate_many(vary={name: "integers(1, 9)"}, samples=2)
-    with pytest.raises(UsageError, match=r"no random process; try: variables = true in \[waves.sea\], where it has a"):
+    with pytest.raises(UsageError, match=r"no random process; try: variables = true in \[waves.sea\], if it has a"):
         processes_of(model)
     varied = eomgen.build(from_data(data))
     with pytest.raises(UsageError, match=r"a seed is a whole number from 0 on"):

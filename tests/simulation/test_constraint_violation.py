@@ -30,7 +30,7 @@ def test_the_row_the_time_and_the_size_are_named(four_bar: eomgen.Model) -> None
     worst = int(np.argmax(violation))
     assert found is not None
     assert (
-        found.what == f"the constraint {four_bar.multipliers[worst]} is off by {violation[worst]:.3g} m at t = 0.07 s"
+        found.text == f"the constraint {four_bar.multipliers[worst]} is off by {violation[worst]:.3g} m at t = 0.07 s"
     )
     assert violation[worst] / 2.0 < found.share < violation[worst] / 0.05  # links of 0.05 to 2 m
 
@@ -38,7 +38,7 @@ def test_the_row_the_time_and_the_size_are_named(four_bar: eomgen.Model) -> None
 def test_what_rows_do_not_show_is_said(four_bar: eomgen.Model) -> None:
     run = four_bar.simulate(0.1, 1e-3)
     found = largest_violation(four_bar, run.t, run.q, four_bar.parameter_array({}), largest=0.01)
-    assert found is not None and found.what == "constraints are off by up to 0.01 between the rows"
+    assert found is not None and found.text == "constraints are off by up to 0.01 between the rows"
 
 
 def test_iterations_that_end_too_early_are_doubted_and_worse_ones_fail(four_bar: eomgen.Model) -> None:

@@ -42,6 +42,7 @@ NOT_HERE = {
     "doubtful_start": "words of the start",
     "turned_start": "turns of angles",
     "chosen_method": "words of the choice",
+    "partly_examined": "a share of rows, for runs of 20 000 rows and more",
 }
 #: Checks whose values have a unit.
 UNITS = {"unresolved_damping": "1/s", "unresolved_states": "1/s"}
