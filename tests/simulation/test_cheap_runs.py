@@ -67,10 +67,10 @@ def test_a_run_whose_last_state_is_read_costs_few_calls(name: str, method: str, 
 @pytest.mark.parametrize(
     ("name", "method", "success", "message", "with_estimate"),
     [
-        ("symmetric_top", "taylor", 313, 669, 1702),
-        ("symmetric_top", "rk4", 340, 966, 3577),
-        ("robot_arm", "generalized_alpha", 335, 877, 3279),
-        ("four_bar", "generalized_alpha", 486, 877, 4839),
+        ("symmetric_top", "taylor", 313, 678, 1711),
+        ("symmetric_top", "rk4", 340, 974, 3587),
+        ("robot_arm", "generalized_alpha", 335, 885, 3289),
+        ("four_bar", "generalized_alpha", 486, 885, 4849),
     ],
 )
 def test_the_judgement_of_a_run_costs_few_calls(

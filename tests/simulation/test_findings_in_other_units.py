@@ -187,7 +187,7 @@ CASES = {
     "fast state": Case("sliders", 1.0, 0.01, ("unresolved_states",), RK4, {"rate": 1e3}),
     "exchanged": Case("sliders", 0.01, 2.0, ("exchanged_times",), RK4),
     "pulse": Case("sliders", 2.0, 0.05, ("discretisation_error", "unseen_law"), RK4,
-                  {"pulse": 50.0, "width": 0.003, "time": 0.51}),
+                  {"pulse": 50.0, "width": 0.003, "time": 0.5085}),
     "adaptive pulse": Case("sliders", 2.0, 0.5, ("bounded_steps",), {"method": "rk45"},
                            {"pulse": 50.0, "width": 0.003, "time": 0.513}),
     "stiff": Case("sliders", 2.0, 0.02, ("unresolved_motion",), ALPHA,

@@ -232,10 +232,14 @@ class FinishedRun:
         working = off and (self._works_between_rows or any(np.any(self.energy[one]) for one in ("power", "base_power")))
         if working and self.rows_are_sparse and untold_between_rows(self.states, self.run.model.factors):
             return Balance(None, APART)
-        small = self.error.relative < _SMALL or (not self.error.available and self._works_between_rows)
-        if working and small and self.unseen_law is None:  # then the power at the rows is off
+        if working and self._small_error and self.unseen_law is None:  # then the power at the rows is off
             return Balance(None, APART)
         return Balance(0.0) if off and self.at_rest else balance
+
+    @property
+    def _small_error(self) -> bool:
+        """Whether the estimated error is small, or the run has no estimate and forces that work between its rows."""
+        return self.error.relative < _SMALL or (not self.error.available and self._works_between_rows)
 
     @property
     def _works_between_rows(self) -> bool:
