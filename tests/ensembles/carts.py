@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 
 import pytest
 
@@ -50,5 +50,5 @@ def bits(found: Ensemble) -> list[bytes]:
 def small_blocks() -> Iterator[None]:
     """Blocks of a sixteenth of all samples, however short their runs are."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sys.modules["eomgen.products.ensembles.simulate_many"], "_WORTH_A_BLOCK", 0)
+        patch.setattr(import_module("eomgen.products.ensembles.simulate_many"), "_WORTH_A_BLOCK", 0)
         yield

@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -139,7 +140,7 @@ def test_blocks_of_short_runs_are_larger(cart: eomgen.Model, step: float, block:
 def test_blocks_of_short_runs_keep_to_some_memory(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     """640 runs of one step, of which two numbers each are kept."""
     done: list[int] = []
-    monkeypatch.setattr(sys.modules["eomgen.products.ensembles.simulate_many"], "_NUMBERS_OF_A_BLOCK", 100)
+    monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), "_NUMBERS_OF_A_BLOCK", 100)
     cart.simulate_many(0.1, 0.1, vary=VARY, samples=640, points=2, progress=lambda number, _: done.append(number))
     assert done == [*range(50, 640, 50), 640]
 
@@ -152,7 +153,7 @@ def test_a_killed_ensemble_goes_on_to_the_same_bits(
     """Killed by the system at the seventh block, before it is kept, written, or reduced whole."""
     options = {"vary": VARY, "samples": 60, "seed": 1}
     for setting in ("_SELDOM", "_RARELY", "_WORTH_A_BLOCK"):  # what is reduced is written at once; several blocks
-        monkeypatch.setattr(sys.modules["eomgen.products.ensembles.simulate_many"], setting, 0)
+        monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), setting, 0)
     straight = bits(cart.simulate_many(**options))
     if not (child := os.fork()):
         usual, calls = getattr(owner, name), []
