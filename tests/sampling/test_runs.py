@@ -156,7 +156,7 @@ def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
 )
 def test_a_run_takes_no_more_memory_than_it_says(start: str, transforms: str, precision: str) -> None:
     data = changed(mesh={"cells": [32, 32, 32], "length": 160.0})
-    sample(data, warm_up=1, samples=1, start=start, transforms=transforms, precision=precision)  # imports and C compiled
+    sample(data, warm_up=1, samples=1, start=start, transforms=transforms, precision=precision)  # imports, C
     tracemalloc.start()
     try:
         before = tracemalloc.get_traced_memory()[0]
