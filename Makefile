@@ -82,6 +82,7 @@ bench:
 	$(PYTHON) -m benchmarks.suite.environments
 	.bench/eomgen/bin/python -m benchmarks.suite
 	.bench/eomgen/bin/python -m benchmarks.suite.page
+	.bench/eomgen/bin/python -m benchmarks.suite.history
 
 clean:
 	rm -rf $(VENV) .bench out

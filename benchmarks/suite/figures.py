@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,12 @@ import matplotlib as mpl
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from benchmarks.suite.history import Measurement, contestants, series
 from benchmarks.suite.outcomes import Finding
-from benchmarks.suite.page import compared, ratio_of
+from benchmarks.suite.page import compared, ratio_of, shown
 from benchmarks.suite.register import Comparison, Row
 
 AHEAD, BEHIND, GOAL = "#1b6ca8", "#c0561f", "#777777"
@@ -74,3 +77,61 @@ def _draw_line(axes: Any, place: int, times: float, target: float | None) -> Non
         beyond = 1.0 / target if ahead and near else times
     axes.annotate(f"{times:.3g}", (beyond, place), (6 if ahead else -6, 0), textcoords="offset points",
                   va="center", ha="left" if ahead else "right", fontsize=8)  # fmt: skip
+
+
+COLUMNS = 4
+PEER = "#888888"
+
+
+def draw_history(history: Sequence[Measurement], rows: Sequence[Row], file: Path) -> None:
+    """Draw the time of each row over the dates of its measurements, eomgen and the first other contestant."""
+    rows = [row for row in rows if any(one.row == row.name for one in history)]
+    columns = min(COLUMNS, len(rows))
+    lines = -(-len(rows) // columns)
+    with mpl.rc_context({"svg.hashsalt": "eomgen", "font.size": 8, "svg.fonttype": "none"}):
+        figure, panels = plt.subplots(
+            lines, columns, figsize=(3.25 * columns, 1.9 * lines), layout="constrained", sharex=True, squeeze=False
+        )
+        for axes, row in zip(panels.flat, rows, strict=False):
+            _draw_row(axes, history, row)
+        for axes in list(panels.flat)[len(rows) :]:
+            axes.set_visible(False)
+        # The lowest panel of each column has the labels of the shared axis.
+        for column in range(columns):
+            last = [axes for axes in panels[:, column] if axes.get_visible()][-1]
+            last.tick_params(axis="x", labelbottom=True, rotation=30)
+        handles = [
+            mpl.lines.Line2D([], [], color=AHEAD, marker="o", markersize=3, label="eomgen"),
+            mpl.lines.Line2D(
+                [], [], color=PEER, marker="s", markersize=3, label="the other contestant, named in a panel"
+            ),
+        ]
+        figure.legend(handles=handles, loc="outside upper center", ncols=2, frameon=False)
+        figure.savefig(file, metadata={"Date": None})
+        plt.close(figure)
+
+
+def _draw_row(axes: Any, history: Sequence[Measurement], row: Row) -> None:
+    own, peer = contestants(row)
+    seen: list[float] = []
+    for name, color, marker in ((own, AHEAD, "o"), (peer, PEER, "s")):
+        # Each machine has a line of its own, since times of different processors are not one series.
+        for points in series(history, row.name, name).values() if name else ():
+            axes.plot(*zip(*points, strict=True), color=color, marker=marker, markersize=3, linewidth=1.0)
+            seen += (seconds for _, seconds in points)
+    # Each panel spans two decades at least, so that 3 % look like 3 % in all of them.
+    middle = (min(seen) * max(seen)) ** 0.5
+    span = max(max(seen) / middle, 5.0)
+    axes.set_yscale("log")
+    axes.set_ylim(middle / (2.0 * span), 4.0 * span * middle)
+    axes.set_title("\n".join(textwrap.wrap(row.work, 52)[:3]), fontsize=7, loc="left")
+    axes.set_ylabel("\n".join(textwrap.wrap(f"time of a {row.per}", 18)), fontsize=6)
+    axes.yaxis.set_major_locator(LogLocator(base=10, numticks=5))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: shown(value)))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_major_locator(AutoDateLocator(minticks=2, maxticks=6))
+    axes.xaxis.set_major_formatter(ConciseDateFormatter(axes.xaxis.get_major_locator(), show_offset=False))
+    if peer:
+        axes.text(0.98, 0.88, peer, color=PEER, transform=axes.transAxes, ha="right", fontsize=6)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)

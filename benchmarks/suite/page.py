@@ -185,6 +185,12 @@ def page(found: Mapping[str, Finding], rows: Sequence[Row] = ROWS) -> str:
     """Return the text of docs/benchmarks.md."""
     parts = [INTRODUCTION, "Measured on:\n", machine_told(found), ""]
     parts += ["![Time of each peer by eomgen's, on a logarithmic scale](benchmarks_ratios.svg)", ""]
+    parts += [
+        "All measurements since the suite exists are in [history.csv](../benchmarks/history.csv):",
+        "",
+        "![Times of each row over the dates of measurement](benchmarks_history.svg)",
+        "",
+    ]
     parts += ["## Goals", "", goals(found, rows), "", "## Lost, and what limits it", "", losses(found, rows), ""]
     for name in dict.fromkeys(row.section for row in rows):
         own = [row for row in rows if row.section == name]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.suite import __main__ as suite
-from benchmarks.suite import contest, environments, figures, page
+from benchmarks.suite import contest, environments, figures, history, page
 from benchmarks.suite.contest import Context, Entry
 from benchmarks.suite.outcomes import Finding, Outcome, read
 from benchmarks.suite.register import Comparison, Goal, Row
@@ -166,6 +166,39 @@ def test_the_page_names_what_is_lost_and_what_has_no_number(tmp_path: Path) -> N
     [file] = figures.draw(found, rows, tmp_path)
     drawn = file.read_text(encoding="utf-8")
     assert all(label in drawn for label in (">work of won<", ">peer<", ">0.5<", ">1.67<", ">5<"))
+
+
+def test_the_history_keeps_measurements_of_other_commits_and_replaces_equal_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results, file, figure = tmp_path / "results", tmp_path / "history.csv", tmp_path / "history.svg"
+    arguments = ["--folder", str(results), "--history", str(file), "--figure", str(figure)]
+    assert history.main(arguments) == 1
+    assert capsys.readouterr().err == f"{results} has no results; try: python -m benchmarks.suite\n"
+
+    name = "mass_panda"
+    first = finding(name, eomgen=2e-7, **{"Pinocchio > CasADi > C": 1e-6}, other=Outcome("other", "wrong", error=0.25))
+    later = dataclasses.replace(
+        finding(name, eomgen=1e-7), machine={**first.machine, "commit": "later", "time": first.machine["time"] + 60}
+    )
+    quick = dataclasses.replace(finding("chain_call", eomgen=1.0), quick=True)
+    for measured in (first, quick, finding(name, eomgen=3e-7, **{"Pinocchio > CasADi > C": 1e-6}), later):
+        measured.write(results)
+        assert history.main(arguments) == 0
+    kept = history.read_history(file)
+    assert [(one.row, one.contestant, one.commit, one.seconds) for one in kept] == [
+        (name, "Pinocchio > CasADi > C", first.machine["commit"], 1e-6),
+        (name, "eomgen", first.machine["commit"], 3e-7),
+        (name, "eomgen", "later", 1e-7),
+    ]
+    assert history.series(kept, name, "eomgen")[kept[0].machine][1][1] == 1e-7
+    drawn = figure.read_text(encoding="utf-8")
+    assert ">Panda, 7 joints: mass matrix, scalar C<" in drawn and ">Pinocchio &gt; CasADi &gt; C<" in drawn
+
+
+def test_the_stored_history_has_the_stored_results() -> None:
+    kept = {one.key: one for one in history.read_history(history.HISTORY)}
+    assert all(kept.get(one.key) == one for one in history.measurements(read(history.RESULTS).values()))
 
 
 def test_times_have_three_digits_and_a_unit() -> None:
