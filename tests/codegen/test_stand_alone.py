@@ -3,6 +3,8 @@ does it."""
 
 from __future__ import annotations
 
+import platform
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -14,6 +16,7 @@ from eomgen.codegen.convert import to_program
 from eomgen.codegen.folder import write_folder
 from eomgen.codegen.targets.c.naming import c_string
 from eomgen.codegen.targets.c.target import generate_files
+from eomgen.integrators.methods import METHOD_NAMES, method_named
 from tests.codegen.hand_made import pendulum
 from tests.codegen.test_render import HOSTILE, STRICT, hostile
 from tests.models.cache import shared_cache
@@ -121,3 +124,45 @@ def test_names_in_literals_are_escaped_and_still_found(tmp_path: Path) -> None:
         before = run(program).stdout.strip().split(",")
         changed = [place for place, (one, other) in enumerate(zip(values, before, strict=True)) if one != other]
         assert changed == [k + 1]
+
+
+def top() -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("top", gravity=[0, 0, -9.81])
+    builder.body("top", 15.0, center_of_mass=[0, 1, 0], inertia=[0.25, 0.47, 0.25])
+    return builder.joint("pivot", "spherical", "base", "top", initial={"velocity": [0, 150, -4.6]}).build()
+
+
+@pytest.mark.slow
+def test_a_stepper_defines_the_group_functions_that_it_calls(tmp_path: Path) -> None:
+    families = {type(method_named(name)): name for name in reversed(METHOD_NAMES) if "index3" not in name}
+    assert len(families) > 10
+    for name in families.values():
+        eomgen.generate(top(), tmp_path / name, method=name)
+        command = [shutil.which("cc") or "gcc", *STRICT, "-O0", "-c", *map(str, (tmp_path / name).glob("*.c"))]
+        result = subprocess.run(command, cwd=tmp_path / name, check=False, capture_output=True, text=True)
+        assert (name, result.stderr) == (name, "")
+
+
+#: Flags of compilers for registers of two, four and eight doubles; the last only compiles, for few machines run it.
+WIDTHS = (
+    {2: ["-mno-avx"], 4: ["-mavx", "-mno-avx512f"], 8: ["-mavx512f"]} if platform.machine() == "x86_64" else {2: []}
+)
+
+
+def test_sums_of_series_stay_in_registers_of_any_width_with_equal_bits(tmp_path: Path) -> None:
+    eomgen.generate(top(), tmp_path / "c", method="taylor")
+    compiler, printed = shutil.which("cc") or "gcc", {}
+    for width, flags in WIDTHS.items():
+        step = tmp_path / "c" / "top_step.c"
+        command = [compiler, "-std=c99", "-O2", "-fno-inline", *flags, "-S", "-o", "-", str(step)]
+        assembly = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        sums = re.search(r"^_?top_inner_sums:$(.*?)\bret", assembly, re.MULTILINE | re.DOTALL)
+        assert sums and not re.search(r"\((%rsp|%rbp)\)|\[sp", sums[1]), width
+        if width < 8:
+            sources = sorted(str(path) for path in (tmp_path / "c").glob("*.c"))
+            program = tmp_path / f"program{width}"
+            words = [compiler, *STRICT, "-O2", "-ffp-contract=off", *flags, *sources, "-o", str(program), "-lm"]
+            subprocess.run(words, check=True, capture_output=True)
+            printed[width] = run(program, "0.01", "20").stdout
+    assert len(printed[2].splitlines()) == 3
+    assert len(set(printed.values())) == 1

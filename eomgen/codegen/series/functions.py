@@ -16,7 +16,7 @@ from eomgen.system.system import Discontinuity, System
 #: Input blocks of both functions, in the order of their arguments.
 START_BLOCKS = ("p", "t", "q", "v", "z", "u", "followed")
 NEXT_BLOCKS = (*NEXT.values(), SUMS, LEFT, RIGHT, KEPT, PREVIOUS, ORDER)
-#: Numbers in a vector; rows of products are filled up to whole ones.
+#: Numbers in the widest vector; rows of products are filled up to whole ones.
 LANES = 8
 
 
@@ -64,7 +64,6 @@ def series_functions(
         "kept": len(series.kept),
         "previous": len(series.previous),
         "room": room,
-        "lanes": LANES,
         "kinds": kinds(system),
     }
     return tuple(functions), needed, breakpoints

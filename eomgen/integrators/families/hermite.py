@@ -20,6 +20,7 @@ from eomgen.integrators.families.family import (
     SINGULAR_MASS,
     SMALLER_STEP,
     Family,
+    GroupFunction,
     MethodName,
     Status,
 )
@@ -66,6 +67,10 @@ class Hermite(Family):
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
         return ("mass", "residual") if mass else ("forward_dynamics",)
+
+    @property
+    def group_functions(self) -> tuple[GroupFunction, ...]:
+        return ("update",)
 
     def title(self, constrained: bool) -> str:
         return f"Hermite's corrector of order {self.order}, from accelerations and their rates"

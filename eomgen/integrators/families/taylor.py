@@ -20,6 +20,7 @@ from eomgen.integrators.families.family import (
     SMALLER_STEP,
     Family,
     Field,
+    GroupFunction,
     MethodName,
     Setting,
     Sizes,
@@ -108,6 +109,10 @@ class Taylor(Family):
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
         return ("mass", "residual") if mass else ("forward_dynamics",)
+
+    @property
+    def group_functions(self) -> tuple[GroupFunction, ...]:
+        return ("update",)
 
     def title(self, constrained: bool) -> str:
         return "Taylor series of any order"
