@@ -20,7 +20,7 @@ from eomgen.integrators.families.partitioned import partition_data
 from eomgen.integrators.methods import method_named
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.lie.product import Factor
-from eomgen.products.derivatives.undefined_derivatives import undefined_derivatives
+from eomgen.products.derivatives.linear_run import undefined_derivatives
 from eomgen.scene.load import from_data
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.timing import Repeated

@@ -16,12 +16,11 @@ from eomgen.integrators.families.family import LinearStep
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor, difference
-from eomgen.products.derivatives.beginning import Beginning, Directions, on_constraints
 from eomgen.products.derivatives.equations import Equations, Partials
-from eomgen.products.derivatives.linear_run import By, LinearPart, LinearRun, Start
+from eomgen.products.derivatives.linear_run import By, LinearPart, LinearRun, Start, undefined_derivatives
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
 from eomgen.products.derivatives.motion import Motion, Part
-from eomgen.products.derivatives.undefined_derivatives import undefined_derivatives
+from eomgen.products.derivatives.start import Beginning, Directions, on_constraints
 from eomgen.simulation.stepping.states import Prescribed, States
 
 

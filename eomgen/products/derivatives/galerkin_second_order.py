@@ -20,12 +20,11 @@ import numpy as np
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie import product
 from eomgen.lie.product import Array, Factor
-from eomgen.products.derivatives.beginning import Directions
 from eomgen.products.derivatives.equations import MovedEquations
-from eomgen.products.derivatives.following_start import rest_slopes
 from eomgen.products.derivatives.functionals import Weights
 from eomgen.products.derivatives.galerkin_run import GalerkinRun
 from eomgen.products.derivatives.motion import Part
+from eomgen.products.derivatives.start import Directions, rest_slopes
 from eomgen.simulation.stepping.states import Prescribed, States
 
 #: An imaginary increment with a square far below rounding, and far from the least numbers.

@@ -15,7 +15,7 @@ from eomgen.integrators.families.family import LinearPasses
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor
-from eomgen.products.derivatives.routines import routine
+from eomgen.products.derivatives.linear_steps import routine
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.large_stack import with_stack
 

@@ -14,13 +14,27 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import InitialState
-from eomgen.products.derivatives.beginning import Directions
+from eomgen.compiled.model import CompiledModel
+from eomgen.errors import NumericalError, Problem
+from eomgen.formula.rough_operations import rough_operations
 from eomgen.products.derivatives.equations import Equations
-from eomgen.products.derivatives.following_start import Rest, at_rest
 from eomgen.products.derivatives.functionals import Weights
 from eomgen.products.derivatives.motion import Motion, Part
+from eomgen.products.derivatives.start import Directions, Rest, at_rest
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import Prescribed, States, states_of
+
+
+def undefined_derivatives(model: CompiledModel, where: str) -> NumericalError:
+    """Return the error for derivatives that are no finite numbers; ``where``: the place in words."""
+    found = rough_operations(model.description.formulas)
+    fault = f"derivatives are no finite numbers {where}: "
+    if found:
+        fault += f"a formula has none there, of the forces perhaps {found}"
+    else:
+        fault += "a formula has none there (a root, a logarithm or a power at zero)"
+    hint = "a formula that is smooth there, sqrt(x**2 + 1e-6) for abs(x); eomgen check names formulas that are not"
+    return NumericalError(Problem("sensitivities", fault, hint))
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,9 @@
-"""Linearised steps of generalized-alpha in C: tangents and adjoints through a part of a run."""
+"""Linearised steps of generalized-alpha in C: tangents and adjoints through a part of a run; the C of sweeps is
+compiled once for all models."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,9 +11,20 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.resources import template_folder
 from eomgen.errors import NumericalError, Problem
 from eomgen.lie.product import Factor
-from eomgen.products.derivatives.routines import routine
+from eomgen.toolchain.builder import Builder
+
+
+@functools.cache
+def routine(files: Sequence[str], cdef: str, *, in_complex: bool = False) -> tuple[Any, Any]:
+    """Return ``ffi`` and ``lib`` of files of ``templates/c/sensitivities``, as one source behind ``algebra.c``."""
+    folder = template_folder() / "c" / "sensitivities"
+    texts = [(folder / name).read_text(encoding="utf-8") for name in ("algebra.c", *files)]
+    source = "\n".join(["#define EG_COMPLEX"] * in_complex + texts)
+    return Builder().build_routine(source, cdef)
+
 
 _CDEF = """\
 typedef struct eg_steps {

@@ -20,7 +20,7 @@ from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
 from eomgen.products.derivatives.functionals import Weights
 from eomgen.products.derivatives.linear_steps import StepMatrices
 from eomgen.products.derivatives.motion import Part
-from eomgen.products.derivatives.second_beginning import SecondBeginning
+from eomgen.products.derivatives.second_order import SecondBeginning
 
 #: Tolerated acceleration of the constant state, relative to the largest by a parameter; the same of rates.
 _BALANCED = 1e-9
