@@ -32,7 +32,7 @@ from benchmarks.measure import machine
 from eomgen.pipeline.model import Model
 from eomgen.products.ensembles import Ensemble
 from eomgen.products.ensembles.cluster import processes as local_cluster
-from eomgen.products.ensembles.reductions import Reduction
+from eomgen.products.ensembles.statistics import Reduction
 
 SCENE = Path(__file__).parents[1] / "examples" / "double_pendulum_on_shaking_base" / "scene.toml"
 VARY = {"m2": "uniform(0.4, 0.8)", "q.shoulder": "normal(0.8, 0.1)", "q.elbow": "normal(-0.3, 0.1)"}

@@ -355,7 +355,6 @@ LATE: dict[str, dict[str, str]] = {
     "products.ensembles.cluster": {
         "products.ensembles.worker": "distributed, an optional package, for those who ask for a cluster"
     },
-    "products.ensembles.ensemble": {"products.ensembles.plots": "matplotlib; an ensemble is used without it"},
     "products.ensembles.command": {"": "as in cli"},
     "products.fields.commands": {"": "as in cli"},
     "products.fields.file_kind": {

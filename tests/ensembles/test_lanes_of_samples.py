@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.products.ensembles.lanes import Lanes
-from eomgen.products.ensembles.samples import Samples
+from eomgen.products.ensembles.samples import Lanes, Samples
 from tests.models.cosserat import beam_scene
 
 SCENE: dict[str, Any] = {

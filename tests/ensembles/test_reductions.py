@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from eomgen.products.ensembles.reductions import Reduction
+from eomgen.products.ensembles.statistics import Reduction
 
 RNG = np.random.default_rng(7)
 #: Samples, columns, times; large means beside small deviations.

@@ -12,8 +12,7 @@ from scipy import special
 
 import eomgen
 from eomgen.cli import main
-from eomgen.products.ensembles.examined_samples import spread_samples
-from eomgen.products.ensembles.unresolved_processes import unresolved_processes
+from eomgen.products.ensembles.discretisation import spread_samples, unresolved_processes
 from eomgen.scene.load import load_toml
 from tests.ensembles.carts import bits, small_blocks
 

@@ -17,7 +17,7 @@ import eomgen
 from eomgen.cli import main
 from eomgen.errors import FileError, UsageError
 from eomgen.products.ensembles.journal import Journal
-from eomgen.products.ensembles.reductions import Reduction
+from eomgen.products.ensembles.statistics import Reduction
 from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
 

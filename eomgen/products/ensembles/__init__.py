@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from eomgen.products.ensembles.distributions import DISTRIBUTIONS, LISTS, Distribution, read_distribution
     from eomgen.products.ensembles.ensemble import Ensemble
     from eomgen.products.ensembles.samples import Failed
-    from eomgen.products.ensembles.sensitivity import Ranking
+    from eomgen.products.ensembles.statistics import Ranking
 
 __all__ = [
     "DESIGNS",
@@ -45,7 +45,7 @@ _HOMES = {
     **dict.fromkeys(("DISTRIBUTIONS", "LISTS", "Distribution", "read_distribution"), "distributions"),
     "Ensemble": "ensemble",
     "Failed": "samples",
-    "Ranking": "sensitivity",
+    "Ranking": "statistics",
 }
 
 

@@ -14,8 +14,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.files import make_folder, read_arrays, write_arrays, write_text
 from eomgen.base.text import finite
 from eomgen.errors import FileError, Problem
-from eomgen.products.ensembles.reductions import Reduction
 from eomgen.products.ensembles.samples import Block, Failed
+from eomgen.products.ensembles.statistics import Reduction
 
 _DESCRIBED, _REDUCED, _BLOCKS = "ensemble.json", "reduced.npz", "samples"
 _KIND = "part of an ensemble"

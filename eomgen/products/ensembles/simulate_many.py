@@ -37,14 +37,13 @@ from eomgen.products.ensembles.designs import (
     table_design,
     unbalanced,
 )
+from eomgen.products.ensembles.discretisation import sample_errors, unresolved_processes
 from eomgen.products.ensembles.distributions import Distribution
 from eomgen.products.ensembles.ensemble import Ensemble
-from eomgen.products.ensembles.examined_samples import sample_errors
 from eomgen.products.ensembles.journal import Journal
-from eomgen.products.ensembles.reductions import Reduction
 from eomgen.products.ensembles.samples import Block, Samples
 from eomgen.products.ensembles.side_by_side import Alike
-from eomgen.products.ensembles.unresolved_processes import unresolved_processes
+from eomgen.products.ensembles.statistics import Reduction
 from eomgen.products.ensembles.variations import Variation, VariedOptions, read_table, read_varied, with_scenes_laws
 from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution

@@ -9,22 +9,28 @@ from typing import Any
 
 from pycparser import c_ast
 
-from eomgen.products.ensembles.lane_code.regions import Region, Variable
-from eomgen.products.ensembles.lane_code.source import Routine, Source, in_lanes, no_lanes, type_of, written
-from eomgen.products.ensembles.lane_code.types import (
+from eomgen.products.ensembles.lane_code.source import (
     Array,
     Constant,
     Pointer,
     Real,
+    Region,
+    Routine,
+    Source,
     Structure,
     Truths,
     Type,
+    Variable,
     Void,
     Whole,
     Wholes,
     element,
+    in_lanes,
     leaf,
+    no_lanes,
     spelled,
+    type_of,
+    written,
 )
 
 #: Functions of the language for numbers of lanes.

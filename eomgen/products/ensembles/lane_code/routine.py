@@ -8,30 +8,30 @@ from typing import Any
 from pycparser import c_ast
 
 from eomgen.products.ensembles.lane_code.expressions import Expressions, Place, Value
-from eomgen.products.ensembles.lane_code.regions import Loop, Region, Variable
 from eomgen.products.ensembles.lane_code.source import (
-    Routine,
-    Source,
-    declared,
-    in_lanes,
-    no_lanes,
-    shared,
-    table_text,
-    type_of,
-    written,
-)
-from eomgen.products.ensembles.lane_code.types import (
     Array,
     Constant,
+    Loop,
     Pointer,
     Real,
+    Region,
+    Routine,
+    Source,
     Structure,
     Type,
+    Variable,
     Void,
     Whole,
     Wholes,
+    declared,
+    in_lanes,
     leaf,
+    no_lanes,
+    shared,
     spelled,
+    table_text,
+    type_of,
+    written,
 )
 
 

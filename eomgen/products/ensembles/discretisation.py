@@ -1,0 +1,196 @@
+"""Errors by the steps of an ensemble's runs: estimates for a few samples, and random processes that the steps do not
+resolve.
+
+Random processes that the steps of a run do not resolve: the share of their variance above the steps' frequency.
+
+A sine above half the frequency of the steps is aliased to a slower sine, also in runs at other steps, so comparison
+runs cannot show the error. The share is computed from the spectra of the process's own modes.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.compiled.model import CompiledModel
+from eomgen.errors import EomgenError
+from eomgen.products.ensembles.samples import Samples
+from eomgen.results.error_estimate import ErrorEstimate
+from eomgen.results.finding import WARNING
+from eomgen.results.sample_errors import SampleErrors
+from eomgen.results.solution import Solution
+from eomgen.simulation.simulate import simulate
+from eomgen.system.random_processes import RandomProcess
+
+#: Maximum number of samples with an error estimate, and ensemble samples per estimate, which bound the cost.
+_MOST, _FOR_EACH = 4, 8
+#: Number of first samples of a design to choose from.
+_CANDIDATES = 4096
+#: Name of the finding on estimated errors, reported by ``SampleErrors``.
+_OF_ERROR = "discretisation_error"
+#: Attributes of a solution that an estimate has under the same name.
+_STATES = ("q", "v", "z", "multipliers")
+
+
+def sample_errors(work: Samples, nominal: Solution, *, examined: bool) -> tuple[SampleErrors, list[str]]:
+    """Return the estimated errors of the run without variations and, if ``examined``, of a few samples of ``work``.
+
+    The second result has the warnings of these samples that the run without variations has not, the first of each kind.
+    """
+    began = time.perf_counter()
+    solutions = _with_estimates(work) if examined else {}
+    estimates = {number: one.error for number, one in solutions.items()}
+    every = [nominal.error, *estimates.values()]
+    places = {} if work.alike is None else work.alike.places
+    columns = {name: _of_column(every, *places[name]) for name in work.columns if name in places}
+    step = float(nominal.metadata["settings"]["step"])
+    known, told = {finding.name for finding in nominal.findings} | {_OF_ERROR}, []
+    for number, one in solutions.items():
+        for finding in one.findings:
+            if finding.severity == WARNING and finding.name not in known:
+                known.add(finding.name)
+                told.append(f"sample {number}: {finding}")
+    return SampleErrors(nominal.error, estimates, columns, step, time.perf_counter() - began), told
+
+
+def _with_estimates(work: Samples) -> dict[int, Solution]:
+    """Run a few samples over the whole design with estimates of their errors; return the successful ones by number."""
+    total = work.design.samples
+    count = min(_MOST, total // _FOR_EACH)
+    result: dict[int, Solution] = {}
+    if not count:
+        return result
+    values = work.design.values(0, min(_CANDIDATES, total))
+    for number in spread_samples(values, count):
+        try:
+            solution = simulate(work.model, *work.span, **work.options.of(values[number]))
+        except EomgenError:  # a failed sample, named with its reason by the ensemble
+            continue
+        if solution.interrupted:
+            break
+        if solution.success:
+            result[number] = solution
+    return result
+
+
+def _of_column(estimates: Sequence[ErrorEstimate], attribute: str, place: int) -> float:
+    """Return the largest error of a column over runs; NaN if no run has an estimate."""
+    kind, _, name = attribute.partition(".")
+    found = []
+    for estimate in estimates:
+        if not estimate.available:
+            continue
+        if kind == "output" and name in estimate.outputs_at:
+            found.append(np.atleast_1d(estimate.outputs[name])[place])
+        elif attribute in _STATES:
+            found.append(getattr(estimate, attribute)[place])
+    known = [float(error) for error in found if np.isfinite(error)]
+    return max(known, default=float("nan"))
+
+
+def spread_samples(values: Array, count: int) -> list[int]:
+    """Return the numbers of samples that are spread over a design.
+
+    The first one is the farthest from the middle; each further one is the farthest from all before it, in ranks.
+
+    Parameters
+    ----------
+    values : (samples, varied)
+    count : int
+    """
+    ranks = np.argsort(np.argsort(values, axis=0, kind="stable"), axis=0, kind="stable") / max(len(values) - 1, 1)
+    fixed = np.ptp(values, axis=0) == 0.0
+    ranks[:, fixed] = 0.5
+    distance = np.linalg.norm(ranks - 0.5, axis=1)
+    chosen: list[int] = []
+    for _ in range(min(count, len(values))):
+        distance[chosen] = -1.0
+        chosen.append(int(np.argmax(distance)))
+        apart = np.linalg.norm(ranks - ranks[chosen[-1]], axis=1)
+        distance = apart if len(chosen) == 1 else np.minimum(distance, apart)
+    return chosen
+
+
+#: Share of the variance above which a process counts as not resolved.
+_REPORTED = 0.01
+#: Steps of the suggested size to the shortest period of so much of the variance.
+_TO_A_PERIOD, _KEPT = 10.0, 0.99
+#: Times at which modes are evaluated for each of their waves, and at most.
+_FOR_A_WAVE, _MOST_TIMES = 8, 2**14
+#: Realisations of a translated process.
+_REALISATIONS = 16
+
+
+def unresolved_processes(model: CompiledModel, run: Solution, given: Collection[str]) -> list[str]:
+    """Return one sentence for each random process of a scene that the steps of a run do not resolve.
+
+    Parameters
+    ----------
+    model : CompiledModel
+    run : Solution
+        Of the scene, with the steps in question.
+    given : names of inputs that the caller gives, in place of the scene's
+    """
+    if run.stats.get("own_steps") or run.stats.get("expansions"):  # these steps follow the laws of time by themselves
+        return []
+    start, end = float(run.metadata["t_start"]), float(run.metadata["t_end"])
+    step = float(run.metadata["settings"]["step"])
+    highest = 0.5 / step
+    result = []
+    for process in (item.random for item in model.description.inputs if item.random and item.name not in given):
+        if process.follows and process.translation is None:
+            continue
+        frequencies, power = _spectrum(model, process, start, end)
+        if not np.any(power > 0.0):
+            continue
+        above = np.clip((frequencies - highest) / frequencies[1] + 0.5, 0.0, 1.0)  # of each interval
+        share = float(power @ above / power.sum())
+        if share > _REPORTED:
+            within = np.cumsum(power) / power.sum()
+            needed = 1.0 / (_TO_A_PERIOD * float(frequencies[np.searchsorted(within, _KEPT)]))
+            result.append(
+                f"{_percent(share)} % of the variance of the process {process.name} lies above {highest:.3g} Hz, the"
+                f" highest frequency that steps of {step:.3g} s resolve, and acts as another process; try: a step of"
+                f" {needed:.2g} s, {_TO_A_PERIOD:.0f} to the shortest period of {100 * _KEPT:.0f} % of the variance"
+            )
+    return result
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g}" if share < 0.995 else "100"
+
+
+def _spectrum(model: CompiledModel, process: RandomProcess, start: float, end: float) -> tuple[Array, Array]:
+    """Return frequencies (n,) in Hz and the variance at each, (n,), of a process within a run.
+
+    Modes are tapered, and exact for the sum of modes; a translated process has harmonics of these, and is realised.
+    """
+    low, high = process.window
+    speed = process.speed or 1.0
+    points = max(len(mode.x) for mode in process.modes) * (end - start) * speed / (high - low)
+    count = int(np.clip(max(_FOR_A_WAVE * len(process.modes) / 2.0, 2.0 * points), 64, _MOST_TIMES))
+    times = start + (end - start) * (np.arange(count) + 0.5) / count
+    if process.translation is None:
+        place = np.clip(speed * times - process.lag, low, high)
+        rows = np.array([weight * mode(place) for weight, mode in zip(process.weights, process.modes, strict=True)])
+    else:
+        rows = _realised(model, process, times)
+    power: Array = np.sum(np.abs(np.fft.rfft(np.hanning(count) * rows, axis=1)) ** 2, axis=0)
+    frequencies: Array = np.asarray(np.fft.rfftfreq(count, (end - start) / count), dtype=float)
+    return frequencies, power
+
+
+def _realised(model: CompiledModel, process: RandomProcess, times: Array) -> Array:
+    """Return realisations of a process at times (n,) without their mean, (realisations, n)."""
+    names, column = list(model.parameters), list(model.inputs).index(process.name)
+    places = [names.index(name) for name in process.variables]
+    random, parameters = np.random.default_rng(0), np.array(model.parameter_array(None))
+    rows = []
+    for _ in range(_REALISATIONS):
+        parameters[places] = random.standard_normal(len(places))
+        rows.append(model.input_values(times, parameters=parameters)[:, column])
+    result = np.array(rows)
+    return np.asarray(result - result.mean())
