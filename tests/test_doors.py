@@ -305,8 +305,8 @@ ORDER: dict[str, tuple[str, ...]] = {
         "study",
     ),
     "products.fields.posteriors": (
-        "diagnostics mesh",
-        "cells operators record transforms",
+        "mesh",
+        "cells operators record",
         "posterior",
         "sampling",
     ),

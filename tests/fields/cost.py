@@ -16,7 +16,7 @@ import numpy as np
 
 from eomgen.base.threads import THREADS_VARIABLE
 from eomgen.fields import FieldPosterior
-from eomgen.products.fields.posteriors.transforms import transforms
+from eomgen.products.fields.posteriors.mesh import transforms
 from tests.fields.density import counted
 
 

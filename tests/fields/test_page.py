@@ -10,7 +10,7 @@ import pytest
 
 import eomgen.fields
 import eomgen.sampling
-from eomgen.products.fields.documents.fields import DATA_KINDS, OPERATOR_KINDS, Chains
+from eomgen.products.fields.documents.document import DATA_KINDS, OPERATOR_KINDS, Chains
 
 PAGE = Path(__file__).parents[2] / "docs" / "fields.md"
 

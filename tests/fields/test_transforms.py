@@ -75,7 +75,7 @@ def test_what_a_posterior_gives_is_the_same(transforms: str, precision: str, cel
 def test_columns_of_large_meshes_go_through_an_array_of_their_own(
     precision: str, cells: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("eomgen.products.fields.posteriors.transforms._LARGE", 1)
+    monkeypatch.setattr("eomgen.products.fields.posteriors.mesh._LARGE", 1)
     test_what_a_posterior_gives_is_the_same("fftw", precision, cells)
 
 

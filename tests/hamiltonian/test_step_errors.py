@@ -16,7 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import NumericalError
 from eomgen.products.fields.hamiltonian.model import HamiltonianModel
-from eomgen.products.fields.hamiltonian.step_errors import estimated
+from eomgen.products.fields.hamiltonian.solution import estimated
 from tests.hamiltonian.test_hamiltonian import HENON_HEILES
 from tests.models.cache import shared_cache
 

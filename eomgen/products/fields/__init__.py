@@ -13,7 +13,7 @@ PRODUCT = Product(
             Verb(
                 "sample",
                 "Sample fields on a mesh from their posterior, by Hamiltonian Monte Carlo.",
-                "eomgen.products.fields.commands.sample:sample",
+                "eomgen.products.fields.commands:sample",
                 behind="identify",
             ),
         ),

@@ -18,19 +18,19 @@ from eomgen.products.fields.front_end import (
 
 
 def _show(path: str, method: str | None, options: Mapping[str, Any], as_json: bool) -> bool:
-    from eomgen.products.fields.commands import hamiltonian, mesh_info  # noqa: PLC0415  # of the command line
+    from eomgen.products.fields.commands import show, show_fields  # noqa: PLC0415  # of the command line
 
     if (fields := field_system_of(path)) is not None:
-        mesh_info.show(fields, method, as_json=as_json)
+        show_fields(fields, method, as_json=as_json)
     elif (document := hamiltonian_of(path, options)) is not None:
-        hamiltonian.show(document, method, as_json=as_json)
+        show(document, method, as_json=as_json)
     else:
         return False
     return True
 
 
 def _simulate(path: str, folder: str, options: Mapping[str, Any], plots: bool, as_json: bool) -> int | None:
-    from eomgen.products.fields.commands.hamiltonian import run  # noqa: PLC0415  # of the command line
+    from eomgen.products.fields.commands import run  # noqa: PLC0415  # of the command line
 
     document = hamiltonian_of(path)
     return None if document is None else run(document, folder, options, plots=plots, as_json=as_json)

@@ -18,7 +18,7 @@ from eomgen.system.description import Description
 from eomgen.system.selection import Selection
 
 if TYPE_CHECKING:
-    from eomgen.products.fields.documents.fields import FieldSystem
+    from eomgen.products.fields.documents.document import FieldSystem
     from eomgen.products.fields.hamiltonian.model import HamiltonianModel
     from eomgen.system.system import System
 
@@ -36,7 +36,7 @@ def _describe(document: Hamiltonian) -> Description:
 
 
 def _derive(document: Hamiltonian, terms: object = None) -> System:
-    from eomgen.products.fields.hamiltonian.derivation import derive_hamiltonian  # noqa: PLC0415
+    from eomgen.products.fields.hamiltonian.code import derive_hamiltonian  # noqa: PLC0415
 
     return derive_hamiltonian(document)
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from eomgen.base.text import NAME_RULE, is_legal, listed, nearest, shown
+from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.products.fields.documents.document import Parameter
@@ -125,3 +126,19 @@ def check_keys(key: str, table: Mapping[str, Any], known: Iterable[str], report:
         if name not in every:
             hint = nearest(str(name), every) or f"one of {listed(every)}"
             report.add(f"{key}.{name}" if key else str(name), f"the key {shown(str(name))} is unknown here", hint)
+
+
+_SCOPE = Scope("fields, data, parameters and names of where", frozenset({"state"}))
+
+
+def cell_formula(where: str, text: str, names: Iterable[str]) -> Formula:
+    """Read a formula of a cell, whose symbols are states with one of the names.
+
+    Raises
+    ------
+    DescriptionError
+    """
+    try:
+        return read_formula(text, Names(states=tuple(names)), _SCOPE)
+    except FormulaError as error:
+        raise DescriptionError(Problem(where, error.what, error.hint)) from None

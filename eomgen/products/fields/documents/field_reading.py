@@ -16,10 +16,7 @@ from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula  # ZERO: in place of refused values, which are reported
 from eomgen.formula.words import RESERVED
-from eomgen.products.fields.documents.cells import cell_formula
-from eomgen.products.fields.documents.document import Parameter
-from eomgen.products.fields.documents.entries import KIND, Entries, check_keys
-from eomgen.products.fields.documents.fields import (
+from eomgen.products.fields.documents.document import (
     DATA_KINDS,
     DRAWN,
     OF_PLACES,
@@ -32,8 +29,10 @@ from eomgen.products.fields.documents.fields import (
     DataKind,
     FieldSystem,
     Operator,
+    Parameter,
     Table,
 )
+from eomgen.products.fields.documents.entries import KIND, Entries, cell_formula, check_keys
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report

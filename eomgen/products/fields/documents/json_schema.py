@@ -6,9 +6,8 @@ import json
 from dataclasses import MISSING, fields
 from typing import Any
 
-from eomgen.products.fields.documents.document import Run
+from eomgen.products.fields.documents.document import DATA_KINDS, OPERATOR_KINDS, Chains, Run
 from eomgen.products.fields.documents.entries import KIND
-from eomgen.products.fields.documents.fields import DATA_KINDS, OPERATOR_KINDS, Chains
 
 Schema = dict[str, Any]
 _LEGAL = "^[A-Za-z_][A-Za-z0-9_]{0,63}$"

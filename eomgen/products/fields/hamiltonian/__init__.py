@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``products.fields`` as well.
-WITHIN = ["code", "derivation", "methods", "model", "plots", "solution"]
+WITHIN = ["code", "methods", "model", "solution"]

@@ -17,8 +17,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.adaptive import check_tolerance
 from eomgen.products.fields.documents.document import DEPENDENCES, NO_START, Hamiltonian
 from eomgen.products.fields.hamiltonian.methods import KINDS, Method, method_for
-from eomgen.products.fields.hamiltonian.solution import HamiltonianSolution
-from eomgen.products.fields.hamiltonian.step_errors import FINER, StepErrors, by_tolerance, estimated
+from eomgen.products.fields.hamiltonian.solution import FINER, HamiltonianSolution, StepErrors, by_tolerance, estimated
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.library import Library
 

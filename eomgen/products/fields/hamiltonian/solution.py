@@ -1,9 +1,11 @@
-"""``HamiltonianSolution``: a recorded motion of a Hamiltonian system."""
+"""``HamiltonianSolution``: a recorded motion of a Hamiltonian system, with its plots and estimates of the errors that
+the size of steps makes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +13,148 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls, not_unpacked, unknown_attribute
+from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import write_arrays, write_table
 from eomgen.errors import Problem, UsageError
-from eomgen.products.fields.hamiltonian.step_errors import StepErrors
+
+#: Tolerated distance of the observed order from the method's, and the part of the motion that counts as rounding.
+_OTHER_ORDER, _ROUNDING = 0.75, 1e-12
+#: Part of the motion above which a motion is no longer followed.
+LOST = 0.1
+
+#: The part of a tolerance at which another run tells its errors.
+FINER = 0.1
+
+#: Rows of the motion in a multiple of the step, behind every so many steps of the run and at its end; None if it
+#: fails.
+Rows = Callable[[float, int], "Array | None"]
+
+
+@dataclass(frozen=True)
+class StepErrors:
+    """Estimated errors of coordinates and momenta, as parts of their motion.
+
+    Attributes
+    ----------
+    available : bool
+        If it is False, ``reason`` says why, and numbers are NaN.
+    relative : float
+        The largest error of a coordinate or momentum as a part of its range over the run.
+    name : str
+        Of which.
+    error : float
+        That error itself.
+    order, declared_order : float
+        Observed in the runs (NaN if two runs give none), and of the method.
+    lost_at : float
+        The first time with an error above a tenth of a motion; infinite if there is none.
+    method : str
+        The runs that tell it.
+    t, relative_at : (rows,)
+        Times that the runs have in common, and the largest share at each.
+    """
+
+    available: bool = False
+    reason: str = ""
+    relative: float = math.nan
+    name: str = ""
+    error: float = math.nan
+    order: float = math.nan
+    declared_order: float = math.nan
+    lost_at: float = math.inf
+    method: str = ""
+    t: Array = field(default_factory=lambda: np.zeros(0))
+    relative_at: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __str__(self) -> str:
+        if not self.available:
+            return f"not known: {self.reason}"
+        seen = "" if math.isnan(self.order) else f"order {self.order:.2f} of {self.declared_order:g}, "
+        if math.isfinite(self.lost_at):
+            return f"above {100 * LOST:.0f} % of the motion from t = {self.lost_at:.6g} on; {seen}by {self.method}"
+        return f"{self.error:.2g} of {self.name}, {100 * self.relative:.2g} % of its motion; {seen}by {self.method}"
+
+    def summary(self) -> dict[str, Any]:
+        """Return all but the arrays, in JSON types; unknown values are None."""
+        numbers = asdict(self)
+        del numbers["t"], numbers["relative_at"]
+        return {
+            key: None if isinstance(value, float) and not math.isfinite(value) else value
+            for key, value in numbers.items()
+        }
+
+
+def estimated(
+    own: Array, step: float, every: int, steps: int, order: int, names: Sequence[str], rows: Rows
+) -> StepErrors:
+    """Return the estimate of a run by runs in steps twice and four times as long, or else half as long.
+
+    Differences of runs of order r fall by 2^r from one to the next. If they do not, longer steps are inconclusive for
+    these, and the motion is compared with steps of half the size.
+
+    Parameters
+    ----------
+    own : (rows, 2 n), q and p behind every ``every`` steps and behind the last
+    names : of the columns
+    """
+    if steps < 1:
+        return StepErrors(reason="the run made no step")
+    ends = [*range(0, steps, every), steps]
+    scale = _scale(own)
+    common = [place for place, end in enumerate(ends) if end % 4 == 0]
+    if steps % 4 == 0 and steps >= 16:
+        spacing = math.lcm(every, 4)
+        twice, four = (rows(multiple, spacing) for multiple in (2.0, 4.0))
+        if twice is not None and four is not None:
+            here = own[common]
+            apart, further = (np.abs(left - right) / scale for left, right in ((here, twice), (twice, four)))
+            small = float(apart.max()) < _ROUNDING
+            seen = math.log2(float(further.max()) / float(apart.max())) if not small else math.nan
+            if small or (abs(seen - order) < _OTHER_ORDER and float(further.max()) < LOST):
+                made = f"runs in steps of {2 * step:.6g} and {4 * step:.6g}"
+                return _made(apart / (2**order - 1), scale, [ends[k] * step for k in common], names, seen, order, made)
+    finer = rows(0.5, every)
+    if finer is None:
+        return StepErrors(reason=f"a run in steps of {step / 2:.6g} failed", declared_order=order)
+    apart = np.abs(own - finer) / scale
+    made = f"a run in steps of {step / 2:.6g}"
+    return _made(apart * 2**order / (2**order - 1), scale, [end * step for end in ends], names, math.nan, order, made)
+
+
+def by_tolerance(own: Array, finer: Array | None, t: Array, tolerance: float, names: Sequence[str]) -> StepErrors:
+    """Return the estimate of a run that chooses its steps by one at ``FINER`` of its tolerance."""
+    if finer is None:
+        return StepErrors(reason=f"a run at tolerance {tolerance * FINER:.3g} failed")
+    scale = _scale(own)
+    made = f"a run at tolerance {tolerance * FINER:.3g}"
+    return _made(np.abs(own - finer) / scale, scale, t.tolist(), names, math.nan, math.nan, made)
+
+
+def _scale(own: Array) -> Array:
+    """Return the range of each column; of a column at rest its size."""
+    result = np.ptp(own, axis=0)
+    return np.asarray(np.where(result > 0, result, np.maximum(np.abs(own).max(axis=0), np.finfo(float).tiny)))
+
+
+def _made(
+    shares: Array, scale: Array, t: Sequence[float], names: Sequence[str], seen: float, order: float, method: str
+) -> StepErrors:
+    at = shares.max(axis=1)
+    which = int(shares.max(axis=0).argmax())
+    lost = np.flatnonzero(at > LOST)
+    return StepErrors(
+        True,
+        "",
+        float(at.max()),
+        names[which],
+        float(shares[:, which].max() * scale[which]),
+        seen,
+        order,
+        float(t[lost[0]]) if len(lost) else math.inf,
+        method,
+        np.asarray(t, float),
+        at,
+    )
 
 
 @checked_calls("model.simulate(...), which makes one", filename="path", file="path")
@@ -110,3 +251,43 @@ class HamiltonianSolution:
             fault = f"a motion of a Hamiltonian system cannot be saved as {kind}"
             raise UsageError(Problem(str(path), fault, ".npz or .csv"))
         return path
+
+
+#: Curves in one panel, of which each has a colour of its own, and points of one curve, at most.
+_CURVES, _POINTS = 10, 4000
+
+
+def draw(solution: HamiltonianSolution, folder: Path) -> list[Path]:
+    """Write ``motion.png`` and return its path. Raises FileError."""
+    names, units = solution.metadata["names"], solution.metadata["units"]
+    panels = [
+        ("coordinates", dict(zip(names["q"], solution.q.T, strict=True)), units["q"]),
+        ("momenta", dict(zip(names["p"], solution.p.T, strict=True)), units["p"]),
+        ("outputs", dict(solution.outputs), units["outputs"]),
+    ]
+    panels = [panel for panel in panels if panel[1]]
+    figure = new_figure((8.0, 1.0 + 2.3 * (len(panels) + 1)))
+    every = figure.subplots(len(panels) + 1, 1, sharex=True)
+    taken = np.unique(np.linspace(0, len(solution.t) - 1, min(len(solution.t), _POINTS)).astype(int))
+    for axes, (label, curves, its_units) in zip(every, panels, strict=False):
+        _draw(axes, solution.t[taken], {name: curve[taken] for name, curve in curves.items()})
+        unit = set(its_units)
+        axes.set_ylabel(f"{label} ({unit.pop()})" if len(unit) == 1 and unit != {""} else label)
+    total = solution.energy["total"]
+    every[-1].plot(solution.t[taken], (total - total[0])[taken], color="#0B62C4", linewidth=0.8)
+    every[-1].set_ylabel("change of H")
+    every[-1].set_xlabel("t")
+    for axes in every:
+        axes.grid(alpha=0.3)
+    every[0].set_title(
+        f"{solution.metadata['name']}: {solution.metadata['method']}, step {solution.metadata['step']:g}"
+    )
+    return [saved(figure, folder / "motion.png")]
+
+
+def _draw(axes: Any, t: Array, curves: dict[str, Array]) -> None:
+    for name, curve in list(curves.items())[:_CURVES]:
+        axes.plot(t, curve, label=name, linewidth=0.8)
+    more = len(curves) - _CURVES
+    title = f"{more} more in the table" if more > 0 else None
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small", title=title, title_fontsize="small")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from eomgen.products.fields.posteriors.cells import CellEnergy, gaussian, negative_binomial, poisson
-from eomgen.products.fields.posteriors.diagnostics import autocorrelation_error, autocorrelation_time, split_r_hat
-from eomgen.products.fields.posteriors.mesh import Mesh
+from eomgen.products.fields.posteriors.mesh import Mesh, check_transforms
 from eomgen.products.fields.posteriors.operators import (
     OPERATORS,
     LinearOperator,
@@ -16,9 +15,15 @@ from eomgen.products.fields.posteriors.operators import (
     white,
 )
 from eomgen.products.fields.posteriors.posterior import FieldPosterior, Mode
-from eomgen.products.fields.posteriors.record import Outcome, Record, Samples
+from eomgen.products.fields.posteriors.record import (
+    Outcome,
+    Record,
+    Samples,
+    autocorrelation_error,
+    autocorrelation_time,
+    split_r_hat,
+)
 from eomgen.products.fields.posteriors.sampling import Sampler, follow
-from eomgen.products.fields.posteriors.transforms import check_transforms
 
 __all__ = [
     "OPERATORS",

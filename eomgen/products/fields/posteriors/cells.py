@@ -24,7 +24,7 @@ from eomgen.codegen.targets.c.target import environment
 from eomgen.errors import DescriptionError, ModelError, Problem
 from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
-from eomgen.products.fields.documents.cells import cell_formula
+from eomgen.products.fields.documents.entries import cell_formula
 from eomgen.products.fields.posteriors.mesh import Complex, Reals, Spectrum
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.scalar import Algebra, Scalar

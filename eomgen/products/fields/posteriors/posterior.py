@@ -20,10 +20,9 @@ from eomgen.base.calls import checked_calls
 from eomgen.base.text import counted, listed, nearest
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.fields.posteriors.cells import CellEnergy, CellRoutines, cell_tape, source
-from eomgen.products.fields.posteriors.mesh import Complex, Mesh, Reals
+from eomgen.products.fields.posteriors.mesh import Complex, Mesh, Reals, Transforms, check_transforms
+from eomgen.products.fields.posteriors.mesh import transforms as make_transforms
 from eomgen.products.fields.posteriors.operators import LinearOperator
-from eomgen.products.fields.posteriors.transforms import Transforms, check_transforms
-from eomgen.products.fields.posteriors.transforms import transforms as make_transforms
 
 #: Half spectra of complex numbers for a trajectory: state, state before it, momenta, gradient, buffer, and SciPy's
 #: own for a transform.

@@ -19,7 +19,7 @@ from eomgen.base.text import counted, listed, nearest
 from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
-from eomgen.products.fields.documents.fields import (
+from eomgen.products.fields.documents.document import (
     DRAWN,
     OF_PLACES,
     OF_WAVES,

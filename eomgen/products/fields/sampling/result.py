@@ -12,7 +12,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.files import make_folder, write_arrays, write_table, write_text
 from eomgen.base.text import counted, json_text
-from eomgen.products.fields.documents.fields import Chains
+from eomgen.products.fields.documents.document import Chains
 from eomgen.products.fields.posteriors import Samples, autocorrelation_time, split_r_hat
 from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem
 

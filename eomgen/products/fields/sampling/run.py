@@ -18,8 +18,8 @@ from eomgen.base.progress import Interrupts, Progress, shown
 from eomgen.base.text import listed, nearest
 from eomgen.base.text import shown as quoted
 from eomgen.errors import FileError, Problem, UsageError
+from eomgen.products.fields.documents.document import Chains, FieldSystem
 from eomgen.products.fields.documents.field_reading import fields_from_data, load_fields
-from eomgen.products.fields.documents.fields import Chains, FieldSystem
 from eomgen.products.fields.posteriors import Outcome, Sampler
 from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem, at_settings, field_problem, start_fields
 from eomgen.products.fields.sampling.result import FieldSamples

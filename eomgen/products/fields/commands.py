@@ -1,0 +1,339 @@
+"""Commands of Hamiltonian systems and of fields on a mesh: ``info``, ``simulate``, and ``eomgen sample``."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.base.progress import terminal_bar
+from eomgen.base.text import counted, json_text, shown
+from eomgen.cli import INTERRUPTED
+from eomgen.cli.options import assignments, debug_option, folder_option, json_option
+from eomgen.cli.printing import building, print_json, say
+from eomgen.cli.tables import print_table
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.formula.units.labels import in_label
+from eomgen.formula.units.parser import is_quantity
+
+if TYPE_CHECKING:
+    from eomgen.products.fields.documents.document import FieldSystem, Hamiltonian
+    from eomgen.products.fields.hamiltonian.solution import HamiltonianSolution
+    from eomgen.products.fields.sampling import FieldSamples
+
+
+#: Kinds of the steps that are not compositions of drifts and kicks.
+_KINDS = {"COLLOCATION": "implicit", "EXPLICIT": "explicit, not symplectic", "PAIR": "steps by a tolerance"}
+#: Options of runs that these systems have; other options of ``simulate`` are refused.
+_TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "initial", "error_estimate", "tolerance")
+
+
+def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
+    """Print the output of ``info`` for a system: its state, the parts of H, functions and method."""
+    from eomgen.pipeline.pipeline import derive  # noqa: PLC0415
+    from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415  # imported when the arguments are fine
+
+    system = derive(document)
+    chosen = method_for(document, method)
+    counts = {name: {**dataclasses.asdict(count), "flops": count.flops} for name, count in system.counts.items()}
+    parts: dict[str, int] = {}
+    for term in document.terms:
+        parts[term.dependence] = parts.get(term.dependence, 0) + 1
+    coupled = list(dict.fromkeys(term.name for term in document.terms if term.dependence == "coupled"))
+    gradients = len(chosen.fractions) // 2 if chosen.composed else 0
+    if as_json:
+        print_json(
+            {
+                "system": document.name,
+                "description": document.description,
+                "coordinates": [
+                    {name: value for name, value in vars(item).items() if not name.endswith("_formula")}
+                    for item in document.coordinates
+                ],
+                "parameters": {item.name: item.value for item in document.parameters},
+                "outputs": [item.name for item in document.outputs],
+                "separable": document.separable,
+                "terms": parts,
+                "coupled": coupled,
+                "functions": counts,
+                "method": {
+                    "name": chosen.name,
+                    "order": chosen.order,
+                    "gradients": gradients,
+                    "stability_limit": chosen.stability_limit,
+                },
+            }
+        )
+        return
+    names = [item.name for item in document.coordinates]
+    shown = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+    rows = [("coordinates", f"{len(names)}: {shown}")]
+    rows += [("parameters", ", ".join(f"{item.name} = {item.value:.6g}" for item in document.parameters[:8]))]
+    rows += [("terms of H", ", ".join(f"{count} {name}" for name, count in parts.items()))]
+    rows += [("separable", "yes: T(p) + V(q)" if document.separable else f"no, by {', '.join(coupled[:4])}")]
+    steps = f"{counted(gradients, 'evaluation')} of forces a step" if gradients else _KINDS[chosen.kind]
+    limit = f", stable up to step x frequency = {chosen.stability_limit:.4g}" if chosen.stability_limit else ""
+    rows += [("method", f"{chosen.name}, order {chosen.order}, {steps}{limit}")]
+    print_table(document.name, ("", ""), [row for row in rows if row[1]])
+    functions = ((name, system.functions[name].description, str(count["flops"])) for name, count in counts.items())
+    print_table("functions", ("", "", "operations"), functions, numeric=(2,))
+
+
+def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots: bool, as_json: bool) -> int:
+    """Simulate a system, write solution.npz, solution.csv, summary.json and motion.png, and return the exit code."""
+    from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported when the arguments are fine
+    from eomgen.pipeline.file_kinds import given_options  # noqa: PLC0415
+    from eomgen.products.fields.front_end import build_hamiltonian  # noqa: PLC0415
+
+    if given := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
+        option = f"--{given[0].replace('_', '-')}"
+        fault = f"this option is of mechanical scenes, and {document.name} is a Hamiltonian system"
+        raise UsageError(Problem(option, fault, "leave it out"))
+    coordinates = document.coordinates
+    labels = {item.name: item.unit for item in document.parameters}
+    changes = _numbers("--set", options["parameters"], labels)
+    labels = {item.name: item.unit for item in coordinates} | {
+        item.momentum: item.momentum_unit for item in coordinates
+    }
+    starts = _numbers("--initial", options["initial"], labels)
+    target = make_folder(Path(folder))
+    with building(document.name):
+        model = build_hamiltonian(document, options["method"], options["profile"])
+    solution = model.simulate(
+        options["t_end"],
+        options["step"],
+        initial=starts or None,
+        parameters=changes or None,
+        record_every=options["record_every"],
+        tolerance=options["tolerance"],
+        error_estimate=options["error_estimate"],
+    )
+    files = [solution.save(target / "solution.npz"), solution.save(target / "solution.csv")]
+    if plots:
+        from eomgen.products.fields.hamiltonian.solution import draw  # noqa: PLC0415  # matplotlib comes with it
+
+        files += draw(solution, target)
+    files.append(target / "summary.json")
+    summary = {
+        "success": solution.success,
+        "message": solution.message,
+        "stats": dict(solution.stats),
+        **solution.metadata,
+        "energy_error": solution.energy_error,
+        "error_estimate": solution.error_estimate.summary(),
+        "rows": len(solution.t),
+        "files": [file.name for file in files],
+    }
+    write_text(files[-1], json_text(summary) + "\n")
+    if as_json:
+        final = {name: float(column[-1]) for name, column in solution.columns().items()}
+        print_json({**summary, "folder": str(target), "final": final})
+    else:
+        _print(solution, document)
+    say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
+    if solution.success:
+        return 0
+    return INTERRUPTED if solution.message.startswith("interrupted") else NumericalError.exit_code
+
+
+def _numbers(option: str, given: Sequence[str], labels: Mapping[str, str]) -> dict[str, float]:
+    """Return numbers by name, texts with a unit in the unit of the label. Raises UsageError if there is no label."""
+    result: dict[str, float] = {}
+    for name, value in assignments(option, given).items():
+        if isinstance(value, str) and name in labels and not labels[name] and is_quantity(value):
+            fault = f"{name} has no unit in the file, so {shown(value)} could be anything"
+            raise UsageError(Problem(f"{option} {name}={value}", fault, "the number alone"))
+        known = labels.get(name, "")
+        result[name] = in_label(f"{option} {name}={value}", value, known) if isinstance(value, str) else value
+    return result
+
+
+def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:
+    stats, metadata, total = solution.stats, solution.metadata, solution.energy["total"]
+    rows = [
+        ("method", f"{metadata['method']}, order {metadata['order']}, step {metadata['step']:.6g}"),
+        ("end", f"t = {solution.t[-1]:.9g}, {counted(len(solution.t), 'row')}"),
+        *_changed(metadata["parameters"], document),
+        ("steps", str(stats["steps"])),
+        ("gradients", str(stats["gradients"])),
+        ("time of computation", f"{stats['wall_time']:.3g} s"),
+        ("H", f"{total[0]:.12g} at the start, {total[-1]:.12g} at the end"),
+        ("largest change of H", f"{solution.energy_error:.3g} of it"),
+        ("errors of steps", str(solution.error_estimate)),
+    ]
+    names, units = metadata["names"], metadata["units"]
+    for name, unit, value in [*zip(names["q"], units["q"], solution.q[-1], strict=True)][:8]:
+        rows.append((f"{name} at the end", f"{value:.9g}{' ' + unit if unit else ''}"))
+    if len(names["q"]) > 8:
+        rows.append(("...", f"{len(names['q']) - 8} more in solution.csv"))
+    print_table(metadata["name"], ("", ""), rows)
+
+
+def _changed(values: Mapping[str, float], document: Hamiltonian) -> list[tuple[str, str]]:
+    """Return a row for each parameter whose value in a run is another than in the file."""
+    return [
+        (f"parameter {item.name}", f"{value:.9g}{' ' + item.unit if item.unit else ''}, in the scene {item.value:.9g}")
+        for item in document.parameters
+        if (value := values[item.name]) != item.value
+    ]
+
+
+def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> None:
+    """Print mesh, memory, operators, data, energy and method, without an array of the mesh's size."""
+    from eomgen.integrators.compositions import composition_named  # noqa: PLC0415
+    from eomgen.products.fields.sampling import at_settings, memory_of  # noqa: PLC0415
+
+    memory = memory_of(system)
+    with at_settings(system, () if method is None else ("method",)):
+        chosen = composition_named(system.sampling.method if method is None else method)
+    widths = [length / count for length, count in zip(system.lengths, system.cells, strict=True)]
+    low, high = 2.0 * math.pi / max(system.lengths), math.pi / max(widths)
+    transforms = 2 * len(system.fields)
+    operators = {item.name: f"{item.kind}{f' after {item.of}' if item.of else ''}" for item in system.operators}
+    data = {item.name: item.kind + (f" {item.file}" if item.file else "") for item in system.data}
+    if as_json:
+        print_json(
+            {
+                "system": system.name,
+                "description": system.description,
+                "cells": list(system.cells),
+                "lengths": list(system.lengths),
+                "memory": memory,
+                "wave_numbers": [low, high],
+                "operators": operators,
+                "data": data,
+                "energy": system.energy,
+                "where": dict(system.where),
+                "fields": list(system.fields),
+                "transforms_per_gradient": transforms,
+                "mass": system.mass,
+                "sampling": dataclasses.asdict(system.sampling),
+                "method": {
+                    "name": chosen.name,
+                    "order": chosen.order,
+                    "gradients": chosen.gradients,
+                    "stability_limit": chosen.stability_limit,
+                },
+            }
+        )
+        return
+    unit = f" {system.unit}" if system.unit else ""
+    rows = [
+        ("mesh", f"{' x '.join(map(str, system.cells))} cells of {' x '.join(f'{w:.6g}' for w in widths)}{unit}"),
+        ("wave numbers", f"{low:.4g} to {high:.4g} along the axes, radians per {system.unit or 'length'}"),
+        ("memory", f"{memory / 2**20:.4g} MiB at most, with {counted(system.sampling.chains, 'chain')}"),
+        *(("operator", f"{name}: {meaning}") for name, meaning in operators.items()),
+        *(("data", f"{name}: {meaning}") for name, meaning in data.items()),
+        *(("where", f"{name} = {text}") for name, text in system.where.items()),
+        ("energy of a cell", system.energy),
+        ("gradient", f"{counted(transforms, 'transform')}, of {', '.join(system.fields)}"),
+        ("mass", system.mass),
+        (
+            "method",
+            f"{chosen.name}, order {chosen.order}, {counted(chosen.gradients, 'gradient')} a step, stable up to step x"
+            f" frequency = {chosen.stability_limit:.4g}",
+        ),
+    ]
+    print_table(system.name, ("", ""), rows)
+
+
+@click.command()
+@click.argument("file", metavar="FILE")
+@folder_option
+@click.option("--method", default=None, help="minimum_norm2, omf4, suzuki4, leapfrog ...; the file's by default.")
+@click.option("--mass", default=None, metavar="CHOICE", help="fisher, prior or unit; the file's by default.")
+@click.option("--step", type=float, default=None, help="Of trajectories; 0: found by the warm-up.")
+@click.option("--duration", type=float, default=None, help="Of a trajectory; 1.5 by default.")
+@click.option("--first", default=None, metavar="PART", help="First part of trajectories: random, drift or kick.")
+@click.option("--jitter", type=float, default=None, help="Part by which steps vary, 0 to 1.")
+@click.option("--guard", type=float, default=None, help="Part of the largest stable step that steps may have.")
+@click.option("--chains", type=int, default=None, metavar="N", help="Number of chains.")
+@click.option("--start", default=None, metavar="WHERE", help="mode, prior, zero, or a .npy file of white fields.")
+@click.option("--warm-up", type=int, default=None, metavar="N", help="Trajectories of each chain before samples.")
+@click.option("--samples", type=int, default=None, metavar="N", help="Of each chain.")
+@click.option("--seed", type=int, default=None, help="Of all random numbers of the chains.")
+@click.option("--field", default=None, metavar="NAME", help="Whose samples are looked at.")
+@click.option("--watched", type=int, default=None, metavar="N", help="Cells whose values are kept.")
+@click.option("--bins", type=int, default=None, metavar="N", help="Of wave numbers.")
+@click.option("--transforms", default=None, metavar="LIBRARY", help="scipy, or fftw by the package pyfftw.")
+@click.option("--precision", default=None, metavar="KIND", help="Of gradients: double or single.")
+@click.option("--resume", is_flag=True, help="Go on from the checkpoint of the folder, to the same bits.")
+@click.option("--plots/--no-plots", default=True, show_default=True, help="Draw slices, power spectra and chains.")
+@json_option
+@debug_option
+def sample(file: str, folder: str, resume: bool, plots: bool, as_json: bool, **options: Any) -> int:
+    """Sample the fields of a FILE of kind "hamiltonian" with a [mesh] by Hamiltonian Monte Carlo.
+
+    Writes samples.npz, trajectories.csv, scales.csv, summary.json, pictures, and checkpoint.npz, renewed once a minute.
+    Ctrl-C keeps the samples drawn so far; the exit code is then 130, and --resume goes on.
+    """
+    from eomgen.products.fields.sampling import draw  # noqa: PLC0415
+    from eomgen.products.fields.sampling import sample as sampled  # noqa: PLC0415  # imported when the arguments are known to be fine
+
+    given = {name: value for name, value in options.items() if value is not None}
+    with terminal_bar(file) as bar:
+        result = sampled(file, folder=folder, resume=resume, progress=bar, **given)
+    files = result.save(folder) + (draw(result, folder) if plots else [])
+    if as_json:
+        print_json({**result.to_dict(), "folder": folder, "files": [path.name for path in files]})
+    else:
+        _print_samples(result)
+    say(f"{result.message}\nwritten to {folder}: {', '.join(path.name for path in files)}")
+    return INTERRUPTED if result.interrupted else 0
+
+
+def _print_samples(samples: FieldSamples) -> None:
+    told, mesh = samples.summary(), samples.problem.mesh
+    unit = samples.problem.system.unit
+    box = " x ".join(f"{length:.6g}" for length in mesh.lengths)
+    rows = [
+        ("mesh", f"{' x '.join(map(str, mesh.cells))} cells, {box}{' ' + unit if unit else ''}"),
+        ("memory", f"{told['memory'] / 2**20:.4g} MiB at most"),
+        ("method", f"{samples.settings.method}, mass {samples.mass}, trajectories of {samples.settings.duration:.4g}"),
+        ("steps", ", ".join(f"{step:.4g}" for step in told["steps"][:6]) + f"; at most {samples.largest_step:.4g}"),
+        ("largest frequency", f"{samples.frequency:.4g}"),
+        ("gradients", f"{samples.gradients} in {samples.seconds:.3g} s"),
+    ]
+    if samples.count:
+        rows += [
+            ("acceptance", f"{told['acceptance']:.3f}, {told['expected_acceptance']:.3f} by the mean of errors"),
+            (
+                "energy errors",
+                f"mean {told['mean_energy_error']:.4g}, half variance {told['half_variance_of_energy_errors']:.4g}",
+            ),
+            ("mean of exp(-error)", f"{told['mean_weight']:.4f} +- {told['mean_weight_error']:.4f}, to be 1"),
+        ]
+    if "r_hat_of_cells" in told:
+        worst = told["gradients_per_independent_sample_of_worst_scale"]
+        rows += [
+            (
+                "split R-hat",
+                f"{told['r_hat_of_cells']:.4f} of the worst of {counted(samples.samples.cells.shape[2], 'cell')},"
+                f" {told['r_hat_of_scales']:.4f} of the worst scale",
+            ),
+            (
+                "autocorrelation time",
+                f"{told['autocorrelation_of_cells']:.3g} trajectories in cells,"
+                f" {told['autocorrelation_of_worst_scale']:.3g} of the worst scale",
+            ),
+            (
+                "gradients per independent sample",
+                f"{told['gradients_per_independent_sample_of_cells']:.3g} in cells,"
+                f" {worst:.3g} +- {worst * told['autocorrelation_error']:.2g} of the worst scale",
+            ),
+        ]
+    if "truth_over_deviation" in told:
+        z = told["truth_over_deviation"]
+        rows += [("(truth - mean)/deviation", f"mean {z['mean']:.4f}, deviation {z['deviation']:.4f}, to be 0 and 1")]
+    print_table(f"{samples.name}: {samples.problem.watched}", ("", ""), rows)
+    heads = ("k", "prior", "truth", "samples", "deviation", "of the mean", "correlation", "R-hat", "autocorrelation")
+    table = [
+        tuple("-" if math.isnan(value) else f"{value:.4g}" for value in vars(scale).values())
+        for scale in samples.scales()
+    ]
+    if table:
+        print_table("scales: power of a mode", heads, table, numeric=tuple(range(len(heads))))
