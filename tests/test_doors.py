@@ -402,9 +402,6 @@ LATE: dict[str, dict[str, str]] = {
     "products.studies.identification.result": {
         "products.studies.identification.plots": "matplotlib; a study is used without it"
     },
-    "products.reliability.vibration.result": {
-        "products.reliability.vibration.plots": "matplotlib; a study is used without it"
-    },
     "products.studies.work_precision.result": {
         "products.studies.work_precision.plots": "matplotlib; a study is used without it"
     },

@@ -22,11 +22,9 @@ from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
 from eomgen.products.reliability.tails import JUMPING, MostProbablePoint, Unreached
 from eomgen.products.reliability.vibration.distributions import against_samples, unreached, without
-from eomgen.products.reliability.vibration.findings import Distribution, Process
 from eomgen.products.reliability.vibration.inputs import processes_of, truncated_processes
-from eomgen.products.reliability.vibration.over_time import first_passage, judged_passage, not_normal
-from eomgen.products.reliability.vibration.plots import _covariance, _modes, _title_of_modes
-from eomgen.products.reliability.vibration.run_response import RunResponse
+from eomgen.products.reliability.vibration.result import Distribution, Process, _covariance, _modes, _title_of_modes
+from eomgen.products.reliability.vibration.run_response import RunResponse, first_passage, judged_passage, not_normal
 from eomgen.scene.load import load_toml
 from tests.reliability.duffing import Duffing
 

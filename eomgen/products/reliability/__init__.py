@@ -9,7 +9,7 @@ PRODUCT = Product(
     names={name: f"eomgen.products.reliability.vibration:{name}" for name in ("RandomVibration", "random_vibration")},
     rows={
         "eomgen.sections": ("eomgen.products.reliability.section.sections:RANDOM",),
-        "eomgen.info": ("eomgen.products.reliability.info:PROCESSES",),
+        "eomgen.info": ("eomgen.products.reliability.command:PROCESSES",),
         "eomgen.verbs": (
             Verb(
                 "random",

@@ -14,14 +14,17 @@ from eomgen.products.reliability.tails.most_probable_point import (
     points_on_curve,
     rivals,
 )
-from eomgen.products.reliability.tails.projection import (
+from eomgen.products.reliability.tails.quadratic_form import (
+    Counted,
+    Expansion,
+    Multiplied,
     Projected,
+    QuadraticForm,
+    Response,
     hermite_projection,
     leading_directions,
     projected_hessian,
 )
-from eomgen.products.reliability.tails.quadratic_form import QuadraticForm
-from eomgen.products.reliability.tails.response import Counted, Expansion, Multiplied, Response
 from eomgen.products.reliability.tails.tail_samples import Draws, Estimate, corrected_tail, importance_sampling
 
 __all__ = [

@@ -10,8 +10,7 @@ from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
-from eomgen.products.reliability.tails.quadratic_form import QuadraticForm
-from eomgen.products.reliability.tails.response import Expansion, Response
+from eomgen.products.reliability.tails.quadratic_form import Expansion, QuadraticForm, Response
 
 #: The first step along the curve of most probable points, and the longest one, in standard deviations; it grows if
 #: Newton's method needs no more iterations than these.

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.products.reliability.tails.quadratic_form import QuadraticForm
-from eomgen.products.reliability.tails.response import Response
+from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Response
 
 #: Samples that are asked for at once.
 _BLOCK = 4096

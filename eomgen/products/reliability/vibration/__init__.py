@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from eomgen.products.reliability.vibration.findings import Distribution
-from eomgen.products.reliability.vibration.result import RandomVibration
+from eomgen.products.reliability.vibration.result import Distribution, RandomVibration
 from eomgen.products.reliability.vibration.study import random_vibration
 
 __all__ = ["Distribution", "RandomVibration", "random_vibration"]

@@ -24,7 +24,7 @@ from eomgen.products.reliability.tails import (
     importance_sampling,
     rivals,
 )
-from eomgen.products.reliability.vibration.findings import Distribution
+from eomgen.products.reliability.vibration.result import Distribution
 from eomgen.products.reliability.vibration.run_response import RunResponse
 
 #: Samples about the mean at least.

@@ -14,7 +14,7 @@ from eomgen.base.calls import check_options
 from eomgen.base.text import shown
 from eomgen.compiled.arguments import number_of
 from eomgen.errors import Problem, UsageError
-from eomgen.products.reliability.vibration.findings import Process
+from eomgen.products.reliability.vibration.result import Process
 from eomgen.simulation.option_types import SensitivityOptions
 
 if TYPE_CHECKING:

@@ -1,17 +1,60 @@
-"""Result of a study of random vibration: moments, distributions by each method, autocovariance and costs."""
+"""Result of a study of random vibration: moments, distributions by each method, autocovariance and costs; files and
+plots."""
 
 from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy import special
 
+from eomgen.base.arrays import Array
+from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_table, write_text
 from eomgen.base.text import json_text
-from eomgen.products.reliability.vibration.findings import Findings
+from eomgen.results.sample_errors import SampleErrors
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """P(y <= threshold) and P(y > threshold) by one method.
+
+    Attributes
+    ----------
+    below, above : (thresholds,), not a number if the method has none
+    low, high : of P(y <= threshold), (thresholds,): bounds of 95 % confidence if samples were counted, else empty
+    """
+
+    below: Array
+    above: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Solutions of the equations of motion, and of their linear ones backwards and forwards in time."""
+
+    runs: int
+    adjoints: int
+    tangents: int
+
+
+@dataclass(frozen=True)
+class Process:
+    """A random process of the scene: its kind, number of variables, and part of the variance that they capture."""
+
+    name: str
+    kind: str
+    variables: int
+    captured: float
+    eigenvalues: tuple[float, ...]
+
 
 #: Moments of the message, and the method of each.
 _ORDER = {
@@ -22,8 +65,49 @@ _ORDER = {
 }
 
 
-class RandomVibration(Findings):
-    """The distribution of an output at one time, with its files and plots."""
+@dataclass(frozen=True)
+class RandomVibration:
+    """The distribution of an output at one time, with its files and plots.
+
+    Attributes
+    ----------
+    scene, output, unit : names
+    t : s
+    processes : the scene's
+    thresholds : (n,)
+    moments : of each method: mean, standard deviation, skewness, excess kurtosis
+    distributions : of each method
+    indices : reliability index of each threshold, (n,), not a number if none was looked for
+    times, autocovariance : (m,) in s, and the covariance with the output at ``t`` by method, (m,)
+    first_passage : of each level: its probability over the run by method; ``preferred`` is the one to take
+    costs : by method
+    notes : doubts
+    error : SampleErrors
+        Estimated discretisation errors of a few samples.
+    errors : of each method: its error relative to the corrected probability at each threshold, on the side that is
+        less probable, (n,); NaN if there is no corrected one
+    lost_variance : float
+        Share of the output's variance, to first order about the mean, that is lost with the modes left out of the
+        processes; NaN if none is left out, or if it is not known.
+    """
+
+    scene: str
+    output: str
+    unit: str
+    t: float
+    processes: tuple[Process, ...]
+    thresholds: Array
+    moments: Mapping[str, tuple[float, float, float, float]]
+    distributions: Mapping[str, Distribution]
+    indices: Array
+    times: Array
+    autocovariance: Mapping[str, Array]
+    first_passage: Mapping[float, Mapping[str, float]]
+    costs: Mapping[str, Cost]
+    notes: Sequence[str]
+    error: SampleErrors
+    errors: Mapping[str, Array]
+    lost_variance: float = math.nan
 
     @property
     def message(self) -> str:
@@ -88,6 +172,124 @@ class RandomVibration(Findings):
 
     def plot(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Draw the distribution, the autocovariance and the spectrum of modes, and return the files."""
-        from eomgen.products.reliability.vibration.plots import draw  # noqa: PLC0415  # matplotlib; a study is used without it
 
         return draw(self, make_folder(Path(folder)))
+
+
+#: Label, colour, line and mark of each method.
+_STYLES = {
+    "first_order": ("normal, first order at the mean", "#9A9A9A", "--", ""),
+    "second_order": ("second order at the mean", "#B8860B", "-.", ""),
+    "projected": ("projected second order at the mean", "#7A4FA3", (0, (6, 2)), ""),
+    "hermite": ("Hermite projection", "#3A8F3A", "-", ""),
+    "form": ("FORM", "#C43A0B", ":", "x"),
+    "quadratic": ("quadratic at most probable points", "#0B62C4", "-", "o"),
+    "importance_sampling": ("importance sampling", "#111111", "", "s"),
+    "monte_carlo": ("Monte Carlo, 95 % confidence", "#111111", "", "."),
+}
+#: Probabilities that the scale names.
+_NAMED = (1e-9, 1e-7, 1e-5, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.99)
+
+
+def draw(found: RandomVibration, folder: Path) -> list[Path]:
+    """Draw all plots and return their files."""
+    files = [saved(_distribution(found), folder / "distribution.png")]
+    if len(found.times):
+        files.append(saved(_covariance(found), folder / "autocovariance.png"))
+    files.append(saved(_modes(found), folder / "modes.png"))
+    return files
+
+
+def _scaled(one: Distribution) -> Any:
+    """Return P(y <= threshold) as the place of a standard normal variable, by the smaller tail of both."""
+    with np.errstate(invalid="ignore"):
+        lower, upper = special.ndtri(one.below), -special.ndtri(one.above)
+    return np.where(one.below < 0.5, lower, upper)
+
+
+def _distribution(found: RandomVibration) -> Any:
+    figure = new_figure((7.6, 5.2))
+    axes = figure.subplots()
+    order = np.argsort(found.thresholds)
+    y = found.thresholds[order]
+    for name, (label, colour, line, mark) in _STYLES.items():
+        if name not in found.distributions:
+            continue
+        one = found.distributions[name]
+        place = _scaled(one)[order]
+        finite = np.isfinite(place)
+        axes.plot(
+            y[finite],
+            place[finite],
+            color=colour,
+            linestyle=line,
+            marker=mark,
+            markersize=5,
+            linewidth=1.5,
+            label=label,
+        )
+        if len(one.low):
+            with np.errstate(invalid="ignore", divide="ignore"):
+                low, high = special.ndtri(one.low)[order], special.ndtri(one.high)[order]
+            known = np.isfinite(low) & np.isfinite(high)
+            axes.vlines(y[known], low[known], high[known], color=colour, linewidth=1.2)
+    marks = np.array([*_NAMED, *(1.0 - np.array(_NAMED[:4]))])
+    places = np.append(special.ndtri(np.array(_NAMED)), -special.ndtri(np.array(_NAMED[:4])))
+    bottom, top = axes.get_ylim()
+    shown = (places >= bottom) & (places <= top)
+    axes.set_yticks(places[shown], [_percent(share) for share in marks[shown]])
+    axes.set_ylim(bottom, top)
+    axes.set_xlabel(f"{found.output} in {found.unit}" if found.unit else found.output)
+    axes.set_ylabel("probability of not more, normal scale")
+    axes.set_title(f"{found.scene}: {found.output} at t = {found.t:.6g} s", fontsize="medium")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small", loc="upper left")
+    return figure
+
+
+def _percent(share: float) -> str:
+    if share > 0.99:
+        return f"1 - {1.0 - share:.0e}".replace("e-0", "e-")
+    return f"{share:g}" if share >= 1e-3 else f"{share:.0e}".replace("e-0", "e-")
+
+
+def _covariance(found: RandomVibration) -> Any:
+    figure = new_figure((7.6, 3.6))
+    axes = figure.subplots()
+    order = np.argsort(found.times)
+    for name, values in found.autocovariance.items():
+        label, colour, line, _ = _STYLES[name]
+        axes.plot(found.times[order], values[order], color=colour, linestyle=line, linewidth=1.6, label=label)
+    axes.axhline(0.0, color="#888888", linewidth=0.8)
+    axes.set_xlabel("time in s")
+    unit = f" in ({found.unit})²" if found.unit else ""
+    axes.set_ylabel(f"covariance{unit}")
+    axes.set_title(f"covariance of {found.output} with its value at t = {found.t:.6g} s", fontsize="medium")
+    axes.grid(alpha=0.3)
+    axes.margins(x=0.0)
+    axes.legend(fontsize="small")
+    return figure
+
+
+def _title_of_modes(processes: Sequence[Process]) -> str:
+    of_waves = [process.kind == "waves" for process in processes]
+    if all(of_waves):
+        return "Energies of the waves, of two variables each"
+    modes = "Karhunen-Loève modes of the random processes"
+    return f"{modes}, energies of the waves" if any(of_waves) else modes
+
+
+def _modes(found: RandomVibration) -> Any:
+    figure = new_figure((7.6, 3.6))
+    axes = figure.subplots()
+    for process in found.processes:
+        values = np.array(process.eigenvalues)
+        label = f"{process.name}: {len(values)} modes, {100.0 * process.captured:.6g} % of the variance"
+        axes.semilogy(np.arange(1, len(values) + 1), values / values[0], marker="o", markersize=4, label=label)
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.set_xlabel("mode")
+    axes.set_ylabel("eigenvalue by the largest")
+    axes.set_title(_title_of_modes(found.processes), fontsize="medium")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return figure

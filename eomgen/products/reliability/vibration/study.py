@@ -46,7 +46,6 @@ from eomgen.products.reliability.vibration.distributions import (
     why_gradient_changes,
     without,
 )
-from eomgen.products.reliability.vibration.findings import Cost, Distribution
 from eomgen.products.reliability.vibration.inputs import (
     FEWEST,
     check_counts,
@@ -62,9 +61,14 @@ from eomgen.products.reliability.vibration.inputs import (
     thresholds_of,
     truncated_processes,
 )
-from eomgen.products.reliability.vibration.over_time import first_passage, judged_passage, not_normal, rows_at
-from eomgen.products.reliability.vibration.result import RandomVibration
-from eomgen.products.reliability.vibration.run_response import RunResponse
+from eomgen.products.reliability.vibration.result import Cost, Distribution, RandomVibration
+from eomgen.products.reliability.vibration.run_response import (
+    RunResponse,
+    first_passage,
+    judged_passage,
+    not_normal,
+    rows_at,
+)
 from eomgen.products.reliability.vibration.truncation import lost_variance
 from eomgen.results.sample_errors import SampleErrors
 from eomgen.simulation.option_types import SensitivityOptions
