@@ -31,8 +31,7 @@ from benchmarks.measure import machine, table
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import EomgenError
 from eomgen.integrators.methods import AUTO, STANDARD, check_needs, method_named
-from eomgen.products.studies.work_precision.axes import candidates
-from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.work_precision.axes import Configuration, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.reference import Reference, reference
 from eomgen.products.studies.work_precision.running import REACHED, REFUSED, TOO_LONG, Runner, timed

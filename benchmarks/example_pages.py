@@ -25,7 +25,7 @@ from typing import Any
 
 from PIL import Image
 
-from eomgen.products.studies.work_precision.measured import Measured, Point
+from eomgen.products.studies.work_precision.result import Point, Tradeoff
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ROOT / "docs" / "examples"
@@ -117,14 +117,14 @@ def measure(name: str, folder: Path) -> None:
     _eomgen(*_words_of(name), "--out", str(place))
 
 
-def study_in(folder: Path) -> Measured:
+def study_in(folder: Path) -> Tradeoff:
     """Return the study that ``tradeoff.json`` in a folder tells. Raises ValueError where methods were not built in
     time, which the cache has at the next run."""
     held = json.loads((folder / "tradeoff.json").read_text(encoding="utf-8"))
     if late := [name for name, why in held["left_out"].items() if why.startswith("not built")]:
         raise ValueError(f"{folder.name}: {'; '.join(late)}: not built within the budget; run it once more")
     span = held["span"]
-    return Measured(
+    return Tradeoff(
         held["scene"],
         held["quantity"],
         held["measure"],
@@ -136,7 +136,7 @@ def study_in(folder: Path) -> Measured:
     )
 
 
-def section(name: str, study: Measured, told: Mapping[str, Any]) -> str:
+def section(name: str, study: Tradeoff, told: Mapping[str, Any]) -> str:
     """Return what stands between the marks of a page.
 
     Parameters
@@ -196,7 +196,7 @@ def size(told: Mapping[str, Any]) -> str:
     return f"{', '.join(parts)}. Floating-point operations: {', '.join(flops)}."
 
 
-def advice(study: Measured, demand: float) -> str:
+def advice(study: Tradeoff, demand: float) -> str:
     """Return a sentence on what to take for a demand."""
     best = study.best(demand)
     if best is None:
@@ -204,7 +204,7 @@ def advice(study: Measured, demand: float) -> str:
     return f"For {power(demand)} take {_words(best)}: {_time(best.seconds)}."
 
 
-def own_settings(study: Measured) -> str:
+def own_settings(study: Tradeoff) -> str:
     """Return a sentence on the scene's own settings."""
     own = study.points[0]
     if own.seconds is None:
@@ -222,7 +222,7 @@ def power(demand: float) -> str:
     return f"1e{round(math.log10(demand))}"
 
 
-def _cells(study: Measured, point: Point) -> list[str]:
+def _cells(study: Tradeoff, point: Point) -> list[str]:
     resolution = f"{point.value:.4g}{' s' if point.kind == 'step' else ''}"
     return [point.configuration.label, resolution, f"{study.error(point):.1e}", _time(point.seconds)]
 
@@ -250,7 +250,7 @@ def _counted(count: int, one: str, several: str) -> str:
     return f"{count} {one if count == 1 else several}"
 
 
-def row(name: str, study: Measured, told: Mapping[str, Any]) -> str:
+def row(name: str, study: Tradeoff, told: Mapping[str, Any]) -> str:
     """Return the row of an example in the table of all."""
     cells = [f"[{name}]({name}.md)", f"{told['description']}", str(told["degrees_of_freedom"])]
     cells.append(str(len(told["constraints"])))

@@ -25,13 +25,10 @@ from typing import Any
 import eomgen
 from eomgen.errors import EomgenError
 from eomgen.pipeline import pipeline
-from eomgen.products.studies.tuning.demand import Demand
-from eomgen.products.studies.tuning.judge import Judge
-from eomgen.products.studies.tuning.nearby_conditions import OWN, Condition, conditions
-from eomgen.products.studies.tuning.verification_runs import under
+from eomgen.products.studies.tuning.judge import OWN, Condition, Demand, Judge, conditions, under
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
-from eomgen.products.studies.work_precision.measured import Point
+from eomgen.products.studies.work_precision.result import Point
 from eomgen.products.studies.work_precision.running import Runner, timed
 from eomgen.products.studies.work_precision.times import MOST_TIMES, tuning_grid
 from eomgen.simulation.timing import Repeated

@@ -7,7 +7,7 @@ from eomgen.products.reliability.vibration import RandomVibration, random_vibrat
 from eomgen.products.studies.identification import Identification, identify
 from eomgen.products.studies.ladders.result import Extremes
 from eomgen.products.studies.ladders.study import extremes
-from eomgen.products.studies.savings.study import savings
+from eomgen.products.studies.savings import savings
 from eomgen.products.studies.tuning.real_time import RealTime
 from eomgen.products.studies.tuning.result import Tuned
 from eomgen.products.studies.tuning.tune import tune

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.work_precision.axes import Configuration
 
 PLAIN = Configuration("joint", "rk4")
 

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from eomgen.lie.product import Factor
-from eomgen.products.studies.verification.claims.claim import Claim, column
-from eomgen.products.studies.verification.differences import LADDER, complex_steps, differences
-from eomgen.products.studies.verification.engines import Array, Blocks, Engine, moved
-from eomgen.products.studies.verification.tolerances import sizes_of
+from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, column, moved
+from eomgen.products.studies.verification.differences import LADDER, complex_steps, differences, sizes_of
 
 FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
 

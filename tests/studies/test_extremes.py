@@ -19,8 +19,8 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.cli.tables import print_table
-from eomgen.products.studies.ladders.references import difference, reference
 from eomgen.products.studies.ladders.register import LADDERS
+from eomgen.products.studies.ladders.result import VERDICTS, verdict
 from eomgen.products.studies.ladders.runs import (
     CRASH,
     HANG,
@@ -34,8 +34,8 @@ from eomgen.products.studies.ladders.runs import (
     Runner,
     simulated,
 )
+from eomgen.products.studies.ladders.study import difference, reference
 from eomgen.products.studies.ladders.subject import Subject
-from eomgen.products.studies.ladders.verdicts import VERDICTS, verdict
 from eomgen.scene.load import from_data
 from eomgen.scene.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
 

@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import FileError, NumericalError, UsageError
 from eomgen.pipeline.pipeline import built_for_run
-from eomgen.products.studies.identification.combinations import structure
+from eomgen.products.studies.identification.estimation import structure
 from eomgen.products.studies.identification.experiment import Rows
 from eomgen.scene.load import load_toml
 

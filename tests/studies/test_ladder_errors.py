@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.products.studies.ladders.references import difference
+from eomgen.products.studies.ladders.study import difference
 from eomgen.products.studies.ladders.subject import Subject
 
 

@@ -17,7 +17,7 @@ from eomgen.errors import UsageError
 from eomgen.formula.nodes import Number
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.pipeline import load
-from eomgen.products.studies.savings.variants import ALL_TERMS, Variant, variants
+from eomgen.products.studies.savings import ALL_TERMS, Variant, variants
 from eomgen.scene.scene import Scene
 
 QUARTER, ARM, BEAM = (f"examples/{name}/scene.toml" for name in ("quarter_car", "robot_arm", "spin_up_beam"))
@@ -76,7 +76,7 @@ def test_variants_have_the_same_motion() -> None:
 
 
 @pytest.fixture(scope="module")
-def measured() -> eomgen.products.studies.savings.study.Savings:
+def measured() -> eomgen.products.studies.savings.Savings:
     seen: list[str] = []
     only = ["terms of a step", "moving base", "absolute"]
     found = eomgen.savings(BEAM, rounds=1, only=only, profile="quick", progress=seen.append)
@@ -85,7 +85,7 @@ def measured() -> eomgen.products.studies.savings.study.Savings:
 
 
 @pytest.mark.long
-def test_costs_and_ratios(measured: eomgen.products.studies.savings.study.Savings, tmp_path: Path) -> None:
+def test_costs_and_ratios(measured: eomgen.products.studies.savings.Savings, tmp_path: Path) -> None:
     asked, step, moving, absolute = measured.costs
     assert [cost.name for cost in measured.costs] == ["as asked", "terms of a step", "moving base", "absolute"]
     assert (asked.operations["forward_dynamics"], moving.operations["forward_dynamics"]) == (43, 94)
@@ -116,16 +116,16 @@ def test_costs_and_ratios(measured: eomgen.products.studies.savings.study.Saving
 
 @pytest.mark.slow
 def test_the_verb_prints_a_table(
-    measured: eomgen.products.studies.savings.study.Savings,
+    measured: eomgen.products.studies.savings.Savings,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    @wraps(eomgen.products.studies.savings.study.savings)
-    def measured_before(*_: Any, **__: Any) -> eomgen.products.studies.savings.study.Savings:
+    @wraps(eomgen.products.studies.savings.savings)
+    def measured_before(*_: Any, **__: Any) -> eomgen.products.studies.savings.Savings:
         return measured
 
-    monkeypatch.setattr("eomgen.products.studies.savings.study.savings", measured_before)
+    monkeypatch.setattr("eomgen.products.studies.savings.savings", measured_before)
     assert main(["savings", BEAM, "--out", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr()
     assert "flops of a step's terms" in printed.out

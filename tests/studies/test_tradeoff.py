@@ -16,8 +16,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.products.studies.work_precision import study as work_precision
-from eomgen.products.studies.work_precision.axes import AXES, candidates
-from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.work_precision.axes import AXES, Configuration, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.observation import ErrorSize, errors, observed
 from eomgen.products.studies.work_precision.reference import Reference

@@ -15,11 +15,9 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.products.studies.tuning import entries, race, real_time, tune
-from eomgen.products.studies.tuning.contender import MARGIN, Contender, Tried
-from eomgen.products.studies.tuning.demand import Demand
-from eomgen.products.studies.tuning.judge import KNOWN, Judge
-from eomgen.products.studies.tuning.nearby_conditions import conditions
-from eomgen.products.studies.tuning.scene_text import with_settings
+from eomgen.products.studies.tuning.judge import KNOWN, Demand, Judge, conditions
+from eomgen.products.studies.tuning.race import MARGIN, Contender, Tried
+from eomgen.products.studies.tuning.result import with_settings
 from eomgen.products.studies.tuning.tune import _shortest
 from eomgen.products.studies.work_precision.axes import candidates
 from eomgen.products.studies.work_precision.formulations import formulations

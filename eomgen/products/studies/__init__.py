@@ -10,17 +10,14 @@ from eomgen.base.verbs import Verb
 if TYPE_CHECKING:
     from eomgen.products.studies.identification import Identification, identify
     from eomgen.products.studies.ladders.register import LADDERS
-    from eomgen.products.studies.ladders.result import Extremes
+    from eomgen.products.studies.ladders.result import VERDICTS, Cell, Extremes
     from eomgen.products.studies.ladders.study import extremes
-    from eomgen.products.studies.ladders.verdicts import VERDICTS, Cell
     from eomgen.products.studies.tuning.real_time import RealTime
     from eomgen.products.studies.tuning.result import Tuned
     from eomgen.products.studies.tuning.tune import tune
     from eomgen.products.studies.verification.check import check
-    from eomgen.products.studies.verification.form_report import Disagreement, FormReport
-    from eomgen.products.studies.verification.report import CheckReport
-    from eomgen.products.studies.work_precision.measured import DEMANDS, Point, Slope
-    from eomgen.products.studies.work_precision.result import Tradeoff
+    from eomgen.products.studies.verification.report import CheckReport, Disagreement, FormReport
+    from eomgen.products.studies.work_precision.result import DEMANDS, Point, Slope, Tradeoff
     from eomgen.products.studies.work_precision.study import tradeoff
 
 __all__ = [
@@ -50,14 +47,14 @@ _HOMES = {
     "LADDERS": "ladders.register",
     "Extremes": "ladders.result",
     "extremes": "ladders.study",
-    **dict.fromkeys(("VERDICTS", "Cell"), "ladders.verdicts"),
+    **dict.fromkeys(("VERDICTS", "Cell"), "ladders.result"),
     "RealTime": "tuning.real_time",
     "Tuned": "tuning.result",
     "tune": "tuning.tune",
     "check": "verification.check",
-    **dict.fromkeys(("Disagreement", "FormReport"), "verification.form_report"),
+    **dict.fromkeys(("Disagreement", "FormReport"), "verification.report"),
     "CheckReport": "verification.report",
-    **dict.fromkeys(("DEMANDS", "Point", "Slope"), "work_precision.measured"),
+    **dict.fromkeys(("DEMANDS", "Point", "Slope"), "work_precision.result"),
     "Tradeoff": "work_precision.result",
     "tradeoff": "work_precision.study",
 }
@@ -66,7 +63,7 @@ _OF_EOMGEN = ("Extremes", "Identification", "RealTime", "Tradeoff", "Tuned", "ex
 PRODUCT = Product(
     modules={"studies": "eomgen.products.studies"},
     names={name: f"eomgen.products.studies.{_HOMES[name]}:{name}" for name in _OF_EOMGEN}
-    | {"savings": "eomgen.products.studies.savings.study:savings"},
+    | {"savings": "eomgen.products.studies.savings:savings"},
     rows={
         "eomgen.verbs": (
             Verb(

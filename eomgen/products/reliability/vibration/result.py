@@ -172,7 +172,6 @@ class RandomVibration:
 
     def plot(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Draw the distribution, the autocovariance and the spectrum of modes, and return the files."""
-
         return draw(self, make_folder(Path(folder)))
 
 

@@ -13,7 +13,7 @@ from eomgen.cli.running import say_notes, say_stand_in
 from eomgen.cli.tables import print_table
 
 if TYPE_CHECKING:
-    from eomgen.products.studies.savings.study import Cost, Savings
+    from eomgen.products.studies.savings import Cost, Savings
 
 #: Columns of the table: the cost, its heading, and by how much and in which format it is printed.
 _COLUMNS = (
@@ -24,7 +24,7 @@ _COLUMNS = (
     ("observed_seconds", "observed step, us", 1e6, ".3f"),
 )
 
-_option = arguments_of("eomgen.products.studies.savings.study:savings")
+_option = arguments_of("eomgen.products.studies.savings:savings")
 
 
 @click.command()
@@ -52,7 +52,7 @@ def savings(
     """
     from eomgen.base.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.pipeline.pipeline import load_scene  # noqa: PLC0415
-    from eomgen.products.studies.savings.study import savings as measured  # noqa: PLC0415
+    from eomgen.products.studies.savings import savings as measured  # noqa: PLC0415
 
     if folder is not None:
         make_folder(Path(folder))

@@ -1,9 +1,10 @@
-"""One measured run on a model: predicted outputs at the measured times, with their derivatives in the unknowns."""
+"""Measured runs of a model with their unknowns: names, start and bounds of these, predicted outputs at the measured
+times, and their derivatives."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.text import shown
+from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import tangent, update
@@ -20,6 +22,7 @@ from eomgen.products.studies.identification.measurements import Measurements
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
+
 
 #: Part of a step by which a time may miss the end of a step, as rounded times of files do.
 _ROUNDED = 1e-6
@@ -217,3 +220,173 @@ class Experiment:
         """Return measured inputs on the grid of the steps, linear between samples."""
         times = self._start + self.step * np.arange(self._rows.steps + 1)
         return {name: np.interp(times, self.data.t, values) for name, values in self.data.inputs.items()}
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Unknowns of several runs in one row: parameters, then the states of each run.
+
+    Attributes
+    ----------
+    parameters, states : names of unknowns
+    experiments : the runs
+    held : values of parameters that differ from the scene's, with the start of unknown ones
+    """
+
+    model: Model
+    parameters: tuple[str, ...]
+    states: tuple[str, ...]
+    experiments: Sequence[Experiment]
+    held: Mapping[str, float]
+
+    @property
+    def names(self) -> list[str]:
+        several = len(self.experiments) > 1
+        return [
+            *self.parameters,
+            *(f"{name} of {one.data.name}" if several else name for one in self.experiments for name in self.states),
+        ]
+
+    @property
+    def units(self) -> list[str]:
+        known = {item.name: item.unit for item in self.model.description.parameters}
+        return [known.get(name, "") for name in self.parameters] + [u for one in self.experiments for u in one.units]
+
+    @property
+    def start(self) -> Array:
+        values = {**self.model.parameters, **self.held}
+        return np.concatenate(
+            [np.array([float(values[name]) for name in self.parameters]), *(one.starts for one in self.experiments)]
+        )
+
+    @property
+    def labels(self) -> list[str]:
+        """Measured columns of all runs."""
+        return list(dict.fromkeys(label for one in self.experiments for label in one.data.outputs))
+
+    @property
+    def data(self) -> Array:
+        """(rows,) measured values, run by run and column by column."""
+        parts = [np.stack(list(one.data.outputs.values()))[one.present] for one in self.experiments]
+        return np.concatenate(parts)
+
+    @property
+    def columns(self) -> Array:
+        """(rows,) places of columns among ``labels``."""
+        labels = self.labels
+        return np.concatenate(
+            [
+                np.full(int(np.count_nonzero(row)), labels.index(label))
+                for one in self.experiments
+                for label, row in zip(one.data.outputs, one.present, strict=True)
+            ]
+        )
+
+    def states_of(self, x: Array, number: int) -> Array:
+        count = len(self.states)
+        first = len(self.parameters) + number * count
+        return x[first : first + count]
+
+    def values_of(self, x: Array) -> dict[str, float]:
+        return {**self.held, **dict(zip(self.parameters, x.tolist(), strict=False))}
+
+    def predict(self, x: Array) -> tuple[Array, Array]:
+        """Return the model's values (rows,) and derivatives (rows, n)."""
+        count, parts, slopes = len(self.parameters), [], []
+        for number, one in enumerate(self.experiments):
+            values, derivatives = one(self.values_of(x), self.states_of(x, number))
+            block = np.zeros((*values.shape, len(x)))
+            first = count + number * len(self.states)
+            block[..., :count] = derivatives[..., :count]
+            block[..., first : first + len(self.states)] = derivatives[..., count:]
+            parts.append(values[one.present])
+            slopes.append(block[one.present])
+        return np.concatenate(parts), np.concatenate(slopes)
+
+
+#: Least change of outputs, in standard deviations, by a change of an unknown by its own size.
+_EFFECT = 1e-9
+
+
+def bounds_of(unknowns: Unknowns, bounds: Mapping[str, tuple[float, float]] | None) -> tuple[Array, Array]:
+    names, x = unknowns.names, unknowns.start
+    low, high = np.full(len(names), -np.inf), np.full(len(names), np.inf)
+    if bounds is not None and not isinstance(bounds, Mapping):
+        fault = f"bounds by name are needed, not {shown(bounds)}"
+        raise UsageError(Problem("bounds", fault, f'bounds={{"{names[0]}": (0.1, 10.0)}}'))
+    for name, given in (bounds or {}).items():
+        places = [k for k, known in enumerate(names) if name == known or known.startswith(f"{name} of ")]
+        if not places:
+            check_name("unknown", name, names)
+        try:
+            first, last = (float(one) for one in given)
+        except (TypeError, ValueError):
+            raise UsageError(Problem(f"bounds of {name}", f"{given!r} are no two numbers", "(0.1, 10.0)")) from None
+        if np.isnan([first, last]).any():
+            fault = f"({first:.6g}, {last:.6g}) has a bound that is no number"
+            raise UsageError(Problem(f"bounds of {name}", fault, "-inf or inf for none"))
+        if not first < last:
+            fault = f"{first:.6g} is not below {last:.6g}"
+            hint = (
+                f"({last:.6g}, {first:.6g})"
+                if last < first
+                else "without it among the unknowns, for a value that is held"
+            )
+            raise UsageError(Problem(f"bounds of {name}", fault, hint))
+        for k in places:
+            if not first <= x[k] <= last:
+                fault = f"the search starts at {x[k]:.6g}, outside {first:.6g} to {last:.6g}"
+                raise UsageError(Problem(f"bounds of {name}", fault, _within(unknowns, name, k, first, last)))
+            low[k], high[k] = first, last
+    return low, high
+
+
+def _within(unknowns: Unknowns, name: str, place: int, first: float, last: float) -> str:
+    """Return the start of a search within bounds."""
+    inside = 0.5 * (first + last) if np.isfinite(first + last) else first + 1.0 if np.isfinite(first) else last - 1.0
+    if place < len(unknowns.parameters):
+        return f"values={{{name!r}: {inside:.6g}}} (--set {name}={inside:.6g})"
+    state = unknowns.states[(place - len(unknowns.parameters)) % len(unknowns.states)]
+    joint = state.partition(".")[2].partition("[")[0]
+    part = {"q": f'"{joint}": {{"position": ...}}', "v": f'"{joint}": {{"velocity": ...}}'}.get(
+        state[0], f'"{joint}": ...'
+    )
+    return f"initial={{{part}}} (--initial {state}={inside:.6g}), its initial guess"
+
+
+def deviations_of(labels: Sequence[str], given: Mapping[str, float] | float | None) -> Array | None:
+    if given is None:
+        return None
+    if not isinstance(given, Mapping):
+        given = dict.fromkeys(labels, number_of("deviations", given, "number, or one for each column by name,"))
+    every = {label: given.get(label, given.get(label.partition("[")[0])) for label in labels}
+    for name in given:
+        if name not in labels and not any(label.partition("[")[0] == name for label in labels):
+            check_name("measured column", name, labels)
+    absent = [label for label, value in every.items() if value is None]
+    if absent:
+        fault = f"the deviation of {', '.join(absent)} is missing"
+        raise UsageError(Problem("deviations", fault, "deviations of all columns, or of none: then they are estimated"))
+    kind = "number"
+    result = np.array([number_of(f"deviations of {label}", value, kind) for label, value in every.items()])
+    if not (np.isfinite(result).all() and (result > 0.0).all()):
+        fault = "standard deviations are positive numbers"
+        raise UsageError(Problem("deviations", fault, f'deviations={{"{labels[0]}": 0.01}}'))
+    return result
+
+
+def check_effect(
+    unknowns: Unknowns, predict: Callable[[Array], tuple[Array, Array] | None], x: Array, sigma: Array | None
+) -> None:
+    """Raise UsageError for an unknown without effect on the measurements at the start of the search."""
+    first = predict(x)
+    if first is None:
+        return  # the search says why
+    columns = unknowns.columns
+    ranges = np.array([float(np.ptp(unknowns.data[columns == k])) or 1.0 for k in range(len(unknowns.labels))])
+    weights = (ranges if sigma is None else sigma)[columns]
+    effect = np.linalg.norm(first[1] / weights[:, np.newaxis], axis=0) * np.where(x != 0.0, np.abs(x), 1.0)
+    lost = [name for name, size in zip(unknowns.names, effect, strict=True) if size < _EFFECT * np.sqrt(len(columns))]
+    if lost:
+        fault = f"no measurement depends on {', '.join(lost)} at the initial guess"
+        raise UsageError(Problem("parameters", fault, "other outputs, other start values, or without them"))

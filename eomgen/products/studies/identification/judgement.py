@@ -10,11 +10,20 @@ from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
-from eomgen.products.studies.identification.combinations import Combination, Structure, form_of, structure, words
-from eomgen.products.studies.identification.estimation import Fit, Predictions, autocorrelation, correlation, covariance
-from eomgen.products.studies.identification.findings import Column, Estimate, Record
-from eomgen.products.studies.identification.result import Identification
-from eomgen.products.studies.identification.unknowns import Unknowns
+from eomgen.products.studies.identification.estimation import (
+    Combination,
+    Fit,
+    Predictions,
+    Structure,
+    autocorrelation,
+    correlation,
+    covariance,
+    form_of,
+    structure,
+    words,
+)
+from eomgen.products.studies.identification.experiment import Unknowns
+from eomgen.products.studies.identification.result import Column, Estimate, Identification, Record
 
 #: Combinations that the message has in words, and their members.
 _NAMED = 4

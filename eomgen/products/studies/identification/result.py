@@ -5,19 +5,122 @@ from __future__ import annotations
 import csv
 import io
 import os
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName
+from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_table, write_text
 from eomgen.base.text import json_text
-from eomgen.products.studies.identification.findings import Estimate, Findings
+from eomgen.products.studies.identification.estimation import Combination
 
 
-class Identification(Findings):
-    """Parameters and initial states that fit measured data best, with their files and plots."""
+@dataclass(frozen=True)
+class Estimate:
+    """One unknown.
+
+    Attributes
+    ----------
+    name, unit : names; a component of an initial state is ``q.hinge``, of several runs ``q.hinge of run1``
+    value, deviation : estimate and its standard deviation, infinite if the data do not decide it
+    low, high : confidence interval, infinite likewise
+    bias : change by the steps of the runs, estimated by runs at half of them; nan if these fail
+    start : start of the search
+    state : ``determined``, ``undetermined``, or ``on its bound``, with an interval of the bound alone
+    """
+
+    name: str
+    unit: str
+    value: float
+    deviation: float
+    low: float
+    high: float
+    bias: float
+    start: float
+    state: str
+
+
+@dataclass(frozen=True)
+class Column:
+    """A measured column.
+
+    Attributes
+    ----------
+    name, unit : of an output's component
+    samples : over all runs
+    deviation : of its noise, given or estimated
+    rms : of the residuals
+    autocorrelation : of the residuals one sample apart, 0 for white noise
+    """
+
+    name: str
+    unit: str
+    samples: int
+    deviation: float
+    rms: float
+    autocorrelation: float
+
+
+@dataclass(frozen=True)
+class Record:
+    """Data of one run, and the model's outputs at the estimates.
+
+    Attributes
+    ----------
+    name : of its file, or ``run1``
+    t : (n,) s
+    data, model : by column, (n,) each; data are nan if they are missing
+    initial : state that the run begins with, as of ``simulate``
+    """
+
+    name: str
+    t: Array
+    data: Mapping[str, Array]
+    model: Mapping[str, Array]
+    initial: Mapping[str, Array]
+
+    @property
+    def residuals(self) -> dict[str, Array]:
+        """Data minus model by column, (n,)."""
+        return {name: values - self.model[name] for name, values in self.data.items()}
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Parameters and initial states that fit measured data best, with their files and plots.
+
+    Attributes
+    ----------
+    scene : its name
+    estimates : parameters first, then initial states of each run
+    correlation : (n, n) of the estimates, nan if one is undetermined or on its bound
+    combinations : determined combinations of the undetermined ones
+    columns : measured quantities
+    records : data and model of each run
+    confidence : of the intervals
+    noise : ``given`` or ``estimated``
+    degrees_of_freedom : samples less unknowns that the data determine
+    runs, failed : runs with derivatives, and failed ones among them
+    notes : doubts
+    """
+
+    scene: str
+    estimates: tuple[Estimate, ...]
+    correlation: Array
+    combinations: tuple[Combination, ...]
+    columns: tuple[Column, ...]
+    records: tuple[Record, ...]
+    confidence: float
+    noise: str
+    degrees_of_freedom: int
+    runs: int
+    failed: int
+    notes: tuple[str, ...]
 
     def __repr__(self) -> str:
         return f"<Identification of {self.scene}: {self.message}>"
@@ -86,6 +189,45 @@ class Identification(Findings):
 
     def plot(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Draw data against the model with residuals for each run, and return the files. Raises FileError."""
-        from eomgen.products.studies.identification.plots import draw  # noqa: PLC0415  # matplotlib; used without it
-
         return draw(self, make_folder(Path(folder)))
+
+
+_DATA, _MODEL = "#707070", "#0B62C4"
+#: Columns that one figure shows.
+_SHOWN = 8
+
+
+def draw(found: Identification, folder: Path) -> list[Path]:
+    """Draw all runs and return their files."""
+    return [saved(_run(found, record), folder / f"fit_{record.name}.png") for record in found.records]
+
+
+def _run(found: Identification, record: Record) -> Any:
+    names = list(record.data)[:_SHOWN]
+    figure = new_figure((10.0, 1.0 + 1.9 * len(names)))
+    rows = figure.subplots(len(names), 2, squeeze=False, sharex=True, width_ratios=(3, 2))
+    columns = {one.name: one for one in found.columns}
+    for name, (compared, left) in zip(names, rows, strict=True):
+        column = columns[name]
+        compared.plot(record.t, record.data[name], ".", color=_DATA, markersize=3, label="data")
+        compared.plot(record.t, record.model[name], color=_MODEL, linewidth=1.2, label="model")
+        compared.set_ylabel(f"{name}, {column.unit}" if column.unit else name, fontsize="small")
+        residuals = record.residuals[name] / column.deviation
+        left.axhspan(-2.0, 2.0, color=_MODEL, alpha=0.1, linewidth=0.0)
+        left.plot(record.t, residuals, ".", color=_MODEL, markersize=2)
+        left.set_ylim(-1.1 * max(3.0, _largest(residuals)), 1.1 * max(3.0, _largest(residuals)))
+        left.set_ylabel(f"data - model, by {column.deviation:.3g} {column.unit}".rstrip(), fontsize="small")
+        for axes in (compared, left):
+            axes.grid(alpha=0.3, linewidth=0.5)
+            axes.margins(x=0.01)
+    rows[0][0].legend(frameon=False, fontsize="small", loc="upper right")
+    rows[0][0].set_title(f"{found.scene}: {record.name}", fontsize="medium")
+    rows[0][1].set_title("residuals in standard deviations, +-2 shaded", fontsize="medium")
+    for axes in rows[-1]:
+        axes.set_xlabel("time in s")
+    return figure
+
+
+def _largest(values: Any) -> float:
+    present = values[np.isfinite(values)]
+    return float(np.max(np.abs(present))) if len(present) else 0.0

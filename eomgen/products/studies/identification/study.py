@@ -13,14 +13,19 @@ from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import built_for_run
-from eomgen.products.studies.identification.arguments import bounds_of, check_effect, deviations_of
 from eomgen.products.studies.identification.estimation import Predictions, fit
-from eomgen.products.studies.identification.experiment import Begun, Experiment
+from eomgen.products.studies.identification.experiment import (
+    Begun,
+    Experiment,
+    Unknowns,
+    bounds_of,
+    check_effect,
+    deviations_of,
+)
 from eomgen.products.studies.identification.judgement import Judgement
 from eomgen.products.studies.identification.measurements import Data, Measurements, check_missing, measurements
 from eomgen.products.studies.identification.result import Identification
 from eomgen.products.studies.identification.torques import identified_by_torque
-from eomgen.products.studies.identification.unknowns import Unknowns
 from eomgen.scene.scene import Scene
 
 #: Predictions in one search, at most.

@@ -16,13 +16,19 @@ from eomgen.base.arrays import Array
 from eomgen.base.text import nearest, shown
 from eomgen.compiled.arguments import check_name
 from eomgen.errors import Problem, UsageError
-from eomgen.products.studies.identification.arguments import deviations_of
-from eomgen.products.studies.identification.combinations import Combination, Structure, structure, words
-from eomgen.products.studies.identification.estimation import autocorrelation, correlation, covariance
-from eomgen.products.studies.identification.findings import Column, Estimate, Record
+from eomgen.products.studies.identification.estimation import (
+    Combination,
+    Structure,
+    autocorrelation,
+    correlation,
+    covariance,
+    structure,
+    words,
+)
+from eomgen.products.studies.identification.experiment import deviations_of
 from eomgen.products.studies.identification.judgement import interval
 from eomgen.products.studies.identification.measurements import Data, columns_of, listed_plain, times_of
-from eomgen.products.studies.identification.result import Identification
+from eomgen.products.studies.identification.result import Column, Estimate, Identification, Record
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model

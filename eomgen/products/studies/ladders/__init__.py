@@ -2,4 +2,4 @@
 
 __all__ = ["result", "study"]
 #: Open to the other parts of ``studies``.
-WITHIN = ["register", "verdicts"]
+WITHIN = ["register", "result"]

@@ -6,13 +6,97 @@ import csv
 import io
 import json
 import math
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from eomgen.base.files import make_folder, write_text
-from eomgen.products.studies.ladders.verdicts import FAILS, Cell, counts
+from eomgen.errors import FileError, Problem
+from eomgen.products.studies.ladders.register import BY_NAME
+from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, Ended
+
+#: Verdicts: the error is within its bound; it is above, below 10 %; the run says that it is doubtful; it ended with a
+#: message; it was refused with one; it took too long and was interrupted; no reference tells; it failed.
+HOLDS, COARSE, WARNED, ENDED, REJECTED, LONG, UNKNOWN, FAILS = (
+    "holds",
+    "coarse",
+    "warned",
+    "stopped",
+    "refused",
+    "unfinished",
+    "unknown",
+    "fails",
+)
+VERDICTS: Mapping[str, str] = {
+    HOLDS: "the error is within its bound",
+    COARSE: "1 to 10 % wrong",
+    WARNED: "more than 10 % wrong, and the run says that it is doubtful",
+    ENDED: "ended with a message",
+    REJECTED: "refused with a message",
+    LONG: "too slow, interrupted",
+    UNKNOWN: "ran; no two references agree",
+    FAILS: "hang, crash, not finite without a word, or more than 10 % wrong and called success",
+}
+#: Error, relative to the motion, from which on a run has to say something.
+WRONG = 0.1
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One ladder's value with one method.
+
+    Attributes
+    ----------
+    ladder, value, method : which
+    verdict : one of ``VERDICTS``
+    error, velocity_error : relative to the motion and to the largest velocity; None if none is known
+    bound : up to which it holds
+    said : message of the run, reason of its end
+    reference : its reference
+    seconds : of the run
+    """
+
+    ladder: str
+    value: float
+    method: str
+    verdict: str
+    error: float | None
+    velocity_error: float | None
+    bound: float
+    said: str
+    reference: str
+    seconds: float
+
+    @property
+    def name(self) -> str:
+        """As ``--cell`` takes it."""
+        return f"{self.ladder}:{self.value:.9g}:{self.method}"
+
+
+def verdict(ended: Ended, error: float | None, bound: float) -> str:
+    """Return the verdict of a cell, by its error on the scale of positions."""
+    kinds = {REFUSED: REJECTED, UNFINISHED: LONG, HANG: FAILS, CRASH: FAILS, RAISED: FAILS}
+    if ended.how in kinds:
+        return kinds[ended.how]
+    if ended.how == STOPPED:
+        return ENDED if ended.said else FAILS
+    if ended.how != REACHED or not ended.finite:
+        return FAILS
+    if error is None:
+        return WARNED if ended.said else UNKNOWN
+    if error <= bound:
+        return HOLDS
+    if error <= WRONG:
+        return COARSE
+    return WARNED if ended.said else FAILS
+
+
+def counts(cells: Sequence[Cell]) -> dict[str, int]:
+    """Return cells by verdict."""
+    result = Counter(cell.verdict for cell in cells)
+    return {name: result[name] for name in VERDICTS if result[name]}
 
 
 @dataclass(frozen=True)
@@ -80,9 +164,85 @@ class Extremes:
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write extremes.csv, extremes.json and extremes.png. Raises FileError."""
-        from eomgen.products.studies.ladders.plots import draw  # noqa: PLC0415  # matplotlib; a map is used without it
 
         made = make_folder(Path(folder))
         write_text(made / "extremes.csv", self.csv())
         write_text(made / "extremes.json", json.dumps(self.to_dict(), indent=1) + "\n")
         return [made / "extremes.csv", made / "extremes.json", draw(self.scene, self.cells, made / "extremes.png")]
+
+
+#: Colour and sign of each verdict: green to yellow is right or nearly, blue is reported, red is a silent fault.
+_COLOURS = {
+    "holds": ("#3E9B5F", ""),
+    "coarse": ("#E3C53A", "~"),
+    "warned": ("#F0953F", "!"),
+    "stopped": ("#7FB0D8", "s"),
+    "refused": ("#4E79A7", "r"),
+    "unfinished": ("#B7A6CE", "u"),
+    "unknown": ("#C9C9C9", "?"),
+    "fails": ("#C8102E", "F"),
+}
+_GAP = 0.45
+
+
+def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
+    """Draw the map of a scene. Raises FileError."""
+    # slow to import, and only drawing needs it
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415
+    from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415
+
+    rows = _rows(cells)
+    widest = max((len(_values(row)) for _, _, row in rows), default=1)
+    places, top = [], 0.0
+    for number, (ladder, _, _) in enumerate(rows):
+        if number and rows[number - 1][0] != ladder:
+            top += 1.0 + _GAP
+        places.append(top)
+        top += 1.0
+    figure = Figure(figsize=(4.6 + 0.62 * widest, 1.5 + 0.27 * max(top, 4.0)), layout="constrained", dpi=110)
+    FigureCanvasAgg(figure)
+    axis = figure.subplots()
+    last = ""
+    for (ladder, method, row), y in zip(rows, places, strict=True):
+        values = _values([cell for cell in cells if cell.ladder == ladder])
+        if ladder != last:
+            axis.text(-0.1, y - 0.5, BY_NAME[ladder].scales, ha="right", va="center", fontsize=7.5, weight="bold")
+            for x, value in enumerate(values):
+                axis.text(x + 0.5, y - 0.1, f"{value:.6g}", ha="center", va="bottom", fontsize=6.5, color="#444444")
+            last = ladder
+        axis.text(-0.1, y + 0.5, method, ha="right", va="center", fontsize=7.5)
+        for cell in row:
+            colour, sign = _COLOURS[cell.verdict]
+            x = values.index(cell.value)
+            axis.add_patch(Rectangle((x, y), 0.95, 0.92, color=colour, linewidth=0.0))
+            axis.text(x + 0.475, y + 0.47, _text(cell) or sign, ha="center", va="center", fontsize=6.0, color="white")
+    axis.set(xlim=(0.0, widest), ylim=(top + 0.2, -1.2))
+    axis.axis("off")
+    count = counts(cells)
+    handles = [Patch(color=_COLOURS[name][0], label=f"{name} {count[name]}") for name in count]
+    figure.legend(handles=handles, loc="outside lower left", ncols=4, frameon=False, fontsize=8)
+    unknown = f"\nunknown: {VERDICTS[UNKNOWN]}" if UNKNOWN in count else ""
+    figure.suptitle(f"{scene}: extremes; numbers are errors by the motion{unknown}", fontsize=9, x=0.02, ha="left")
+    try:
+        figure.savefig(path)
+    except OSError as error:
+        fault = f"cannot be written: {error.strerror or error}"
+        raise FileError(Problem(str(path), fault, "a folder that may be written to")) from None
+    return path
+
+
+def _rows(cells: Sequence[Cell]) -> list[tuple[str, str, list[Cell]]]:
+    result: dict[tuple[str, str], list[Cell]] = {}
+    for cell in cells:
+        result.setdefault((cell.ladder, cell.method), []).append(cell)
+    order = list(dict.fromkeys(cell.ladder for cell in cells))
+    return [(ladder, method, row) for name in order for (ladder, method), row in result.items() if ladder == name]
+
+
+def _values(cells: Sequence[Cell]) -> list[float]:
+    return sorted({cell.value for cell in cells})
+
+
+def _text(cell: Cell) -> str:
+    return f"{cell.error:.0e}" if cell.error is not None else ""

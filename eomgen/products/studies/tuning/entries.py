@@ -8,10 +8,15 @@ from dataclasses import dataclass
 
 from eomgen.errors import EomgenError
 from eomgen.products.studies.method_facts import facts_of
-from eomgen.products.studies.tuning.contender import Contender
-from eomgen.products.studies.tuning.race import Race
-from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, candidates, one_of_each, reason
-from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.tuning.race import Contender, Race
+from eomgen.products.studies.work_precision.axes import (
+    TOLERANCE,
+    Candidate,
+    Configuration,
+    candidates,
+    one_of_each,
+    reason,
+)
 from eomgen.products.studies.work_precision.times import whole_steps
 from eomgen.system.description import Simulation
 

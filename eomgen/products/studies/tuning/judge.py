@@ -1,4 +1,7 @@
-"""The judge: motions that runs are held against, each known to a part of the demand and no better.
+"""Demands on a run and their judge: motions that runs are held against, also under conditions near the scene's own
+and of runs that no configuration was chosen on.
+
+The judge: motions that runs are held against, each known to a part of the demand and no better.
 
 Two runs of one method are compared, the second at a hundredth of the first one's tolerance or at half its step, from a
 tolerance on that is a part of the demand; both are refined until they differ by no more than the judge may be wrong.
@@ -14,9 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
-from eomgen.products.studies.tuning.demand import Demand
-from eomgen.products.studies.tuning.nearby_conditions import OWN, Condition
+from eomgen.formula.prescribed_motion import constant
+from eomgen.lie.product import difference, update
+from eomgen.pipeline.model import Model
 from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, possible, reason
 from eomgen.products.studies.work_precision.observation import ErrorSize, Observation, errors
 from eomgen.products.studies.work_precision.reference import (
@@ -28,7 +33,143 @@ from eomgen.products.studies.work_precision.reference import (
     hold,
     rank,
 )
-from eomgen.products.studies.work_precision.running import REACHED, Runner
+from eomgen.products.studies.work_precision.running import REACHED, Outcome, Runner
+
+
+@dataclass(frozen=True)
+class Demand:
+    """An error that is to be met: relative, of a quantity, in a measure over time."""
+
+    error: float
+    quantity: str
+    measure: str
+
+    def of(self, sizes: Mapping[str, ErrorSize]) -> float:
+        """Return the error that counts; infinite if it is not told or not finite."""
+        size = sizes.get(self.quantity)
+        value = float("inf") if size is None else float(getattr(size, self.measure))
+        return value if value < float("inf") else float("inf")
+
+
+#: Initial positions are moved by this part of each coordinate's motion in the run, velocities by this part of their
+#: largest, parameters and inputs by this part of themselves.
+POSITIONS, VELOCITIES, PARAMETERS, INPUTS = 0.05, 0.05, 0.03, 0.03
+#: Prescribed laws of time begin at another moment: later by this part of the run.
+LATER = 0.03
+_SEED = 20240607
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Under which a run is made.
+
+    Attributes
+    ----------
+    label : in words, empty for the scene's own
+    arguments : of ``Runner.run``
+    """
+
+    label: str = ""
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+
+
+#: Arguments of the scene itself.
+OWN = Condition()
+
+
+def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
+    """Yield conditions near the scene's own, without end and the same at every call.
+
+    Each second one has other parameters, too, and each has other inputs if the scene or the caller gives them:
+    numbers and functions are multiplied, and prescribed laws of time begin at a later moment. A
+    parameter that its scene refuses to be other than it is stays.
+
+    Parameters
+    ----------
+    motion : of the scene's own formulation under its own conditions
+    """
+    rng = np.random.default_rng(_SEED)
+    model = runner.model(runner.formulations.own)
+    moves, speeds = _moves(model, motion), np.abs(motion.v).max(axis=0)
+    moving = _over_time(model, runner)
+    number = 0
+    while True:
+        number += 1
+        q = update(model.factors, motion.q[0], POSITIONS * moves * rng.choice([-1.0, 1.0], model.nv))
+        v = motion.v[0] + VELOCITIES * speeds * rng.choice([-1.0, 1.0], model.nv)
+        arguments: dict[str, Any] = {"initial": {"q": q, "v": v}}
+        words = [f"positions by {100 * POSITIONS:g} % of their motion, velocities by {100 * VELOCITIES:g} %"]
+        if number % 2 == 0 and (others := _parameters(model, runner.parameters or {}, rng)):
+            arguments["parameters"] = others
+            words.append(f"parameters by {100 * PARAMETERS:g} %")
+        if changed := _inputs(model, runner, rng):
+            arguments["inputs"] = {**(runner.inputs or {}), **changed}
+            words.append(f"inputs by {100 * INPUTS:g} %")
+        if moving:
+            arguments["later"] = max(1, round(LATER * rng.uniform(0.5, 1.0) * runner.grid.rows))
+            seconds = arguments["later"] * runner.grid.row
+            words.append(f"prescribed functions of time from {seconds:.3g} s on")
+        yield Condition(f"{number}: {', '.join(words)}", arguments)
+
+
+def _moves(model: Model, motion: Observation) -> Array:
+    """Return the distance of each component from its start, (nv,)."""
+    first = np.broadcast_to(motion.q[0], motion.q.shape)
+    moves: Array = np.abs(difference(model.factors, first, motion.q)).max(axis=0)
+    return moves
+
+
+def _parameters(model: Model, given: Mapping[str, float], rng: np.random.Generator) -> dict[str, float]:
+    values = {**dict(model.parameters), **given}
+    for name, value in list(values.items()):
+        changed = {**values, name: value * (1.0 + PARAMETERS * float(rng.choice([-1.0, 1.0])))}
+        try:
+            model.parameter_array(changed)
+        except EomgenError:
+            continue
+        values = changed
+    return values
+
+
+def _inputs(model: Model, runner: Runner, rng: np.random.Generator) -> dict[str, Any]:
+    """Return the caller's inputs, and the scene's constant ones, each multiplied."""
+    given = runner.inputs or {}
+    result: dict[str, Any] = {}
+    sampled = _sampled(model, runner)
+    for column, name in enumerate(model.inputs):
+        factor = 1.0 + INPUTS * float(rng.choice([-1.0, 1.0]))
+        if name in given:
+            result[name] = _multiplied(given[name], factor)
+        elif sampled is not None and np.ptp(sampled[:, column]) == 0.0 and sampled[0, column]:
+            result[name] = factor * float(sampled[0, column])
+    return result
+
+
+def _multiplied(signal: Any, factor: float) -> Any:
+    if not callable(signal):
+        return factor * np.asarray(signal, dtype=float)
+    original: Callable[[float], float] = signal
+    return lambda t: factor * original(t)
+
+
+def _sampled(model: Model, runner: Runner) -> Array | None:
+    """Return the scene's inputs at some times of the run, (n, nu); None if it gives none."""
+    if not model.inputs or "inputs" not in model.functions:
+        return None
+    grid = runner.grid
+    times = np.linspace(grid.start, grid.end, 257)
+    p = model.parameter_array(runner.parameters)
+    values: Array = np.asarray(model.input_values(times, parameters=p), dtype=float)
+    return values
+
+
+def _over_time(model: Model, runner: Runner) -> bool:
+    """Return whether the scene prescribes something over time: an input, a drive, the motion of its base, a force."""
+    sampled = _sampled(model, runner)
+    moves = sampled is not None and bool(np.any(np.ptp(sampled, axis=0) > 0.0))
+    prescribed = (*(law.formula for law in model.description.laws), *model.description.formulas)
+    return moves or any(not constant(formula) for formula in prescribed)
+
 
 #: Wanted uncertainty of the reference, relative to the demand, and the largest one.
 KNOWN, LEAST_KNOWN = 0.05, 0.5
@@ -197,3 +338,53 @@ def _words(resolution: Mapping[str, Any], row: float) -> str:
     if TOLERANCE in resolution:
         return f"tolerance {resolution[TOLERANCE]:.3g}"
     return f"step {row / resolution['per_row']:.3g} s"
+
+
+#: How many runs there are.
+RUNS = 3
+
+
+@dataclass(frozen=True)
+class Verified:
+    """One verification run.
+
+    Attributes
+    ----------
+    what : condition, in words
+    error : of the tuned quantity, infinite if the run did not reach its end
+    uncertainty : of its reference
+    by : its reference
+    said : by the run
+    """
+
+    what: str
+    error: float
+    uncertainty: float
+    by: str
+    said: str = ""
+
+
+def verified(judge: Judge, run: Mapping[str, Any], condition: Condition) -> Verified | None:
+    """Return the error of a configuration under a condition; None if there is no reference.
+
+    Parameters
+    ----------
+    run : arguments of ``Runner.run``: ``configuration``, ``per_row`` or ``tolerance``
+    """
+    try:
+        held = judge.reference(condition)
+    except EomgenError:
+        return None
+    outcome = under(judge, run, condition)
+    if outcome.ended != REACHED or outcome.observation is None:
+        return Verified(condition.label, np.inf, 0.0, "", outcome.said)
+    error = judge.error(outcome.observation, condition)
+    return Verified(condition.label, error, judge.bar(condition), held.described, outcome.said)
+
+
+def under(judge: Judge, run: Mapping[str, Any], condition: Condition = OWN) -> Outcome:
+    """Return the run of a configuration under a condition, from the start of its reference."""
+    arguments = dict(condition.arguments)
+    if "initial" in arguments:
+        arguments["initial"] = judge.start(condition)
+    return judge.runner.run(**run, **arguments, timed=False, estimated=False)

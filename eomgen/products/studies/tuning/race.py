@@ -1,5 +1,10 @@
 """A race: the contender that promises to meet the demand at the least cost runs next, until none promises more than
-the best so far."""
+the best.
+
+Contenders of a race: configurations with models of cost and error at other steps or tolerances.
+
+The models are error = C h^p, with the declared order p until runs show another, and time = c0 + c1 steps.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +12,200 @@ import math
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from eomgen.errors import EomgenError, NumericalError
-from eomgen.products.studies.tuning.contender import Contender, Tried
-from eomgen.products.studies.tuning.judge import Judge
-from eomgen.products.studies.tuning.nearby_conditions import Condition
-from eomgen.products.studies.tuning.verification_runs import under
-from eomgen.products.studies.work_precision.axes import reason
+from eomgen.products.studies.tuning.judge import Condition, Judge, under
+from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, Configuration, reason
 from eomgen.products.studies.work_precision.running import REACHED, REFUSED, Runner, timed
+from eomgen.products.studies.work_precision.times import fraction_of, whole_steps
 from eomgen.simulation.timing import Repeated
+
+#: The part of the demand that a run is meant to meet: verification runs may be less kind.
+MARGIN = 0.75
+#: Whole steps that are so many times as fine as wanted cost too much to be taken for the margin.
+APART = 1.2
+#: Errors above this give no order.
+COARSE = 0.2
+#: Orders that runs show are believed down to this part of the declared one.
+LEAST_ORDER = 0.5
+#: Largest ratio of the resolutions of a run and the one before.
+LARGEST_JUMP = 16.0
+#: Runs of one contender at most.
+MOST_RUNS = 7
+#: A run is final if another would be cheaper by less than this part.
+GAIN = 0.1
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One run.
+
+    Attributes
+    ----------
+    resolution : steps in a row of the grid, or 1/tolerance
+    error : the largest under the conditions that it was made under
+    seconds : of the processor, for its steps
+    own : its error under the scene's own conditions
+    steps : of the method
+    conditions : how many conditions of the training it was made under, besides the scene's own
+    """
+
+    resolution: float
+    error: float
+    seconds: float
+    own: float = math.inf
+    steps: float = 0.0
+    conditions: int = 0
+
+
+@dataclass
+class Contender:
+    """A configuration in a race.
+
+    Attributes
+    ----------
+    candidate : its origin
+    kind : ``step`` or ``tolerance``
+    start : the resolution of its first run
+    coarsest : rows of the grid that a step may take at most
+    runs : in order
+    closed, why : whether it runs no more, and the reason
+    taken : runs since it was last opened
+    """
+
+    candidate: Candidate
+    configuration: Configuration
+    kind: str
+    start: float
+    coarsest: int = 1
+    runs: list[Tried] = field(default_factory=list)
+    closed: bool = False
+    why: str = ""
+    taken: int = 0
+
+    def best(self, demand: float) -> Tried | None:
+        """Return its cheapest run that meets a demand."""
+        able = [run for run in self.runs if run.error <= demand]
+        return min(able, key=lambda run: run.seconds, default=None)
+
+    def seconds(self, demand: float) -> float:
+        """Return the seconds of its cheapest run that meets a demand; infinite if none does."""
+        best = self.best(demand)
+        return math.inf if best is None else best.seconds
+
+    def how(self, run: Tried) -> dict[str, Any]:
+        """Return a run as arguments of ``Runner.run``."""
+        if self.kind == TOLERANCE:
+            return {"configuration": self.configuration, "tolerance": 1.0 / run.resolution}
+        return {"configuration": self.configuration, "per_row": fraction_of(run.resolution)}
+
+    @property
+    def order(self) -> float:
+        """Decades of error per decade of resolution, as the last two meaningful runs show it, else as declared."""
+        declared = self._declared
+        told = self._told
+        if len(told) < 2 or told[1].resolution < 1.3 * told[0].resolution:
+            return declared
+        seen = math.log(told[0].error / told[1].error) / math.log(told[1].resolution / told[0].resolution)
+        return min(max(seen, LEAST_ORDER * declared), 1.6 * declared)
+
+    @property
+    def _declared(self) -> float:
+        return 1.0 if self.kind == TOLERANCE else float(self.candidate.method.order)
+
+    @property
+    def _told(self) -> list[Tried]:
+        """The last two meaningful runs, the coarser first."""
+        told = (run for run in self.runs if 1e-14 < run.error < COARSE)
+        return sorted(told, key=lambda run: run.resolution)[-2:]
+
+    def wanted(self, demand: float) -> float:
+        """Return the resolution at which a demand is met, by the model; steps end on rows of the grid."""
+        if not self.runs:
+            return self.start
+        last = min(self.runs, key=lambda run: abs(math.log(max(run.error, 1e-300) / demand)))
+        finest = max(run.resolution for run in self.runs)
+        if not last.error < COARSE:
+            return self._steps(4.0 * finest) if self.kind != TOLERANCE else 100.0 * finest
+        factor = float((max(last.error, 1e-300) / (MARGIN * demand)) ** (1.0 / self.order))
+        jump = LARGEST_JUMP if self.kind != TOLERANCE else 1e6
+        result = self._between(min(last.resolution * factor, jump * finest), demand)
+        if self.kind == TOLERANCE:
+            return min(max(result, 10.0), 1e15)
+        return self._whole(result, result * MARGIN ** (1.0 / self.order), demand)
+
+    def _whole(self, found: float, least: float, demand: float) -> float:
+        """Return whole steps for a resolution: the next larger ones, or, if these cost much more, the least
+        larger ones that may do, unless they have missed the demand."""
+        finer, coarser = self._steps(found), self._steps(least)
+        missed = max((run.resolution for run in self.runs if run.error > demand), default=0.0)
+        return coarser if finer > APART * found and missed < coarser < finer else finer
+
+    def _between(self, found: float, demand: float) -> float:
+        """Return a resolution, or the middle between a run that misses the demand and the next one that meets it, if
+        it does not lie between them."""
+        met = min((run.resolution for run in self.runs if run.error <= demand), default=math.inf)
+        missed = max((run.resolution for run in self.runs if run.error > demand and run.resolution < met), default=0.0)
+        if not missed or found > missed:
+            return found
+        return math.sqrt(missed * met) if met < math.inf else 1.3 * missed
+
+    def _steps(self, resolution: float) -> float:
+        return whole_steps(resolution, self.coarsest)
+
+    def promised(self, demand: float) -> float:
+        """Return the least seconds in which the contender may meet a demand.
+
+        Errors follow tolerances only roughly. A method that chooses its steps and has not met the demand yet promises
+        the measured seconds of its finest run, so no extrapolated time drops it.
+        """
+        if self.kind == TOLERANCE and self.runs and self.best(demand) is None:
+            return max(self.runs, key=lambda run: run.resolution).seconds
+        return self.expected(demand)
+
+    def expected(self, demand: float) -> float:
+        """Return the seconds needed to meet a demand, by the model; 0 if there is none yet."""
+        if not self.runs:
+            return 0.0
+        wanted = self.wanted(demand)
+        if len(self._told) == len(self.runs) == 1 and (error := self.runs[0].error) < MARGIN * demand:
+            # corners may lower the order, and then still coarser runs do
+            coarser = (max(error, 1e-14) / (MARGIN * demand)) ** (1.0 / (LEAST_ORDER * self._declared))
+            wanted = min(wanted, coarser * self.runs[0].resolution)
+        runs = sorted(self.runs, key=lambda run: run.resolution)
+        last = min(runs, key=lambda run: abs(math.log(run.resolution / wanted)))
+        if self.kind == TOLERANCE:
+            power = 1.0 / max(4.0, float(self.candidate.method.order))
+            return float(last.seconds * (wanted / last.resolution) ** power)
+        per_step = last.seconds / last.resolution
+        if len(runs) > 1 and runs[-1].resolution > 1.3 * runs[0].resolution:
+            slope = (runs[-1].seconds - runs[0].seconds) / (runs[-1].resolution - runs[0].resolution)
+            per_step = min(max(slope, 0.3 * per_step), 1.2 * per_step)
+        return max(last.seconds + per_step * (wanted - last.resolution), 0.1 * last.seconds)
+
+    def add(self, run: Tried, demand: float) -> None:
+        """Take a run, and close if another would gain little."""
+        self.runs.append(run)
+        self.taken += 1
+        self._judge(demand)
+
+    def reopen(self, demand: float) -> None:
+        """Race again, for another demand; refused resolutions stay refused."""
+        if self.runs and self.closed and any(math.isfinite(run.error) for run in self.runs):
+            self.taken, self.closed = 0, False
+            self._judge(demand)
+
+    def _judge(self, demand: float) -> None:
+        best = self.best(demand)
+        if self.taken >= MOST_RUNS:
+            self.closed, self.why = True, "enough runs"
+        elif best is not None:
+            wanted = self.wanted(demand)
+            tried = any(abs(math.log(wanted / other.resolution)) < 0.05 for other in self.runs)
+            if tried or self.expected(demand) > (1.0 - GAIN) * best.seconds:
+                self.closed, self.why = True, "met"
+
 
 #: Times that one run's time is the median of; runs shorter than the second are repeated more often.
 REPEATS, SHORT, MORE_REPEATS = 3, 2e-3, 9

@@ -16,14 +16,12 @@ from eomgen.base.files import write_text
 from eomgen.base.text import nearest, shown
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
 from eomgen.pipeline import pipeline
-from eomgen.products.studies.tuning.scene_text import with_settings
-from eomgen.products.studies.work_precision.axes import candidates, one_of_each, reason
-from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.tuning.result import with_settings
+from eomgen.products.studies.work_precision.axes import Configuration, candidates, one_of_each, reason
 from eomgen.products.studies.work_precision.formulations import Formulations
-from eomgen.products.studies.work_precision.machine import machine
 from eomgen.products.studies.work_precision.observation import Observation, errors, quantities
 from eomgen.products.studies.work_precision.reference import Reference, reference
-from eomgen.products.studies.work_precision.running import REACHED, Grid, Runner
+from eomgen.products.studies.work_precision.running import REACHED, Grid, Runner, machine
 from eomgen.simulation.timing import Repeated, one_core
 
 #: The part of cycles that end in time, and how many are measured.

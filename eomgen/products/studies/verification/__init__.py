@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``studies`` as well.
-WITHIN = ["check", "form_report", "report"]
+WITHIN = ["check", "report"]

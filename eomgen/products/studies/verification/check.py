@@ -16,25 +16,32 @@ from eomgen.base.text import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.products.studies.defaults import CHECK_SEED, CHECK_STATES
-from eomgen.products.studies.verification.claims.beams import beam_claims
-from eomgen.products.studies.verification.claims.bodies import body_claims
-from eomgen.products.studies.verification.claims.claim import Claim, Space
-from eomgen.products.studies.verification.claims.events import event_claims
-from eomgen.products.studies.verification.claims.frames import frame_claims
-from eomgen.products.studies.verification.claims.linear_models import linear_claims
+from eomgen.products.studies.verification.claims.beams import beam_claims, section_claims
+from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, Space, compiled, on_tape
+from eomgen.products.studies.verification.claims.frames import body_claims, frame_claims
+from eomgen.products.studies.verification.claims.linear_models import linear_claims, parameter_claims
 from eomgen.products.studies.verification.claims.motion import motion_claims
-from eomgen.products.studies.verification.claims.parameters import parameter_claims
-from eomgen.products.studies.verification.claims.partials import constraint_claims, packed_claims, partial_claims
-from eomgen.products.studies.verification.claims.rates import rate_claims
-from eomgen.products.studies.verification.claims.second_partials import FIRST, second_claims
-from eomgen.products.studies.verification.claims.sections import section_claims
-from eomgen.products.studies.verification.differences import LADDER, complex_steps, differences
-from eomgen.products.studies.verification.engines import Array, Blocks, Engine, compiled, on_tape
-from eomgen.products.studies.verification.form_report import Disagreement, FormReport, Verdict
-from eomgen.products.studies.verification.kinks import NonSmoothOperations, Remarks, non_smooth_entries
-from eomgen.products.studies.verification.report import CheckReport
+from eomgen.products.studies.verification.claims.partials import (
+    FIRST,
+    constraint_claims,
+    packed_claims,
+    partial_claims,
+    second_claims,
+)
+from eomgen.products.studies.verification.claims.rates import event_claims, rate_claims
+from eomgen.products.studies.verification.differences import (
+    BARS,
+    LADDER,
+    NonSmoothOperations,
+    Remarks,
+    Sizes,
+    complex_steps,
+    differences,
+    non_smooth_entries,
+    sizes_of,
+)
+from eomgen.products.studies.verification.report import CheckReport, Disagreement, FormReport, Verdict
 from eomgen.products.studies.verification.states import States, draw
-from eomgen.products.studies.verification.tolerances import BARS, Sizes, sizes_of
 from eomgen.system.system import System
 from eomgen.system.terms import TERMS, meant_term
 from eomgen.toolchain.profiles import STANDARD_PROFILE

@@ -1,20 +1,36 @@
-"""Derivatives by a ladder of central differences, each entry with its own error bar, and by complex steps.
+"""Derivatives by a ladder of central differences, each entry with its own error bar, and by complex steps; bounds of
+rounding errors, and kinks that invalidate differences.
 
 The bar of an entry is the change of the difference between neighbouring steps, plus round-off divided by the step.
 Round-off is measured by the scatter at the smallest steps, and is the last place of the function's largest number at
 least. So cancellation inside the functions widens the bars by itself, and so does truncation at too large steps
 (Ridders 1982 estimates in this way, too). One-sided differences that do not meet as steps shrink tell a kink.
+
+Tolerances of a check: bounds of the rounding errors of the compared numbers.
+
+Exact comparisons (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or
+column, if that is smaller, by 1e-13 of the largest entry of its state and of the differentiated function, which may
+cancel along a direction, and by 100 times the effect of rounding of the
+arguments on the closed form: that is measured, and is the condition. Comparisons with differences may differ
+by 1e-7 and 1e-9 besides, and by 10 error bars.
+
+Detection of kinks and jumps that invalidate finite differences, and the formulas that cause them.
+
+A derivative on one side is the common value of complex steps and the closed form there, and these must agree.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.products.studies.verification.claims.claim import Claim
-from eomgen.products.studies.verification.engines import COMPLEX_STEP, Array, Blocks, Engine, moved, spread
+from eomgen.products.studies.verification.claims.claim import COMPLEX_STEP, Array, Blocks, Claim, Engine, moved, spread
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import Ref
+from eomgen.system.system import System
 
 #: Steps, largest first, in the units of the directions.
 LADDER = 10.0 ** (-0.5 * np.arange(23))
@@ -131,3 +147,267 @@ def complex_steps(claim: Claim, engine: Engine, tape: Engine, state: Blocks) -> 
     with np.errstate(all="ignore"):
         values = claim.source(tape, moved(tape, around, rates, 1j * COMPLEX_STEP))
         return combined(claim, engine, state, values.imag / COMPLEX_STEP)
+
+
+EXACT, EXACT_OF_LARGEST, CONDITION = 1e-11, 1e-13, 100.0
+BY_DIFFERENCES, BY_DIFFERENCES_OF_LARGEST, BARS = 1e-7, 1e-9, 10.0
+#: Samples by which the condition is measured, and how much they round, in units of the last place.
+_SAMPLES, _ROUNDING = 4, 2.0 * float(np.finfo(float).eps)
+#: Sizes below this part of the largest over all states count as that.
+_SMALL = 1e-3
+#: Rounding that changes more than this part of a state's size takes another branch at a kink, which is no rounding.
+_BRANCH = 1e-7
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes of entries by row and column (1 or S, R, C), of states (S, 1, 1), of the differentiated function (S, 1, 1),
+    and the effect of rounding of arguments (S, R, C)."""
+
+    entry: Array
+    state: Array
+    source: Array
+    condition: Array
+
+    @property
+    def exact(self) -> Array:
+        known = EXACT_OF_LARGEST * np.maximum(self.state, self.source)
+        return np.asarray(EXACT * self.entry + known + CONDITION * self.condition)
+
+    @property
+    def differences(self) -> Array:
+        return np.asarray(BY_DIFFERENCES * self.entry + BY_DIFFERENCES_OF_LARGEST * self.state + self.exact)
+
+
+def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.random.Generator) -> Sizes:
+    largest = np.max(np.abs(value), axis=(-2, -1), initial=0.0)
+    if claim.size is not None:
+        largest = np.maximum(largest, claim.size(engine, state))
+    largest = np.maximum(np.where(np.isfinite(largest), largest, 0.0), _SMALL * np.max(largest, initial=0.0))
+    whole = np.where(largest > 0.0, largest, 1.0)[:, np.newaxis, np.newaxis]
+    if value.shape[-1] > 1:
+        rows, columns = np.max(np.abs(value), axis=(0, 2)), np.max(np.abs(value), axis=(0, 1))
+        entry = np.minimum(rows[:, np.newaxis], columns)[np.newaxis]
+    else:
+        entry = whole
+    condition = np.zeros(value.shape)
+    for _ in range(_SAMPLES):
+        with np.errstate(all="ignore"):
+            change = np.abs(claim.value(engine, _rounded(engine, state, rng)) - value)
+        condition = np.maximum(condition, np.where(np.isfinite(change), change, 0.0))
+    return Sizes(entry, whole, _of_source(claim, engine, state), np.where(condition < _BRANCH * whole, condition, 0.0))
+
+
+def _of_source(claim: Claim, engine: Engine, state: Blocks) -> Array:
+    """Return the size of the differentiated function in each state, (S, 1, 1)."""
+    if claim.source is None or claim.combine is not None:
+        return np.zeros(1)
+    found = np.abs(claim.source(engine, state))
+    largest: Array = np.max(np.where(np.isfinite(found), found, 0.0), axis=-1, initial=0.0)
+    return largest[:, np.newaxis, np.newaxis]
+
+
+def _rounded(engine: Engine, state: Blocks, rng: np.random.Generator) -> dict[str, Array]:
+    """Return the state with all its numbers changed as rounding may change them."""
+    relative = {
+        name: array * (1.0 + _ROUNDING * rng.uniform(-1.0, 1.0, array.shape))
+        for name, array in state.items()
+        if name != "q"
+    }
+    reach = np.ones(state["v"].shape)
+    for factor in engine.factors:
+        if factor.group == "R":
+            here = np.abs(state["q"][..., factor.q])
+            reach[..., factor.v] = np.maximum(here, 1.0)
+    turned = moved(engine, state, {"q": reach * rng.uniform(-1.0, 1.0, reach.shape)}, _ROUNDING)
+    return {**turned, **relative}
+
+
+#: Error bars above this part of a state's size: differences are inconclusive there.
+NO_DIGITS = 1e-2
+#: Directions of a state that are looked along for kinks.
+_LOOKED_AT = 64
+#: Distance of a kink at which differences have no digits because of it.
+_CLOSE = 1e-8
+#: Formulas that are named, of many at once.
+_NAMED = 4
+
+
+class Remarks:
+    """Remarks on a closed form, each with the states that it applies to."""
+
+    def __init__(self) -> None:
+        self._states: dict[tuple[str, str], dict[str, None]] = {}
+
+    def add(self, state: str, remark: str, of: str = "") -> None:
+        """Note a remark at a state, and the formula at fault, if any."""
+        self._states.setdefault((remark, of), {})[state] = None
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """One sentence for each remark and its states; of many formulas the first are named."""
+        alike: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+        for (remark, of), where in self._states.items():
+            alike.setdefault((remark, tuple(where)), []).append(of)
+        texts = []
+        for (remark, states), formulas in alike.items():
+            more = f" and {len(formulas) - _NAMED} more" if len(formulas) > _NAMED else ""
+            named = f" ({', '.join(formulas[:_NAMED])}{more})" if formulas[0] else ""
+            texts.append(f"{remark} at {', '.join(states)}{named}")
+        return tuple(texts)
+
+
+def non_smooth_entries(
+    claim: Claim,
+    engine: Engine,
+    operations: NonSmoothOperations,
+    state: Blocks,
+    names: tuple[str, ...],
+    value: Array,
+    finite: Array,
+    found: Differences,
+    sizes: Sizes,
+    remarks: Remarks,
+) -> Array:
+    """Return the entries near a kink or jump of a formula (S, R, C) that affects differences, and remark the
+    formula."""
+    with np.errstate(all="ignore"):
+        off = np.abs(found.best - value) > BARS * found.bar + sizes.differences
+    vague = finite & ~(found.bar <= NO_DIGITS * sizes.state)
+    odd = off | vague | found.kink
+    non_smooth = np.zeros(value.shape, bool)
+    if not odd.any() or claim.directions is None:
+        return non_smooth
+    rates = claim.directions(state)
+    count = max(rate.shape[-2] for rate in rates.values())
+    for k in np.flatnonzero(odd.any(axis=(-2, -1))):
+        here = {name: array[k] for name, array in state.items()}
+        seen: dict[tuple[int, float], list[str]] = {}
+        for row, column in np.argwhere(odd[k]):
+            at = (k, row, column)
+            step = float(found.step[at] if off[at] else found.kink_step[at] if found.kink[at] else _CLOSE)
+            decided: list[str] = []
+            for direction in [int(column)] if claim.combine is None else range(count):
+                if (direction, step) not in seen and len(seen) < _LOOKED_AT:
+                    seen[direction, step] = _decided(operations, engine, here, rates, int(k), direction, step)
+                decided += seen.get((direction, step), [])
+            non_smooth[at] = bool(decided)
+            for operation in decided:
+                remarks.add(names[k], "not smooth", operation)
+        if (vague[k] & ~non_smooth[k]).any():
+            remarks.add(names[k], "differences have no digits")
+    return non_smooth
+
+
+def _decided(
+    operations: NonSmoothOperations,
+    engine: Engine,
+    here: Blocks,
+    rates: Blocks,
+    state: int,
+    direction: int,
+    step: float,
+) -> list[str]:
+    """Return the operations that take another branch a step before or after a state."""
+    along = {}
+    for name, rate in rates.items():
+        of_state = rate[state] if rate.ndim == 3 else rate
+        along[name] = of_state[min(direction, len(of_state) - 1)]
+    return operations.decisions([moved(engine, here, along, -step), here, moved(engine, here, along, step)])
+
+
+_BY_SIGN = {Op.ABS: "abs", Op.SIGN: "sign", Op.SELECT: "select"}
+_BY_ORDER = {Op.MIN: "min", Op.MAX: "max", Op.LT: "comparison", Op.LE: "comparison"}  # a > b is b < a on the tape
+#: Functions whose derivative is unbounded at some argument inside their domain or at its edge, and that argument's
+#: distance.
+_UNBOUNDED: dict[Op, tuple[str, Callable[[Array, Array], Array]]] = {
+    Op.SQRT: ("sqrt", lambda x, _: np.abs(x)),
+    Op.POW: ("power", lambda x, _: np.abs(x)),
+    Op.LOG: ("log", lambda x, _: np.abs(x)),
+    Op.ASIN: ("asin", lambda x, _: np.abs(np.abs(x) - 1.0)),
+    Op.ACOS: ("acos", lambda x, _: np.abs(np.abs(x) - 1.0)),
+    Op.ATAN2: ("atan2", np.hypot),
+    Op.DIV: ("division", lambda _, y: np.abs(y)),
+}
+
+
+@dataclass(frozen=True)
+class NonSmoothOperations:
+    """Operations of some functions by node, each with its name and its operands."""
+
+    system: System
+    functions: tuple[str, ...]
+
+    def decisions(self, states: Sequence[Blocks]) -> list[str]:
+        """Return the operations that take different branches at the given states, as text.
+
+        Parameters
+        ----------
+        states : of mappings from block to array (size,)
+        """
+        tape = self.system.tape
+        nodes = [(node, op) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER or op is Op.CURVE]
+        values = [self._operands(nodes, state) for state in states]
+        result: list[str] = []
+        for number, (node, op) in enumerate(nodes):
+            taken = [
+                _decision(op, operands[number], self._breaks(node) if op is Op.CURVE else None) for operands in values
+            ]
+            if any(decision != taken[0] for decision in taken):
+                operation = (
+                    f"curve {tape.curves[tape.b[node]][0].name}"
+                    if op is Op.CURVE
+                    else _BY_SIGN.get(op) or _BY_ORDER[op]
+                )
+                result.append(f"{operation} in {tape.label(node) or 'the scene'}")
+        return list(dict.fromkeys(result))
+
+    def kinks_and_jumps(self) -> list[str]:
+        """Return the operations that have a kink or jump somewhere, near a state or not, as text; curves apart."""
+        result = [
+            (_BY_SIGN.get(op) or _BY_ORDER[op], node) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER
+        ]
+        return list(
+            dict.fromkeys(f"{operation} in {self.system.tape.label(node) or 'the scene'}" for operation, node in result)
+        )
+
+    def singular(self, state: Blocks) -> list[str]:
+        """Return the functions whose derivative is unbounded at their argument, as text."""
+        tape = self.system.tape
+        nodes = [(node, op) for node, op in self._live() if op in _UNBOUNDED]
+        result = []
+        for (node, op), operands in zip(nodes, self._operands(nodes, state), strict=True):
+            name, distance = _UNBOUNDED[op]
+            if not float(distance(operands[0], operands[-1])) > 1e-12:
+                result.append(f"{name} in {tape.label(node) or 'the scene'}")
+        return list(dict.fromkeys(result))
+
+    def _live(self) -> Iterator[tuple[int, Op]]:
+        tape = self.system.tape
+        refs = [ref for name in self.functions for ref in self.system.functions[name].refs]
+        yield from ((node, tape.op[node]) for node in tape.live(refs))
+
+    def _operands(self, nodes: Sequence[tuple[int, Op]], state: Blocks) -> list[Array]:
+        """Return the values of the operands of each node, first and last of them (SELECT: its condition)."""
+        tape, refs = self.system.tape, list[Ref]()
+        for node, op in nodes:
+            operands = (tape.a[node],) if op is Op.CURVE else tape.operands(node)
+            refs += [operands[0], operands[0] if op is Op.SELECT else operands[-1]]
+        if not refs:
+            return []
+        needed = {symbol.block for symbol in tape.depends_on(refs)} or {"q"}
+        with np.errstate(all="ignore"):
+            values = evaluate(tape, refs, {name: state[name] for name in needed})
+        return list(values.reshape(-1, 2))
+
+    def _breaks(self, node: int) -> Array:
+        tape = self.system.tape
+        return np.asarray(tape.curves[tape.b[node]][0].breaks)
+
+
+def _decision(op: Op, operands: Array, breaks: Array | None) -> float:
+    if breaks is not None:
+        return float(np.searchsorted(breaks, operands[0], side="right"))
+    if op in _BY_SIGN:
+        return float(np.sign(operands[0]))
+    return float(np.sign(operands[0] - operands[1]))

@@ -1,20 +1,158 @@
-"""The report of a check: the closed forms, as text, as JSON, and as a table of errors by step."""
+"""The report of a check: the closed forms with their worst entries, as text, as JSON, as table and figure of errors
+by step."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
+
+from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import write_text
 from eomgen.base.text import json_text
 from eomgen.errors import FileError, Problem
 from eomgen.products.studies.verification.differences import LADDER
-from eomgen.products.studies.verification.form_report import FormReport
-from eomgen.products.studies.verification.plots import draw
+
+#: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: none if it is
+#: finite.
+Verdict = Literal["agrees", "FAILS", "undecided", "no state"]
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """The worst entry of a closed form that fails.
+
+    Attributes
+    ----------
+    state : str
+        Which state, in words.
+    entry : str
+        Row and direction.
+    value : float
+        Value of the closed form; matrices by the direction's scale.
+    expected : float
+        Expected value.
+    by : str
+        Its source: ``finite differences``, ``complex step`` or the second derivation.
+    bar : float
+        How well that is known.
+    explained : str
+        The same in words of its own, if it has a known cause.
+    """
+
+    state: str
+    entry: str
+    value: float
+    expected: float
+    by: str
+    bar: float
+    explained: str = ""
+
+    def __str__(self) -> str:
+        if self.explained:
+            return self.explained
+        entry = f"{self.entry}: " if self.entry else ""
+        return (
+            f"{entry}{self.value:.9g}, but {self.expected:.9g} by {self.by} (known to {self.bar:.2g}), at {self.state}"
+        )
+
+
+@dataclass(frozen=True)
+class FormReport:
+    """Result of the check of one closed form. Agreements are norm-wise: largest difference over the largest entry of a
+    state.
+
+    Attributes
+    ----------
+    name, meaning, family : str
+    agreement, step, slope : float or None
+        The best agreement with finite differences over the ladder, the step at which it occurs (in the units of the
+        directions' scale: 1 rad, 1 s, the scene's size), and the slope of the error above it; None if the form is no
+        derivative, the slope also if differences are exact up to round-off.
+    complex_step : float or None
+    second, second_name : agreement with the second derivation, and its name
+    errors : by step of the ladder
+    remarks : kinks, unbounded derivatives and states outside of domains, in words
+    """
+
+    name: str
+    meaning: str
+    family: str
+    verdict: Verdict
+    agreement: float | None = None
+    step: float | None = None
+    slope: float | None = None
+    complex_step: float | None = None
+    second: float | None = None
+    second_name: str = ""
+    errors: tuple[float, ...] = ()
+    remarks: tuple[str, ...] = ()
+    worst: Disagreement | None = None
+
+
+#: Curves of one panel: more cannot be told apart.
+_CURVES = 7
+_COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#7B3FA0", "#222222", "#00A0B0")
+_MARKS = ("o", "s", "^", "D", "v", "P", "X")
+#: Errors below this are drawn there: exact ones have no place on a logarithmic axis.
+_LEAST = 1e-17
+
+
+def draw(forms: Sequence[FormReport], title: str, path: Path) -> Path:
+    """Draw errors of closed forms over the step, a panel for each family. Raises FileError."""
+    panels = _panels(forms)
+    columns = 1 if len(panels) == 1 else 2
+    rows = -(-len(panels) // columns)
+    figure = new_figure((8.0 * columns, 0.9 + 3.6 * rows))
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axis, (family, members) in zip(axes, panels, strict=False):
+        _panel(axis, family, members)
+    for axis in axes[len(panels) :]:
+        axis.set_visible(False)
+    figure.suptitle(f"{title}\ndotted: against complex steps", fontsize=11)
+    return saved(figure, path)
+
+
+def _panels(forms: Sequence[FormReport]) -> list[tuple[str, list[FormReport]]]:
+    """Return the forms of each family, as evenly as a panel's limit allows."""
+    families: dict[str, list[FormReport]] = {}
+    for form in forms:
+        families.setdefault(form.family, []).append(form)
+    panels = []
+    for family, members in families.items():
+        count = -(-len(members) // _CURVES)
+        size = -(-len(members) // count)
+        panels += [(family, members[first : first + size]) for first in range(0, len(members), size)]
+    return panels
+
+
+def _panel(axis: Any, family: str, forms: Sequence[FormReport]) -> None:
+    for form, colour, mark in zip(forms, _COLOURS, _MARKS, strict=False):
+        errors = np.clip(np.array(form.errors, dtype=float), _LEAST, None)
+        failed = form.verdict != "agrees"
+        label = f"{form.name} ({form.verdict})" if failed else form.name
+        axis.loglog(
+            LADDER, errors, color=colour, marker=mark, markersize=3.5, linewidth=2.4 if failed else 1.2, label=label
+        )
+        if form.complex_step is not None:
+            axis.axhline(max(form.complex_step, _LEAST), color=colour, linewidth=1.0, linestyle=":")
+    axis.set_ylim(3e-18, 30.0)
+    axis.set_xlim(LADDER[-1] / 2.0, LADDER[0] * 2.0)
+    reference = np.array([1e-2, 1.0])
+    axis.loglog(reference, 1e-8 * reference**2, color="#999999", linewidth=1.0, linestyle="--")
+    axis.annotate("slope 2", (0.05, 2.5e-11), xytext=(3, -9), textcoords="offset points", color="#777777", fontsize=8)
+    axis.set_title(family, fontsize=10, loc="left")
+    axis.set_xlabel("step / scale of the direction (1 rad, 1 rad/s, 1 s, size of the scene)", fontsize=8)
+    axis.set_ylabel("error / largest entry", fontsize=9)
+    axis.grid(True, color="#dddddd", linewidth=0.6)
+    axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8)
+
 
 #: Beginnings of remarks and notes on states at which a function or its derivative is not defined.
 _NOT_DEFINED = ("not a number", "not smooth", "unbounded derivative", "left out")

@@ -11,8 +11,7 @@ from eomgen.compiled.coordinates import coordinate_names, reaches
 from eomgen.errors import EomgenError, NumericalError
 from eomgen.lie.product import update
 from eomgen.pipeline.model import Model
-from eomgen.products.studies.verification.claims.claim import FEW, Space, directions
-from eomgen.products.studies.verification.engines import Array, Engine
+from eomgen.products.studies.verification.claims.claim import FEW, Array, Engine, Space, directions
 
 #: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels.
 #: Beams deform less: as little as is small against their length.

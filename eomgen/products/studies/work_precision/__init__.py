@@ -2,14 +2,4 @@
 
 __all__: list[str] = ["result", "study"]
 #: Open to the other parts of ``studies``.
-WITHIN = [
-    "axes",
-    "configuration",
-    "formulations",
-    "machine",
-    "measured",
-    "observation",
-    "reference",
-    "running",
-    "times",
-]
+WITHIN = ["axes", "formulations", "observation", "reference", "result", "running", "times"]

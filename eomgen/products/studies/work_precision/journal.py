@@ -14,9 +14,9 @@ from eomgen.base.text import finite
 from eomgen.base.version import __version__
 from eomgen.lie.product import Factor
 from eomgen.products.studies.work_precision.formulations import Formulations
-from eomgen.products.studies.work_precision.measured import Point
 from eomgen.products.studies.work_precision.observation import ErrorSize, with_arrays
 from eomgen.products.studies.work_precision.reference import Reference
+from eomgen.products.studies.work_precision.result import Point
 from eomgen.products.studies.work_precision.running import Grid
 
 _POINTS, _REFERENCE = "points.jsonl", "reference.npz"

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.errors import EomgenError, NumericalError, Problem
-from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, possible, reason
-from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, Configuration, possible, reason
 from eomgen.products.studies.work_precision.observation import (
     STATE,
     ErrorSize,

@@ -1,25 +1,264 @@
-"""``Tradeoff``: the result of a study, with its picture and its files."""
+"""``Tradeoff``: points of a study, the front, slopes and messages of wrong points, with picture and files."""
 
 from __future__ import annotations
 
 import csv
 import io
-from dataclasses import asdict
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.text import json_text
-from eomgen.products.studies.work_precision.measured import Measured
+from eomgen.products.studies.work_precision.axes import Configuration
+from eomgen.products.studies.work_precision.observation import ErrorSize
+from eomgen.products.studies.work_precision.running import REACHED
+
+#: Errors above this are wrong, at any cost.
+WRONG = 0.1
+#: Beginning of the reason for omissions for want of time.
+NOT_BUILT = "not built"
+#: Demands of the table.
+DEMANDS = (1e-2, 1e-4, 1e-6, 1e-8)
+#: Points that take part in a slope: errors below the first, and above the second of the reference's uncertainty.
+ASYMPTOTIC, ABOVE_UNCERTAINTY = 2e-3, 30.0
+_LEAST_ERROR = 1e-12
 
 
-class Tradeoff(Measured):
-    """Speed against accuracy of one scene, measured; see ``Measured`` for its attributes."""
+@dataclass(frozen=True)
+class Point:
+    """A run of a study.
+
+    Attributes
+    ----------
+    configuration : of the run
+    kind, value : ``step`` in s, or ``tolerance``
+    ended : ``reached``, ``stopped``, ``refused`` or ``too long``
+    said : message of the run besides that it reached its end, or the reason for which it did not
+    error : sizes of the errors by quantity, none below the uncertainty of the reference; empty if the run did not
+        reach its end
+    seconds : median of the processor's time for all steps, s, outputs, energies and the error estimate apart; None
+        if it was not timed
+    least : the least of these times
+    repeats : how many were taken
+    stats : counts of the stepper
+    order : declared, of the method
+    took : the processor's seconds that the study spent on the point, all repeats included, builds apart
+    """
+
+    configuration: Configuration
+    kind: str
+    value: float
+    ended: str
+    said: str
+    error: Mapping[str, ErrorSize] = field(default_factory=dict)
+    seconds: float | None = None
+    least: float | None = None
+    repeats: int = 0
+    stats: Mapping[str, float] = field(default_factory=dict)
+    order: int = 0
+    took: float = 0.0
+
+    @property
+    def label(self) -> str:
+        return f"{self.configuration.label}, {self.kind} {self.value:.4g}"
+
+    def error_of(self, quantity: str, measure: str = "largest") -> float:
+        """Return the error of a quantity; infinite if there is none."""
+        size = self.error.get(quantity)
+        value = math.inf if size is None else float(getattr(size, measure))
+        return value if math.isfinite(value) else math.inf
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            **self.configuration.to_dict(),
+            "kind": self.kind,
+            "value": self.value,
+            "ended": self.ended,
+            "said": self.said,
+            "errors": {name: size.to_dict() for name, size in self.error.items()},
+            "seconds": self.seconds,
+            "least_seconds": self.least,
+            "repeats": self.repeats,
+            "stats": dict(self.stats),
+            "order": self.order,
+            "took": self.took,
+        }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Point:
+        """Return the point that ``to_dict`` gave.
+
+        Raises
+        ------
+        ValueError, TypeError, KeyError
+            These are not the data of a point.
+        """
+        times = (data["seconds"], data["least_seconds"])
+        known = [data[name] for name in ("value", "took", "repeats", "order")] + [x for x in times if x is not None]
+        if not all(isinstance(x, int | float) for x in known):
+            raise TypeError("times and counts are numbers")
+        names = ("formulation", "method", "parameters", "policy", "settings", "real", "profile")
+        return cls(
+            Configuration(**{name: data[name] for name in names}),
+            data["kind"],
+            data["value"],
+            data["ended"],
+            data["said"],
+            {name: ErrorSize(**{k: _number(v) for k, v in size.items()}) for name, size in data["errors"].items()},
+            data["seconds"],
+            data["least_seconds"],
+            data["repeats"],
+            data["stats"],
+            data["order"],
+            data["took"],
+        )
+
+
+@dataclass(frozen=True)
+class Slope:
+    """The order that a configuration shows: fitted over its points in the asymptotic part."""
+
+    configuration: Configuration
+    slope: float
+    declared: int
+    points: int
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """Speed against accuracy of one scene: measurements and conclusions, with picture and files.
+
+    Attributes
+    ----------
+    scene : its name
+    quantity, measure : the error that the front is of
+    span : (start, end, number of times at which the reference is known)
+    points : all runs
+    reference : run behind the errors, and its uncertainty
+    machine : processor, compiler, versions
+    compiled : seconds of building by model and method, short if the cache had it
+    left_out : omitted runs, and the reasons
+    seconds : of the whole study
+    """
+
+    scene: str
+    quantity: str
+    measure: str
+    span: tuple[float, float, int]
+    points: tuple[Point, ...]
+    reference: Mapping[str, Any]
+    machine: Mapping[str, str]
+    compiled: Mapping[str, float] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    seconds: float = 0.0
+
+    def error(self, point: Point) -> float:
+        """Return the error of a point, in the study's quantity and measure."""
+        return point.error_of(self.quantity, self.measure)
+
+    @property
+    def uncertainty(self) -> float:
+        """By how much the reference may be wrong, in the study's quantity and measure."""
+        return float(self.reference["uncertainty"].get(self.quantity, {}).get(self.measure) or 0.0)
+
+    @property
+    def usable(self) -> tuple[Point, ...]:
+        """Points that reached their end and were timed."""
+        return tuple(p for p in self.points if p.ended == REACHED and p.seconds is not None)
+
+    @property
+    def failures(self) -> tuple[Point, ...]:
+        return tuple(p for p in self.points if p.ended != REACHED)
+
+    @property
+    def wrong(self) -> tuple[Point, ...]:
+        """Points that reached their end and are wrong by more than a tenth."""
+        return tuple(p for p in self.points if p.ended == REACHED and not self.error(p) <= WRONG)
+
+    @property
+    def not_built(self) -> tuple[str, ...]:
+        """Configurations that were left out because there was no time to build them."""
+        return tuple(label for label, why in self.left_out.items() if why.startswith(NOT_BUILT))
+
+    @property
+    def silent(self) -> tuple[Point, ...]:
+        """Wrong points without a warning."""
+        return tuple(p for p in self.wrong if not p.said)
+
+    @property
+    def front(self) -> tuple[Point, ...]:
+        """Points than which none is both faster and more accurate, fastest first; wrong ones are left out.
+
+        Errors below the uncertainty of the reference count as that.
+        """
+        result: list[Point] = []
+        least = WRONG
+        for point in sorted(self.usable, key=lambda p: (p.seconds, self.error(p))):
+            error = max(self.error(point), self.uncertainty)
+            if error < least:
+                result.append(point)
+                least = error
+        return tuple(result)
+
+    def best(self, demand: float) -> Point | None:
+        """Return the cheapest point that meets a demand, None if none does."""
+        able = [p for p in self.usable if self.error(p) <= demand]
+        return min(able, key=lambda p: p.seconds or math.inf, default=None)
+
+    def verdict(self, point: Point) -> str:
+        """Return the value of a point: ``front``, ``dominated``, ``wrong, said``, ``wrong, silent``, or how it
+        failed."""
+        if point.ended != REACHED:
+            return point.ended
+        if point in self.wrong:
+            return "wrong, said" if point.said else "wrong, silent"
+        return "front" if point in self.front else "dominated"
+
+    @property
+    def slopes(self) -> tuple[Slope, ...]:
+        """The order of each configuration with steps of its own choice, over the asymptotic part."""
+        groups: dict[str, list[Point]] = {}
+        for point in self.points:
+            if point.kind == "step" and point.ended == REACHED:
+                groups.setdefault(point.configuration.key, []).append(point)
+        floor = max(ABOVE_UNCERTAINTY * self.uncertainty, _LEAST_ERROR)
+        result = []
+        for members in groups.values():
+            kept = [p for p in sorted(members, key=lambda p: p.value) if floor < self.error(p) < ASYMPTOTIC][:4]
+            if len(kept) >= 3:
+                steps, errors = np.log([p.value for p in kept]), np.log([self.error(p) for p in kept])
+                slope = float(np.polyfit(steps, errors, 1)[0])
+                result.append(Slope(members[0].configuration, slope, members[0].order, len(kept)))
+        return tuple(result)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it as JSON data."""
+        return {
+            "scene": self.scene,
+            "quantity": self.quantity,
+            "measure": self.measure,
+            "span": {"start": self.span[0], "end": self.span[1], "rows": self.span[2]},
+            "reference": dict(self.reference),
+            "machine": dict(self.machine),
+            "seconds": self.seconds,
+            "compiled": dict(self.compiled),
+            "left_out": dict(self.left_out),
+            "points": [{**p.to_dict(), "verdict": self.verdict(p)} for p in self.points],
+            "front": [p.label for p in self.front],
+            "slopes": [
+                {**s.configuration.to_dict(), "slope": s.slope, "declared": s.declared, "points": s.points}
+                for s in self.slopes
+            ],
+        }
 
     def plot(self, path: str | Path) -> Path:
         """Draw errors over time, the front and the failures. Raises FileError."""
-        from eomgen.products.studies.work_precision.plots import draw  # noqa: PLC0415  # matplotlib comes with it
-
         return draw(self, Path(path))
 
     def save(self, folder: str | Path) -> list[Path]:
@@ -52,5 +291,169 @@ class Tradeoff(Measured):
         return text.getvalue()
 
 
+def _number(value: float | None) -> float:
+    return math.inf if value is None else value
+
+
 def _cell(value: float | None) -> str:
     return "" if value is None else repr(value)
+
+
+_COLOURS = (
+    "#0B62C4",
+    "#F08C00",
+    "#1A9850",
+    "#C8102E",
+    "#7B3FA0",
+    "#00A0B0",
+    "#8C564B",
+    "#B8860B",
+    "#E377C2",
+    "#5F7F00",
+)
+_MARKS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
+_GREY = "#B4B4B4"
+#: Curves with a name; the others are grey.
+_NAMED = 10
+#: A measured order that is off its declared one by more than this is told.
+_OFF = 0.15
+#: Penalty for missing a demand at all, in decades of time.
+_NOT_MET = 4.0
+#: The largest error that is drawn at its place.
+_LARGEST = 10.0
+
+
+def draw(study: Tradeoff, path: Path) -> Path:
+    """Draw a study. Raises FileError."""
+    figure = new_figure((13.0, 7.2))
+    axis = figure.subplots()
+    _curves(axis, study)
+    _front(axis, study)
+    _failures(axis, study)
+    _describe(axis, study)
+    handles, labels = axis.get_legend_handles_labels()
+    if handles:
+        count = sum(line.get_zorder() == 3 for line in handles)  # curves are drawn worst first
+        handles, labels = handles[:count][::-1] + handles[count:], labels[:count][::-1] + labels[count:]
+        axis.legend(
+            handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8
+        )
+    return saved(figure, path)
+
+
+def _groups(study: Tradeoff) -> list[list[Point]]:
+    """Return the points of each configuration: the best one of each method, best first, then the others."""
+    found: dict[str, list[Point]] = {}
+    for point in study.usable:
+        found.setdefault(point.configuration.key, []).append(point)
+    ranked = sorted(found.values(), key=lambda members: _rank(study, members))
+    first: dict[str, list[Point]] = {}  # the best of each method has a name before the second best of another
+    for members in ranked:
+        first.setdefault(members[0].configuration.method, members)
+    return [*first.values(), *(members for members in ranked if members not in first.values())]
+
+
+def _rank(study: Tradeoff, members: list[Point]) -> float:
+    """Return the ratio of the cost of a configuration to the cheapest, in decades, summed over the demands."""
+    total = 0.0
+    for demand in DEMANDS:
+        best = study.best(demand)
+        if best is None or not best.seconds:
+            continue
+        able = [p.seconds for p in members if p.seconds and study.error(p) <= demand]
+        total += min(math.log10(min(able) / best.seconds), _NOT_MET) if able else _NOT_MET
+    return total
+
+
+def _curves(axis: Any, study: Tradeoff) -> None:
+    slopes = {slope.configuration.key: slope for slope in study.slopes}
+    groups = _groups(study)
+    for number, members in reversed(list(enumerate(groups))):
+        members = sorted(members, key=lambda p: p.value, reverse=True)  # noqa: PLW2901  # coarse to fine
+        named = number < _NAMED
+        colour = _COLOURS[number % len(_COLOURS)] if named else _GREY
+        errors = [min(max(study.error(p), 1e-17), _LARGEST) for p in members]
+        axis.loglog(
+            [1e3 * (p.seconds or math.nan) for p in members],
+            errors,
+            color=colour,
+            marker=_MARKS[number % len(_MARKS)] if named else ".",
+            markersize=4.5 if named else 3.0,
+            linewidth=1.1 if named else 0.6,
+            zorder=3 if named else 1,
+            label=_name(members[0], slopes) if named else None,
+        )
+    if others := [slopes.get(members[0].configuration.key) for members in groups[_NAMED:]]:
+        off = sum(slope is not None and abs(slope.slope - slope.declared) > _OFF for slope in others)
+        label = f"{len(others)} other configurations" + (f", {off} of another order than declared" if off else "")
+        axis.plot([], [], color=_GREY, marker=".", linewidth=0.6, label=label)
+
+
+def _name(point: Point, slopes: dict[str, Slope]) -> str:
+    slope = slopes.get(point.configuration.key)
+    order = f" (order {slope.slope:.2f}, declared {slope.declared})" if slope else ""
+    return f"{point.configuration.label}{order}"
+
+
+def _front(axis: Any, study: Tradeoff) -> None:
+    front = study.front
+    if front:
+        times = [1e3 * (p.seconds or math.nan) for p in front]
+        axis.step(
+            times, [study.error(p) for p in front], where="post", color="black", linewidth=5, alpha=0.18, zorder=2,
+            label="front: none is both faster and more accurate",
+        )  # fmt: skip  # a call of one drawing
+    if study.points:
+        own = study.points[0]
+        if own.ended == REACHED and own.seconds is not None:
+            axis.plot(
+                [1e3 * own.seconds], [min(study.error(own), _LARGEST)], "o", markersize=13, fillstyle="none",
+                color="black", markeredgewidth=1.6, zorder=5, label=f"the scene's own: {own.label}",
+            )  # fmt: skip  # a call of one drawing
+
+
+def _failures(axis: Any, study: Tradeoff) -> None:
+    """Mark failed points, which have no error, at the top, on the continuation of their configuration's times."""
+    times = []
+    for point in study.failures:
+        if point.ended == "refused":
+            continue
+        same = [p for p in study.usable if p.configuration.key == point.configuration.key and p.kind == point.kind]
+        if same and point.kind == "step":
+            near = min(same, key=lambda p: abs(math.log(p.value / point.value)))
+            times.append(1e3 * (near.seconds or 0.0) * near.value / point.value)
+    if times:
+        label = f"stopped before the end ({len(times)}), at the time that its steps would take"
+        axis.plot(times, [_LARGEST] * len(times), "x", color="#C8102E", markersize=7, zorder=4, label=label)
+    silent = [p for p in study.silent if p.seconds is not None]
+    if silent:
+        axis.plot(
+            [1e3 * (p.seconds or 0.0) for p in silent], [min(study.error(p), _LARGEST) for p in silent], "o",
+            color="#C8102E", markersize=9, fillstyle="none", markeredgewidth=1.2, zorder=4,
+            label=f"wrong by more than 10 % and silent ({len(silent)})",
+        )  # fmt: skip  # a call of one drawing
+
+
+def _describe(axis: Any, study: Tradeoff) -> None:
+    start, end, rows = study.span
+    uncertainty = study.uncertainty
+    if uncertainty > 0.0:
+        axis.axhspan(1e-18, max(uncertainty, 1e-17), color="#DDDDDD", alpha=0.6, zorder=0)
+        axis.annotate(
+            f"uncertainty of the reference, {uncertainty:.1g}", (0.01, uncertainty), xycoords=("axes fraction", "data"),
+            xytext=(0, 3), textcoords="offset points", fontsize=8, color="#666666",
+        )  # fmt: skip  # a call of one drawing
+    errors = [study.error(p) for p in study.usable if math.isfinite(study.error(p))]
+    lowest = min([e for e in errors if e > 0.0] or [1e-12])
+    axis.set_ylim(min(lowest, uncertainty or lowest) / 4.0, 2.5 * _LARGEST)
+    axis.axhline(WRONG, color="#C8102E", linewidth=0.7, linestyle=":")
+    axis.set_xlabel("processor's time for all steps, ms (outputs, energies and the error estimate apart)", fontsize=9)
+    axis.set_ylabel(f"{study.measure} error of {study.quantity}, relative", fontsize=9)
+    axis.grid(True, which="major", color="#DDDDDD", linewidth=0.6)
+    axis.set_title(
+        f"{study.scene}: {end - start:g} s, {len(study.points)} runs, reference known at {rows + 1} times\n"
+        f"reference: {study.reference['by']}; held against {study.reference['held against']}\n"
+        f"{study.machine.get('processor', '')}, {study.machine.get('compiler', '')}",
+        fontsize=9.5,
+        loc="left",
+    )

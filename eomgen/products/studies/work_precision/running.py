@@ -1,30 +1,59 @@
-"""Runs of a study: models of its configurations, built once each, and results, costs and messages of runs."""
+"""Runs of a study: models of its configurations, built once each, and results, costs and messages of runs; the
+machine that they are measured on."""
 
 from __future__ import annotations
 
+import platform
 import time
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from eomgen.errors import EomgenError
+from eomgen.base.version import __version__
+from eomgen.errors import EomgenError, ToolchainError
 from eomgen.integrators.families.family import Family
 from eomgen.integrators.families.register import row_of
 from eomgen.integrators.methods import method_named, method_parameters
 from eomgen.pipeline import pipeline
 from eomgen.pipeline.model import Model
-from eomgen.products.studies.work_precision.common_start import same_start
-from eomgen.products.studies.work_precision.configuration import Configuration
-from eomgen.products.studies.work_precision.formulations import Formulations
+from eomgen.products.studies.work_precision.axes import Configuration
+from eomgen.products.studies.work_precision.formulations import Formulations, same_start
 from eomgen.products.studies.work_precision.observation import Observation, observed
 from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.timing import Repeated, one_core
+from eomgen.toolchain.compiler import find_compiler
 from eomgen.toolchain.profiles import STANDARD_PROFILE
+
+
+def machine() -> dict[str, str]:
+    """Return processor, system, compiler and versions by name."""
+    try:
+        compiler = find_compiler().version
+    except ToolchainError:
+        compiler = "unknown"
+    return {
+        "processor": _processor(),
+        "system": f"{platform.system()} {platform.release()}",
+        "compiler": compiler,
+        "python": platform.python_version(),
+        "eomgen": __version__,
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(named, platform.machine())
+
 
 #: How a run may end: at its end, before it, not begun, or given up because it took too long.
 REACHED, STOPPED, REFUSED, TOO_LONG = "reached", "stopped", "refused", "too long"

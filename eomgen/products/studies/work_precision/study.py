@@ -16,16 +16,20 @@ from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.products.studies.defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
 from eomgen.products.studies.method_facts import facts_of
-from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, candidates, checked_axes, reason
-from eomgen.products.studies.work_precision.configuration import Configuration
+from eomgen.products.studies.work_precision.axes import (
+    TOLERANCE,
+    Candidate,
+    Configuration,
+    candidates,
+    checked_axes,
+    reason,
+)
 from eomgen.products.studies.work_precision.formulations import JOINT, formulations
 from eomgen.products.studies.work_precision.journal import Journal, identity
-from eomgen.products.studies.work_precision.machine import machine
-from eomgen.products.studies.work_precision.measured import NOT_BUILT, Point
 from eomgen.products.studies.work_precision.observation import MEASURES, STATE, quantities
 from eomgen.products.studies.work_precision.reference import reference
-from eomgen.products.studies.work_precision.result import Tradeoff
-from eomgen.products.studies.work_precision.running import REACHED, REFUSED, Grid, Outcome, Runner, timed
+from eomgen.products.studies.work_precision.result import NOT_BUILT, Point, Tradeoff
+from eomgen.products.studies.work_precision.running import REACHED, REFUSED, Grid, Outcome, Runner, machine, timed
 from eomgen.products.studies.work_precision.times import ladder_grid, per_coarsest
 
 #: Called with points done and points known, and with a word on the present work.

@@ -2,17 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``studies.verification`` as well.
-WITHIN = [
-    "beams",
-    "bodies",
-    "claim",
-    "events",
-    "frames",
-    "linear_models",
-    "motion",
-    "parameters",
-    "partials",
-    "rates",
-    "second_partials",
-    "sections",
-]
+WITHIN = ["beams", "claim", "frames", "linear_models", "motion", "partials", "rates"]

@@ -1,18 +1,44 @@
-"""Claims of beams: K, D and K_geo equal the difference to the equations of motion with soft or unshortened beams."""
+"""Claims of beams: terms equal differences to equations with soft or unshortened beams; section loads equal forces
+on nodes and stiffness times strains.
+
+Claims of section loads: forces of beams on their nodes, equilibrium of elements, and stiffness times strains.
+
+The loads of an element's two end sections are in equilibrium, since no load acts between its nodes; the mean over the
+element, along the helix between these, is stiffness times strain of its middle, if it is at rest. The jump of the loads
+at a node is the beam's generalized force there, and follows from the equations with and without the beam.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from eomgen.formula.nodes import Number
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import ZERO, Number
+from eomgen.lie import numeric
+from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor
 from eomgen.pipeline import pipeline
-from eomgen.products.studies.verification.claims.claim import Claim, Space
-from eomgen.products.studies.verification.engines import COMPLEX_STEP, Array, Blocks, Engine, moved, on_tape, spread
+from eomgen.products.studies.verification.claims.claim import (
+    COMPLEX_STEP,
+    Array,
+    Blocks,
+    Claim,
+    Engine,
+    Space,
+    column,
+    moved,
+    on_tape,
+    spread,
+)
 from eomgen.scene.bodies.beam import Beam
+from eomgen.scene.bodies.cosserat import BeamElement, BeamSection, Cosserat, Rows
+from eomgen.scene.bodies.model import Body
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.scene.forces.distributed_loads import DistributedLoad
+from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 
@@ -115,3 +141,237 @@ def _claim(
         rows=space.rows["v"],
         columns=space.along[block].names,
     )
+
+
+_SECTIONS = "bodies"
+#: Nodes and weights of Gauss's rule on 0 to 1: exact to rounding for elements that turn by less than half a turn.
+_PLACES, _WEIGHTS = (numbers.copy() for numbers in np.polynomial.legendre.leggauss(16))
+_LOADS = ("moment x", "moment y", "moment z", "force x", "force y", "force z")
+_NOTHING: Rows = ((ZERO,) * 6,) * 6
+
+
+def section_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
+    """Return the claims of the term ``section_loads``, as far as ``engine`` has the needed terms."""
+    if "section_loads" not in engine or "poses" not in engine or not isinstance(scene, Scene):
+        return []
+    beams = _Beams.of(space, scene)
+    claims = [_balance(beams), _mean(beams), _strains(beams, system)]
+    if {"jacobians", "force"} <= set(engine.functions):
+        claims.append(_jumps(space, beams, engine, system, scene))
+    if {"jacobians", "residual"} <= set(engine.functions):
+        claims.append(_halves(space, beams, system, scene))
+    return claims
+
+
+@dataclass(frozen=True)
+class _Beams:
+    """The geometrically exact beams of a scene: their elements in the order of the term, and the bodies at the ends."""
+
+    beams: tuple[Cosserat, ...]
+    first: tuple[int, ...]
+    second: tuple[int, ...]
+
+    @classmethod
+    def of(cls, space: Space, scene: Scene) -> _Beams:
+        beams = tuple(item.beam for item in scene.elements if isinstance(item, CosseratBeam))
+        number = {name: place for place, name in enumerate(space.bodies)}
+        first = tuple(number[node] for beam in beams for node in beam.nodes[:-1])
+        second = tuple(number[node] for beam in beams for node in beam.nodes[1:])
+        return cls(beams, first, second)
+
+    @property
+    def parts(self) -> list[tuple[Cosserat, BeamElement]]:
+        return [(beam, part) for beam in self.beams for part in beam.parts]
+
+    def rows(self, names: Sequence[str]) -> tuple[str, ...]:
+        elements = [f"element {number} of {beam.name}" for beam in self.beams for number in range(1, beam.elements + 1)]
+        return tuple(f"{name} of {element}" for element in elements for name in names)
+
+    def twists(self, engine: Engine, state: Blocks) -> Array:
+        """Return the logarithm of the second node's pose in the first, (..., elements, 6)."""
+        poses = engine("poses", state)["pose"]
+        first, second = poses[..., list(self.first), :], poses[..., list(self.second), :]
+        return numeric.log(SE3, numeric.compose(SE3, numeric.inverse(SE3, first), second))
+
+
+def _moved(twist: Array, load: Array) -> Array:
+    """Return a wrench, (..., 6), at the frame that is exp(twist) in the one it is given in: Ad^T(exp(twist)) load."""
+    adjoint = numeric.adjoint(SE3, numeric.exp(SE3, twist))
+    return np.asarray(np.einsum("...ji,...j->...i", adjoint, load))
+
+
+def _flat(values: Array) -> Array:
+    return column(values.reshape(*values.shape[:-2], -1))
+
+
+def _ends(engine: Engine, state: Blocks) -> tuple[Array, Array]:
+    ends = engine("section_loads", state)["load_at_ends"]
+    return ends[..., 0, :], ends[..., 1, :]
+
+
+def _balance(beams: _Beams) -> Claim:
+    return Claim(
+        "section_loads.load_at_ends",
+        "equilibrium of each element",
+        _SECTIONS,
+        lambda engine, state: _flat(_ends(engine, state)[1]),
+        second=lambda engine, state: _flat(_moved(beams.twists(engine, state), _ends(engine, state)[0])),
+        second_name="poses",
+        size=lambda engine, state: np.max(np.abs(engine("section_loads", state)["load_at_ends"]), axis=(-3, -2, -1)),
+        rows=beams.rows(_LOADS),
+    )
+
+
+def _mean(beams: _Beams) -> Claim:
+    def second(engine: Engine, state: Blocks) -> Array:
+        twists, first = beams.twists(engine, state), _ends(engine, state)[0]
+        along = [
+            0.5 * weight * _moved(0.5 * (1.0 + place) * twists, first)
+            for place, weight in zip(_PLACES, _WEIGHTS, strict=True)
+        ]
+        return _flat(np.sum(along, axis=0))
+
+    return Claim(
+        "section_loads.load",
+        "mean along each element",
+        _SECTIONS,
+        lambda engine, state: _flat(engine("section_loads", state)["load"]),
+        second=second,
+        second_name="poses",
+        size=lambda engine, state: np.max(np.abs(engine("section_loads", state)["load_at_ends"]), axis=(-3, -2, -1)),
+        rows=beams.rows(_LOADS),
+    )
+
+
+def _strains(beams: _Beams, system: System) -> Claim:
+    """Stiffness of the sections times their strains is the mean load at rest, if multipliers are zero."""
+    numbers = {parameter.name: k for k, parameter in enumerate(system.parameters)}
+
+    def matrices(state: Blocks) -> Array:
+        parameters = state.get("p", np.zeros((1, 0)))[0]
+
+        def number(entry: object) -> float:
+            return evaluate(entry, lambda symbol: float(parameters[numbers[symbol.name]]))  # type: ignore[arg-type]
+
+        rows = [[[number(entry) for entry in row] for row in part.section.stiffness] for _, part in beams.parts]
+        return np.array(rows)
+
+    def still(state: Blocks) -> dict[str, Array]:
+        return {name: np.zeros_like(array) if name in ("v", "lam") else array for name, array in state.items()}
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        strains = engine("section_loads", still(state))["strain"]
+        return _flat(np.einsum("kij,...kj->...ki", matrices(state), strains))
+
+    return Claim(
+        "section_loads.strain",
+        "stiffness times strain",
+        _SECTIONS,
+        value,
+        second=lambda engine, state: _flat(engine("section_loads", still(state))["load"]),
+        second_name="load at rest",
+        size=lambda engine, state: np.max(np.abs(engine("section_loads", still(state))["load"]), axis=(-2, -1)),
+        rows=beams.rows(_LOADS),
+    )
+
+
+def _jumps(space: Space, beams: _Beams, engine: Engine, system: System, scene: Scene) -> Claim:
+    """Forces of sections on the nodes, by virtual work, are the part of the beams in the generalized forces."""
+    without = on_tape(pipeline.derive(_without_stiffness(scene), ["force"]))
+    own = on_tape(system)
+    names = tuple(f"{beam.name}: no " for beam in beams.beams)
+    of_beams = np.array([name.startswith(names) for name in space.rows.get("lam", ())], dtype=float)
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        J = engine("jacobians", state)["J"]
+        first, second = _ends(engine, state)
+        on_first = np.einsum("...kij,...ki->...j", J[..., list(beams.first), :, :], first)
+        on_second = np.einsum("...kij,...ki->...j", J[..., list(beams.second), :, :], second)
+        return column(on_first - on_second)
+
+    def second(engine: Engine, state: Blocks) -> Array:
+        result = own("force", state)["Q"] - without("force", state)["Q"]
+        if "lam" in state and "residual" in engine and of_beams.any():
+            none = {**state, "lam": np.zeros_like(state["lam"])}
+            only = {**state, "lam": state["lam"] * of_beams}
+            result = result - engine("residual", only)["r"] + engine("residual", none)["r"]
+        return column(result)
+
+    return Claim(
+        "section_loads.load_at_ends, at nodes",
+        "virtual work on the nodes",
+        _SECTIONS,
+        value,
+        second=second,
+        second_name="equations without stiffness",
+        size=lambda engine, state: np.max(np.abs(engine("section_loads", state)["load_at_ends"]), axis=(-3, -2, -1)),
+        rows=space.rows["v"],
+    )
+
+
+def _halves(space: Space, beams: _Beams, system: System, scene: Scene) -> Claim:
+    """Doubled distributed loads, weight and inertia of elements increase the residual by the loads on halves."""
+    twice = on_tape(pipeline.derive(_with_twice_the_loads(scene), ["residual"]))
+    own = on_tape(system)
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        J, halves = engine("jacobians", state)["J"], engine("section_loads", state)["load_on_halves"]
+        first, second = (
+            np.einsum("...kij,...ki->...j", J[..., list(nodes), :, :], halves[..., end, :])
+            for end, nodes in enumerate((beams.first, beams.second))
+        )
+        return column(first + second)
+
+    return Claim(
+        "section_loads.load_on_halves",
+        "virtual work on the nodes",
+        _SECTIONS,
+        value,
+        second=lambda engine, state: column(own("residual", state)["r"] - twice("residual", state)["r"]),
+        second_name="equations with twice the loads",
+        size=lambda engine, state: np.max(np.abs(own("residual", state)["r"]), axis=-1),
+        rows=space.rows["v"],
+    )
+
+
+def _with_twice_the_loads(scene: Scene) -> Scene:
+    """Return a scene whose geometrically exact beams have twice the mass and twice the distributed loads."""
+    elements: list[ForceElement] = []
+    heavier: dict[str, Body] = {}
+    for item in scene.elements:
+        if isinstance(item, CosseratBeam):
+            parts = tuple(replace(part, section=_twice_the_mass(part.section)) for part in item.beam.parts)
+            beam = replace(item.beam, parts=parts)
+            heavier |= {body.name: body for body in beam.bodies()}
+            item = replace(item, beam=beam)  # noqa: PLW2901 - the changed one is kept
+        elif isinstance(item, DistributedLoad) and item.nodes:
+            nodes = tuple(replace(load, halves=(2 * load.halves[0], 2 * load.halves[1])) for load in item.nodes)
+            item = replace(item, nodes=nodes)  # noqa: PLW2901 - likewise
+        elements.append(item)
+    bodies = tuple(heavier.get(body.name, body) for body in scene.bodies)
+    return replace(scene, elements=tuple(elements), bodies=bodies)
+
+
+def _twice_the_mass(section: BeamSection) -> BeamSection:
+    two = Number(2.0)
+    x, y, z = section.rotary_inertia
+    xy, xz, yz = section.products
+    return replace(
+        section,
+        mass_per_length=two * section.mass_per_length,
+        rotary_inertia=(two * x, two * y, two * z),
+        products=(two * xy, two * xz, two * yz),
+    )
+
+
+def _without_stiffness(scene: Scene) -> Scene:
+    elements: list[ForceElement] = []
+    for item in scene.elements:
+        if isinstance(item, CosseratBeam):
+            parts = tuple(
+                replace(part, section=replace(part.section, stiffness=_NOTHING, damping=_NOTHING))
+                for part in item.beam.parts
+            )
+            item = replace(item, beam=replace(item.beam, parts=parts))  # noqa: PLW2901 - the changed one is kept
+        elements.append(item)
+    return replace(scene, elements=tuple(elements))

@@ -1,5 +1,5 @@
-"""Claims of frames and of the momentum of all that moves: Jacobians against poses, rates against Jacobians, sums over
-bodies."""
+"""Claims of bodies, of frames and of the momentum of all that moves: Jacobians against poses, rates against
+Jacobians, sums over bodies."""
 
 from __future__ import annotations
 
@@ -13,8 +13,16 @@ from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.lie.numeric import rotated
 from eomgen.lie.product import Factor
-from eomgen.products.studies.verification.claims.claim import Claim, Space, along_motion, column, fixed
-from eomgen.products.studies.verification.engines import Array, Blocks, Engine
+from eomgen.products.studies.verification.claims.claim import (
+    Array,
+    Blocks,
+    Claim,
+    Engine,
+    Space,
+    along_motion,
+    column,
+    fixed,
+)
 from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from eomgen.system.terms import REFERENCES
@@ -269,3 +277,86 @@ class _Bodies:
 
         batch = state["q"].shape[:-1]
         return np.stack([np.broadcast_to(evaluate_batch(item, value_of), batch) for item in formulas], axis=-1)
+
+
+_BODIES = "bodies"
+
+
+def body_claims(space: Space, engine: Engine) -> list[Claim]:
+    """Return the claims of the terms that ``engine`` has."""
+    there = set(engine.functions)
+    claims = [_twists(space)] if {"poses", "twists"} <= there else []
+    if {"twists", "accelerations"} <= there:
+        claims.append(_accelerations(space))
+    if {"twists", "jacobians"} <= there:
+        claims.append(_body_jacobians(space))
+    return claims
+
+
+def _joined(values: Array) -> Array:
+    return values.reshape(*values.shape[:-2], -1)
+
+
+def _named(space: Space, parts: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(f"{part} of {body}" for body in space.bodies for part in parts)
+
+
+def _twists(space: Space) -> Claim:
+    factors = tuple(Factor("SE3", body, 7 * k, 7, 6 * k, 6) for k, body in enumerate(space.bodies))
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        poses, twists = _joined(engine("poses", state)["pose"]), _joined(engine("twists", state)["twist"])
+        return column(configuration_rate(factors, poses, twists))
+
+    return Claim(
+        "twists",
+        "d pose / dt",
+        _BODIES,
+        value,
+        source=lambda engine, state: _joined(engine("poses", state)["pose"]),
+        directions=along_motion(("q", "v")),
+        rows=_named(space, _POSE),
+        functions=("poses",),
+    )
+
+
+def _accelerations(space: Space) -> Claim:
+    def combine(engine: Engine, state: Blocks, G: Array) -> Array:
+        """Return rates of components as accelerations: the origin's gains omega x velocity, in body axes."""
+        twist = engine("twists", state)["twist"]
+        rates = G[..., 0].reshape(twist.shape)
+        turning = np.zeros_like(twist)
+        turning[..., 3:] = np.cross(twist[..., :3], twist[..., 3:])
+        return column(_joined(rates + turning))
+
+    return Claim(
+        "accelerations",
+        "d twist / dt",
+        _BODIES,
+        lambda engine, state: column(_joined(engine("accelerations", state)["acceleration"])),
+        source=lambda engine, state: _joined(engine("twists", state)["twist"]),
+        directions=along_motion(("q", "v"), ("v", "a")),
+        combine=combine,
+        rows=_named(space, _TWIST),
+        functions=("twists",),
+    )
+
+
+def _body_jacobians(space: Space) -> Claim:
+    along = space.along["v"]
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        J = engine("jacobians", state)["J"] @ along.matrix
+        return np.asarray(J.reshape(*J.shape[:-3], -1, J.shape[-1]))
+
+    return Claim(
+        "jacobians",
+        "d twist / dv",
+        _BODIES,
+        value,
+        source=lambda engine, state: _joined(engine("twists", state)["twist"]),
+        directions=lambda _: {"v": along.matrix.T},
+        rows=_named(space, _TWIST),
+        columns=along.names,
+        functions=("twists",),
+    )

@@ -10,8 +10,7 @@ import numpy as np
 
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import Factor, bracket_matrix
-from eomgen.products.studies.verification.claims.claim import Claim, Space, Value, column
-from eomgen.products.studies.verification.engines import Array, Blocks, Engine, spread
+from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, Space, Value, column, spread
 from eomgen.scene.scene import Scene
 
 FAMILY = "separated terms and energies"
