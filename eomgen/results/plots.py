@@ -38,8 +38,8 @@ _QUANTITIES = {
     "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy", "W": "power",
 }  # fmt: skip  # a table
 _COORDINATES = {"m": "position", "1": "quaternion"}
-#: Components of the pose of a beam's node; only their names have numbers after a dot.
-_NODE = re.compile(r"q\.(\w+)\.(\d+)\[[0-6]\]")
+#: Components of the pose or the twist of a beam's node; only their names have numbers after a dot.
+_NODE = re.compile(r"[qv]\.(\w+)\.(\d+)\[[0-6]\]")
 #: Kinds of curves by the letters of their columns; curves of these names come first.
 _LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "states", "u": "inputs"}
 #: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
@@ -80,6 +80,8 @@ def draw(solution: Recorded, folder: Path) -> list[Path]:
             continue
         if kind == "coordinates":
             curves = _nodes_as_displacements(curves)  # noqa: PLW2901 - the readable ones are drawn
+        elif kind == "velocities":
+            curves = [curve for part in _by_nodes(curves) for curve in part]  # noqa: PLW2901 - as of coordinates
         panels = _panels(curves)
         shown = panels[:_PANELS]
         figure = new_figure(_size(len(shown)))
@@ -94,26 +96,34 @@ def draw(solution: Recorded, folder: Path) -> list[Path]:
 def _nodes_as_displacements(curves: Sequence[Curve]) -> list[Curve]:
     """Return curves with displacements in place of poses of nodes: of the middle and the last node of each beam,
     m, with rotation vectors, rad, in world axes, since the start."""
+    kept, *nodes = _by_nodes(curves)
+    for node in nodes:
+        poses = np.stack([curve.values for curve in node], axis=1)
+        moved = (poses - poses[0])[:, 4:]
+        turned = numeric.compose(SO3, poses[:, :4], numeric.inverse(SO3, poses[:1, :4]))
+        turned[turned[:, 0] < 0.0] *= -1.0
+        name = node[0].name.removeprefix("q.").partition("[")[0]
+        for quantity, unit, values in (("displacement", "m", moved), ("rotation", "rad", numeric.log(SO3, turned))):
+            kept += [
+                Curve(f"{name} {axis}", unit, values[:, k], f"{quantity} since the start")
+                for k, axis in enumerate("xyz")
+            ]
+    return kept
+
+
+def _by_nodes(curves: Sequence[Curve]) -> list[list[Curve]]:
+    """Return the curves of no node of a beam first, then the curves of the middle and the last node of each beam."""
     nodes: dict[str, dict[int, list[Curve]]] = {}
-    kept = []
+    parts: list[list[Curve]] = [[]]
     for curve in curves:
         node = _NODE.fullmatch(curve.name)
         if node is None:
-            kept.append(curve)
+            parts[0].append(curve)
         else:
             nodes.setdefault(node[1], {}).setdefault(int(node[2]), []).append(curve)
-    for beam, by_number in nodes.items():
-        for number in sorted({max(by_number), (max(by_number) + 1) // 2}):
-            poses = np.stack([curve.values for curve in by_number[number]], axis=1)
-            moved = (poses - poses[0])[:, 4:]
-            turned = numeric.compose(SO3, poses[:, :4], numeric.inverse(SO3, poses[:1, :4]))
-            turned[turned[:, 0] < 0.0] *= -1.0
-            for quantity, unit, values in (("displacement", "m", moved), ("rotation", "rad", numeric.log(SO3, turned))):
-                kept += [
-                    Curve(f"{beam}.{number} {axis}", unit, values[:, k], f"{quantity} since the start")
-                    for k, axis in enumerate("xyz")
-                ]
-    return kept
+    for by_number in nodes.values():
+        parts += [by_number[number] for number in sorted({max(by_number), (max(by_number) + 1) // 2})]
+    return parts
 
 
 def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[Any]:

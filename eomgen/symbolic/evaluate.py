@@ -55,10 +55,10 @@ class Evaluation:
         for node in tape.live(place_of):
             op = tape.op[node]
             if op is Op.MAP:
-                for ref in tape.operands(node):
-                    self._slot(ref)
-                repetition = cast("Map", tape.maps[tape.a[node]])
-                if tape.a[node] not in kernels:
+                if tape.a[node] not in kernels:  # results of a Map share their operands: visited once, this is linear
+                    repetition = cast("Map", tape.maps[tape.a[node]])
+                    for ref in repetition.gathered:
+                        self._slot(ref)
                     kernels[tape.a[node]] = Evaluation(repetition.kernel, repetition.kernel_refs)
                 self._add(node, op, (), kernels[tape.a[node]])
             else:
