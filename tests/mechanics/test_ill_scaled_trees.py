@@ -221,3 +221,15 @@ def test_series_and_hermite_steps_keep_their_digits(tmp_path: Path) -> None:
         model = eomgen.build(path, profile="quick", method=method)
         run = model.simulate(end, step, initial={"q": q, "v": v}, error_estimate=False)
         assert run.success and np.max(np.abs(run.q[-1] - reference)) < limit, method
+
+
+@pytest.mark.parametrize(
+    ("parents", "heavy"), [((-1, -1, 0, -1, 2), 4), ((-1, 0, 1, -1, -1), 2), ((-1, -1, -1, 2, 3), 4)]
+)
+def test_chains_that_carry_heavy_links_are_found_beside_single_links(parents: tuple[int, ...], heavy: int) -> None:
+    for mass, expected in ((1.0, False), (1e8, True)):
+        masses = tuple(mass if k == heavy else 1.0 for k in range(len(parents)))
+        forest = PlanarTree(masses, (1.0,) * len(parents), parents)
+        assert derive(forest.scene(), ["forward_dynamics"]).facts.ill_scaled is expected
+    alone = PlanarTree(masses, (1.0,) * len(parents), (-1,) * len(parents))
+    assert not derive(alone.scene(), ["forward_dynamics"]).facts.ill_scaled
