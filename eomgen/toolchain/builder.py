@@ -37,7 +37,7 @@ from eomgen.toolchain.compiler import (
 )
 from eomgen.toolchain.lane_library import LaneLibrary
 from eomgen.toolchain.library import Library
-from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile
+from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile, without_slow_passes
 from eomgen.toolchain.profiles import profile as profile_named
 
 
@@ -251,9 +251,8 @@ class Builder:
             nonlocal lines
             header, sources = "", []
             jobs = None if running is None else 0
-            with Compilation(
-                self.compiler, self.flags, jobs=jobs, timeout=self.timeout, running=running
-            ) as compilation:
+            own = without_slow_passes(self.flags, self.compiler.version)
+            with Compilation(self.compiler, own, jobs=jobs, timeout=self.timeout, running=running) as compilation:
                 for name, text in _headers_first(files) if isinstance(files, Mapping) else files:
                     (folder / name).write_text(text, encoding="utf-8")
                     lines += text.count("\n")
@@ -261,7 +260,7 @@ class Builder:
                         header = text
                     if name.endswith(".c") and name != "main.c":
                         sources.append(folder / name)
-                        compilation.add(folder / name)
+                        compilation.add(folder / name, self.flags if name in (written or {}) else None)
                 output, wrapper = folder / (_LIBRARY + library_suffix()), partial(self._wrapper, cdef, header)
                 commands = compilation.linked(sorted(sources), output, wrapper)
             (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
@@ -319,7 +318,8 @@ class Builder:
             sources = [folder / name for name in sorted(made) if name.endswith(".c")]
             if not sources:
                 return
-            compile_library(compiler, sources, folder / _LANES, flags, timeout=self.timeout)
+            own = without_slow_passes(flags, compiler.version)
+            compile_library(compiler, sources, folder / _LANES, own, timeout=self.timeout)
             for source in sources:
                 source.with_suffix(".o").unlink(missing_ok=True)
 

@@ -204,7 +204,7 @@ class Compilation:
         self._compiler = compiler
         self._flags = flags
         self._deadline = time.monotonic() + timeout
-        self._waiting: PriorityQueue[tuple[int, Path]] = PriorityQueue()
+        self._waiting: PriorityQueue[tuple[int, Path, tuple[str, ...]]] = PriorityQueue()
         self._made: dict[Path, tuple[Path, str]] = {}
         self._tasks: list[Future[None]] = []
         self._running = Running() if running is None else running
@@ -222,17 +222,20 @@ class Compilation:
     ) -> None:
         self._ended.__exit__(kind, error, trace)
 
-    def add(self, source: Path) -> None:
-        """Compile a source, beside which all that it includes is there, to an object beside it."""
-        self._waiting.put((_longest_first(source), source))
+    def add(self, source: Path, flags: Sequence[str] | None = None) -> None:
+        """Compile a source, beside which all that it includes is there, to an object beside it.
+
+        ``flags``: of this source, in place of the common ones.
+        """
+        self._waiting.put((_longest_first(source), source, tuple(self._flags if flags is None else flags)))
         if self._pool is None:
             self._compile_next()
         else:
             self._tasks.append(self._pool.submit(self._compile_next))
 
     def _compile_next(self) -> None:
-        _, source = self._waiting.get()
-        self._made[source] = compile_object(self._compiler, source, self._flags, self._deadline, self._running)
+        _, source, flags = self._waiting.get()
+        self._made[source] = compile_object(self._compiler, source, flags, self._deadline, self._running)
 
     def linked(self, sources: Sequence[Path], output: Path, objects: Callable[[], Sequence[Path]]) -> list[str]:
         """Link all sources, which were added before, in this order, to a shared library; return the commands.

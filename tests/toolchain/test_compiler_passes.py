@@ -1,0 +1,93 @@
+"""Passes of the compiler that generated C does without: the same bits as of -O2, in less time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.errors import ToolchainError
+from eomgen.pipeline.model import Model
+from eomgen.pipeline.pipeline import built_in
+from eomgen.toolchain import profiles
+from eomgen.toolchain.cache import Cache
+from eomgen.toolchain.compiler import find_compiler
+from eomgen.toolchain.profiles import PROFILES, without_slow_passes
+from tests.toolchain.test_builder import FILES, build
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.parametrize(
+    ("version", "changed"),
+    [
+        ("cc (Debian 12.2.0-14+deb12u1) 12.2.0", True),
+        ("gcc (GCC) 13.1.1 20230614 (Red Hat 13.1.1-4)", True),
+        ("x86_64-linux-gnu-gcc-14 (Ubuntu 14.2.0-4ubuntu2) 14.2.0", True),
+        ("gcc (Ubuntu 11.4.0-1ubuntu1~22.04) 11.4.0", False),  # -O2 without vectors of loops
+        ("gcc (GCC) 4.8.5 20150623 (Red Hat 4.8.5-44)", False),
+        ("Ubuntu clang version 14.0.0-1ubuntu1.1", False),
+        ("Apple clang version 15.0.0 (clang-1500.3.9.4)", False),
+        ("tcc version 0.9.27 (x86_64 Linux)", False),
+        ("unknown version", False),
+    ],
+)
+def test_only_compilers_with_these_passes_are_called_without_them(version: str, changed: bool) -> None:
+    for profile in PROFILES.values():
+        flags = without_slow_passes(profile.flags, version)
+        assert ("-O2" not in flags and "-O1" in flags) == (changed and "-O2" in profile.flags)
+        assert [flag for flag in flags if flag in profile.flags] == [f for f in profile.flags if f in flags]
+        assert set(profile.flags) - set(flags) <= {"-O2"}
+
+
+def _bits(model: Model) -> dict[str, bytes]:
+    """Return the bytes of some functions at a random state, and of the state after some steps."""
+    random = np.random.default_rng(1)
+    q, v, a = model.initial_q + 0.0, random.normal(size=model.nv), random.normal(size=model.nv)
+    held = {"multipliers": random.normal(size=len(model.multipliers))} if model.multipliers else {}
+    bits = {}
+    for name in ("residual", "partials", "iteration", "equations", "mass"):
+        if name in model.functions:
+            values = model.evaluate(name, q, v=v, a=a, t=0.3, **held)
+            bits[name] = b"".join(np.asarray(value).tobytes() for value in values.values())
+    solution = model.simulate(50 * model.description.simulation.step, error_estimate=False)
+    return bits | {"run": solution.q.tobytes() + solution.v.tobytes()}
+
+
+@pytest.mark.parametrize(
+    ("example", "profile"),
+    [
+        ("quarter_car", "fast"),
+        pytest.param("four_bar", "fast", marks=pytest.mark.slow),
+        pytest.param("four_bar", "reproducible", marks=pytest.mark.slow),
+        pytest.param("elastic_slider_crank", "fast", marks=pytest.mark.slow),
+    ],
+)
+def test_the_bits_are_as_of_all_passes(
+    example: str, profile: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = EXAMPLES / example / "scene.toml"
+    few = _bits(built_in(tmp_path / "few", scene, method="generalized_alpha", profile=profile))
+    monkeypatch.setattr(profiles, "_WITHOUT_SLOW_PASSES", ("-O2",))
+    every = _bits(built_in(tmp_path / "every", scene, method="generalized_alpha", profile=profile))
+    assert few == every
+    assert {"residual", "run"} <= few.keys()
+
+
+def test_the_fault_of_one_of_several_files_is_reported_with_its_command_and_place(tmp_path: Path) -> None:
+    """The other compilers run at the same time, and one of them is ended."""
+    slow = "\n".join(f"double f{k}(double x) {{ return x * {k}.0; }}" for k in range(400))
+    files = FILES | {"model_2.c": slow, "model_3.c": "int broken(void) { return missing; }\n"}
+    with pytest.raises(ToolchainError) as caught:
+        build(tmp_path, files=files)
+    [problem] = caught.value.problems
+    key = next((Cache(tmp_path).folder / "failed").iterdir()).name
+    assert problem.where == f"C compiler, sources kept in {Cache(tmp_path).failed_folder(key)}"
+    assert str(find_compiler().path) in problem.what
+    assert "model_3.c -o" in problem.what
+    assert "ended with status 1 and said:" in problem.what
+    assert "model_3.c:1:" in problem.what
+    assert "'missing' undeclared" in problem.what
+    assert "model_2.c" not in problem.what
+    assert problem.hint.startswith("eomgen doctor")
