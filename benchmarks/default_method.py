@@ -34,8 +34,15 @@ from eomgen.integrators.methods import AUTO, STANDARD, check_needs, method_named
 from eomgen.products.studies.work_precision.axes import Configuration, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.reference import Reference, reference
-from eomgen.products.studies.work_precision.running import REACHED, REFUSED, TOO_LONG, Runner, timed
-from eomgen.products.studies.work_precision.times import ladder_grid, per_coarsest
+from eomgen.products.studies.work_precision.running import (
+    REACHED,
+    REFUSED,
+    TOO_LONG,
+    Runner,
+    ladder_grid,
+    per_coarsest,
+    timed,
+)
 from eomgen.simulation.automatic_method import RESOLVED, automatic, largest_eigenvalue
 from eomgen.system.system import Facts
 

@@ -29,8 +29,7 @@ from eomgen.products.studies.tuning.judge import OWN, Condition, Demand, Judge, 
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.result import Point
-from eomgen.products.studies.work_precision.running import Runner, timed
-from eomgen.products.studies.work_precision.times import MOST_TIMES, tuning_grid
+from eomgen.products.studies.work_precision.running import MOST_TIMES, Runner, timed, tuning_grid
 from eomgen.simulation.timing import Repeated
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"

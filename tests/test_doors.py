@@ -273,7 +273,7 @@ ORDER: dict[str, tuple[str, ...]] = {
     "products.studies.tuning": (
         "judge",
         "race result",
-        "entries real_time",
+        "real_time",
         "tune",
     ),
     "products.studies.ladders": (
@@ -286,7 +286,7 @@ ORDER: dict[str, tuple[str, ...]] = {
     "products.studies.work_precision": (
         "axes formulations observation",
         "running",
-        "reference result times",
+        "reference result",
         "journal",
         "study",
     ),
@@ -303,7 +303,11 @@ ORDER: dict[str, tuple[str, ...]] = {
         "posterior",
         "sampling",
     ),
-    "products.fields.sampling": ("problem", "result", "plots run"),
+    "products.fields.sampling": (
+        "problem",
+        "result",
+        "run",
+    ),
     "products.waves.second_order": (
         "derivation derived motion",
         "pairs",
@@ -345,7 +349,7 @@ LATE: dict[str, dict[str, str]] = {
     "products.fields.commands": {"": "as in cli"},
     "products.fields.file_kind": {
         "products.fields.commands": "Click and tables; for the command line",
-        "products.fields.documents.json_schema": "for editors alone",
+        "products.fields.documents.entries": "for editors alone",
     },
     "products.reliability.command": {"": "as in cli"},
     "products.studies.commands": {"": "as in cli"},

@@ -12,7 +12,7 @@ import pytest
 
 from eomgen.cli import main
 from eomgen.products.fields.documents import field_reading, reading
-from eomgen.products.fields.documents.json_schema import json_schema
+from eomgen.products.fields.documents.entries import json_schema
 from tests.hamiltonian.test_hamiltonian import BODIES, HENON_HEILES, SWINGING, changed
 
 ROOT = Path(__file__).parents[2]

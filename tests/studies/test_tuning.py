@@ -14,15 +14,14 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.products.studies.tuning import entries, race, real_time, tune
+from eomgen.products.studies.tuning import race, real_time, tune
 from eomgen.products.studies.tuning.judge import KNOWN, Demand, Judge, conditions
 from eomgen.products.studies.tuning.race import MARGIN, Contender, Tried
 from eomgen.products.studies.tuning.result import with_settings
 from eomgen.products.studies.tuning.tune import _shortest
 from eomgen.products.studies.work_precision.axes import candidates
 from eomgen.products.studies.work_precision.formulations import formulations
-from eomgen.products.studies.work_precision.running import Grid, Runner
-from eomgen.products.studies.work_precision.times import ladder_grid, tuning_grid, whole_steps
+from eomgen.products.studies.work_precision.running import Grid, Runner, ladder_grid, tuning_grid, whole_steps
 from eomgen.simulation.timing import Repeated
 from tests.studies.test_tradeoff import SWING, WILD
 
@@ -254,11 +253,11 @@ def test_settings_are_put_into_texts_of_every_kind(tmp_path: Path) -> None:
 def test_methods_of_low_order_begin_with_as_many_steps_as_others() -> None:
     """The local error of a step of order p is of order p + 1: order 2 begins where it takes the steps of order 5."""
     for demand in (1e-2, 1e-4, 1e-8):
-        steps = [entries.first_tolerance(order, demand) ** (-1.0 / (order + 1)) for order in (2, 5)]
+        steps = [race.first_tolerance(order, demand) ** (-1.0 / (order + 1)) for order in (2, 5)]
         assert steps[0] <= steps[1] * (1.0 + 1e-12)
-        assert entries.first_tolerance(20, demand) == demand
-    assert entries.first_tolerance(2, 1e-8) == pytest.approx(1e-4)
-    assert entries.first_tolerance(2, 0.5) == entries.COARSEST
+        assert race.first_tolerance(20, demand) == demand
+    assert race.first_tolerance(2, 1e-8) == pytest.approx(1e-4)
+    assert race.first_tolerance(2, 0.5) == race.COARSEST
 
 
 def test_contenders_expect_what_their_order_says() -> None:
@@ -377,7 +376,7 @@ def test_single_precision_is_chosen_where_it_suffices(
     error: float, real: str, path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(race, "timed", _halved_in_single)
-    monkeypatch.setattr(entries, "SINGLE", 0.0)  # it races for every demand, and floors of its error decide
+    monkeypatch.setattr(race, "SINGLE", 0.0)  # it races for every demand, and floors of its error decide
     tuned = eomgen.tune(path, error, output="angle", methods=["rk4"], axes=["resolution", "arithmetic"])
     assert isinstance(tuned, eomgen.Tuned)
     assert tuned.met

@@ -37,7 +37,7 @@ def _simulate(path: str, folder: str, options: Mapping[str, Any], plots: bool, a
 
 
 def _schema(*, mesh: bool) -> str:
-    from eomgen.products.fields.documents.json_schema import json_schema  # noqa: PLC0415  # for editors alone
+    from eomgen.products.fields.documents.entries import json_schema  # noqa: PLC0415  # for editors alone
 
     return json_schema(mesh=mesh)
 

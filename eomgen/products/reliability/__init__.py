@@ -8,7 +8,7 @@ __all__ = []
 PRODUCT = Product(
     names={name: f"eomgen.products.reliability.vibration:{name}" for name in ("RandomVibration", "random_vibration")},
     rows={
-        "eomgen.sections": ("eomgen.products.reliability.section.sections:RANDOM",),
+        "eomgen.sections": ("eomgen.products.reliability.section.reading:RANDOM",),
         "eomgen.info": ("eomgen.products.reliability.command:PROCESSES",),
         "eomgen.verbs": (
             Verb(

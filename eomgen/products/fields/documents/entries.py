@@ -1,16 +1,19 @@
-"""Entries of files with ``kind = "hamiltonian"``: tables, texts, parameters and formulas, each fault by its key."""
+"""Entries of files with ``kind = "hamiltonian"``: tables, texts, parameters and formulas, each fault by its key;
+their JSON Schema for editors, draft 4 on."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, fields
 from typing import Any
 
 from eomgen.base.text import NAME_RULE, is_legal, listed, nearest, shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
-from eomgen.products.fields.documents.document import Parameter
+from eomgen.products.fields.documents.document import DATA_KINDS, OPERATOR_KINDS, Chains, Parameter, Run
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
@@ -142,3 +145,160 @@ def cell_formula(where: str, text: str, names: Iterable[str]) -> Formula:
         return read_formula(text, Names(states=tuple(names)), _SCOPE)
     except FormulaError as error:
         raise DescriptionError(Problem(where, error.what, error.hint)) from None
+
+
+Schema = dict[str, Any]
+_LEGAL = "^[A-Za-z_][A-Za-z0-9_]{0,63}$"
+_MASSES = ("fisher", "prior", "unit")
+_FORMULA: Schema = {"type": ["string", "number"], "description": "a formula or a number"}
+_TYPES = {"float": "number", "int": "integer", "str": "string", "bool": "boolean"}
+_OF_RUNS = {
+    "duration": "from t = 0 to the end",
+    "step": "of equal steps",
+    "method": "a composition, implicit_midpoint, gauss<order>, rk4 or rk45",
+    "record_every": "steps between recorded rows",
+    "tolerance": "of rk45",
+    "compensated": "carry rounding errors of sums over to the next ones",
+}
+_OF_OPERATORS = {
+    "white": "the white field itself: true",
+    "power": "a formula of wave numbers, or a table: the power spectrum of the field",
+    "lognormal_power": "the power spectrum of exp(field)",
+    "filter": "a formula of wave numbers",
+    "smoothing": "the radius of a Gaussian filter",
+    "difference": "the axis of a derivative",
+    "mask": "a formula of places",
+}
+
+
+def json_schema(*, mesh: bool = False) -> str:
+    """Return the JSON Schema, as text, of files of coordinates or, with ``mesh``, of files of fields on a mesh."""
+    return json.dumps(_of_fields() if mesh else _of_coordinates(), indent=2) + "\n"
+
+
+def _table(properties: Schema, *required: str, description: str = "") -> Schema:
+    result: Schema = {"type": "object", "additionalProperties": False, "properties": properties}
+    return (
+        result | ({"required": [*required]} if required else {}) | ({"description": description} if description else {})
+    )
+
+
+def _entries(entry: Schema, description: str, *, copies: bool = False) -> Schema:
+    """Return the schema of a section of named entries; names of copies have braces."""
+    named: Schema = {"additionalProperties": entry} if copies else {"patternProperties": {_LEGAL: entry}}
+    return {
+        "type": "object",
+        "description": description,
+        **({} if copies else {"additionalProperties": False}),
+        **named,
+    }
+
+
+def _text(description: str) -> Schema:
+    return {"type": "string", "description": description}
+
+
+def _head(properties: Schema, *required: str) -> Schema:
+    head: Schema = {
+        "format": {"enum": [1], "description": "of the file"},
+        "kind": {"enum": [KIND], "description": "kind of the file"},
+        "name": {"type": "string", "pattern": _LEGAL, "description": "of the system, a legal C identifier"},
+        "description": _text("in words"),
+    }
+    result = _table({**head, **properties}, "format", "kind", "name", *required)
+    return {"$schema": "http://json-schema.org/draft-04/schema#", **result}
+
+
+def _parameters() -> Schema:
+    of_one = {"value": _FORMULA, "unit": _text("a label"), "description": _text("in words")}
+    return {"anyOf": [_FORMULA, _table(of_one, "value")]}
+
+
+def _sections(*, copies: bool) -> dict[str, Schema]:
+    pair: Schema = {"type": "array", "items": _FORMULA, "minItems": 2, "maxItems": 2}
+    coordinate = _table(
+        {
+            "initial": pair | {"description": "the coordinate and its momentum at the start"},
+            "momentum": _text("name of the momentum; p_ and the coordinate by default"),
+            "unit": _text("a label"),
+            "momentum_unit": _text("a label"),
+        },
+        "initial",
+    )
+    output: Schema = {"anyOf": [_FORMULA, _table({"formula": _FORMULA, "unit": _text("a label")}, "formula")]}
+    terms: Schema = {"type": "object", "additionalProperties": _FORMULA, "description": "terms whose sum is H"}
+    return {
+        "parameters": _entries(_parameters(), "numbers that runs may change", copies=copies),
+        "coordinates": _entries(coordinate, "coordinates with their momenta", copies=copies),
+        "definitions": _entries(_FORMULA, "names of formulas, each of the names above it", copies=copies),
+        "hamiltonian": terms if copies else {"anyOf": [_FORMULA, terms], "description": "H, or terms whose sum it is"},
+        "outputs": _entries(output, "quantities of the state along a run", copies=copies),
+    }
+
+
+def _of_coordinates() -> Schema:
+    sections = _sections(copies=False)
+    ranges: Schema = {"type": "object", "description": "i = 3, from 0 on, or i = [1, 3]: the first and the last"}
+    repeat = _table(
+        {"indices": ranges, "where": _text("a condition of indices"), **_sections(copies=True)},
+        "indices",
+        description="copies of entries, with indices in braces",
+    )
+    simulation = _of_dataclass(Run, _OF_RUNS)
+    for name in ("duration", "step", "tolerance"):
+        simulation[name] |= {"minimum": 0}
+    return _head(
+        {
+            **sections,
+            "repeat": {"type": "object", "additionalProperties": repeat, "description": "copies"},
+            "simulation": _table(simulation, description="defaults of runs"),
+        }
+    )
+
+
+def _of_dataclass(made: type, said: dict[str, str]) -> dict[str, Schema]:
+    """Return schemas of the keys of a table whose defaults are in a class."""
+    result: dict[str, Schema] = {}
+    for item in fields(made):
+        result[item.name] = {"type": _TYPES[str(item.type)], "description": said.get(item.name, item.name)}
+        if item.default is not MISSING and item.default != "":
+            result[item.name]["default"] = item.default
+    return result
+
+
+def _of_fields() -> Schema:
+    where: Schema = {"type": "object", "additionalProperties": _FORMULA, "description": "formulas with a name"}
+    table = _table({"file": _text("k and P"), "columns": {"type": "array", "items": {"type": "string"}}}, "file")
+    operators: Schema = {kind: {**_FORMULA, "description": _OF_OPERATORS[kind]} for kind in OPERATOR_KINDS}
+    operators["white"] = {"enum": [True], "description": _OF_OPERATORS["white"]}
+    operators["difference"] = {"enum": ["x", "y", "z"], "description": _OF_OPERATORS["difference"]}
+    for kind in ("power", "lognormal_power"):
+        operators[kind] = {"anyOf": [_FORMULA, table], "description": _OF_OPERATORS[kind]}
+    operators |= {"of": _text("the operator before this one"), "where": where}
+    data: Schema = dict.fromkeys(DATA_KINDS, _FORMULA)
+    data |= {"file": _text("a .npy or .csv"), "column": _text("of the .csv")}
+    data |= dict.fromkeys(("minimum", "beta", "deviation"), _FORMULA)
+    whole: Schema = {"type": "integer", "minimum": 2}
+    side: Schema = {"type": "number", "minimum": 0}
+    several = {"type": "array", "minItems": 1, "maxItems": 3}
+    mesh = {
+        "cells": {"anyOf": [whole, {**several, "items": whole}], "description": "along each axis"},
+        "length": {"anyOf": [side, {**several, "items": side}], "description": "of the box, or of each side"},
+        "unit": _text("of length, a label"),
+    }
+    return _head(
+        {
+            "mesh": _table(mesh, "cells", "length", description="periodic"),
+            "parameters": _entries(_parameters(), "numbers of formulas"),
+            "operators": _entries(_table(operators), "from the white field to fields of the cells"),
+            "prior": _table({"white": {"enum": [True], "description": "independent standard normal numbers"}}),
+            "truth": _table({"seed": {"type": "integer", "minimum": 0, "description": "of the white field"}}, "seed"),
+            "data": _entries({"anyOf": [_FORMULA, _table(data)]}, "numbers in the cells"),
+            "cell": _table({"energy": _FORMULA, "where": where}, "energy", description="the energy of a cell"),
+            "mass": _table({"choice": {"enum": [*_MASSES], "description": "of the momenta"}}),
+            "sampling": _table(_of_dataclass(Chains, {}), description="defaults of sample"),
+        },
+        "mesh",
+        "operators",
+        "cell",
+    )

@@ -6,9 +6,10 @@ from eomgen.products.reliability.random_processes.coherence import (
     CrossCovariance,
     ExponentialCoherence,
     least_eigenvalue,
+    nearest_correlation,
 )
-from eomgen.products.reliability.random_processes.correlation import nearest_correlation
 from eomgen.products.reliability.random_processes.covariance import (
+    BEYOND,
     Band,
     Covariance,
     CovarianceTable,
@@ -19,14 +20,11 @@ from eomgen.products.reliability.random_processes.covariance import (
     RoadProfile,
     SpectrumTable,
     SquaredExponential,
-)
-from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
-from eomgen.products.reliability.random_processes.translation import (
-    BEYOND,
     quantile_map,
     translated_correlation,
     underlying,
 )
+from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
 
 __all__ = [
     "BEYOND",

@@ -1,24 +1,30 @@
-"""Reading of random processes: groups that go together, and their modes on the window."""
+"""Reading of random processes: groups that go together, and their modes on the window; the section of a scene."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from eomgen.base.random_roads import FASTEST
 from eomgen.base.text import key_of
 from eomgen.errors import UsageError
-from eomgen.products.reliability.random_processes import Coherence, expand, expand_jointly, nearest_correlation
+from eomgen.products.reliability.random_processes import (
+    MOST_MODES,
+    Coherence,
+    expand,
+    expand_jointly,
+    nearest_correlation,
+)
 from eomgen.products.reliability.section import schema as written
-from eomgen.products.reliability.section.coherence import Coherences, crossed
-from eomgen.products.reliability.section.covariances import Covariances
-from eomgen.products.reliability.section.mode_tables import mode_tables
-from eomgen.products.reliability.section.process_inputs import input_of, variables_as_parameters
+from eomgen.products.reliability.section.covariances import Coherences, Covariances, crossed
+from eomgen.products.reliability.section.process_inputs import input_of, mode_tables, variables_as_parameters
 from eomgen.products.reliability.section.translations import Translations
 from eomgen.scene.reading.report import check_reference
-from eomgen.scene.reading.values import Values
+from eomgen.scene.reading.values import UNKNOWN, Values
+from eomgen.scene.section import Entries, Reading, Section, fault_of_variables
 from eomgen.scene.signals.curves import Curves
 from eomgen.system.random_processes import RandomProcess, variables_of
 from eomgen.system.signals import Input, Parameter
@@ -348,3 +354,39 @@ class Processes:
         if entry.share is not None and not 0.0 < entry.share < 1.0:
             fault = f"the share {entry.share:.6g} is not between 0 and 1"
             self.report.add(f"{key}.share", fault, "share = 0.99")
+
+
+class _Random(Section):
+    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
+        if name in document.section("random"):
+            return fault_of_variables("random process", name, MOST_MODES, document, rows)
+        return "", ""
+
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        return {"random": {}}
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        entries = reading.document.section("random")
+        curves = Curves(reading.values, reading.folder)
+        processes = Processes(reading.values, curves, reading.document.simulation.duration)
+        inputs, variables = processes.read(entries)
+        reading.add_parameters(variables)
+        formulas = {item.name: item.formula for item in inputs if item.formula is not None}
+        unknown = set(entries) - set(formulas) | reading.refused["random"]
+        reading.tables["random"] |= formulas | dict.fromkeys(unknown, UNKNOWN)
+        return {item.name: item for item in inputs}
+
+
+RANDOM = _Random(
+    key="random",
+    behind="inputs",
+    entry=written.RandomProcess,
+    scene_field="inputs",
+    bare="a random process",
+    after=("curves",),
+    before=("bodies",),
+    positional=("type",),
+    documentation="""
+    Add a stationary random process, which formulas use by its name; its standard normal variables are tunable
+    parameters. ``road_class`` is a scene file's ``class``.""",
+)

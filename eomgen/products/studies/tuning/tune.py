@@ -15,17 +15,15 @@ from eomgen.base.text import nearest, shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
-from eomgen.products.studies.tuning.entries import Entries
 from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, Verified, conditions, verified
-from eomgen.products.studies.tuning.race import Contender, Race, Tried
+from eomgen.products.studies.tuning.race import Contender, Entries, Race, Tried
 from eomgen.products.studies.tuning.real_time import RealTime
 from eomgen.products.studies.tuning.real_time import real_time as in_real_time
 from eomgen.products.studies.tuning.result import Rival, Tuned
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
 from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
 from eomgen.products.studies.work_precision.observation import MEASURES, quantities
-from eomgen.products.studies.work_precision.running import REACHED, Runner, machine, timed
-from eomgen.products.studies.work_precision.times import MOST_TIMES, tuning_grid
+from eomgen.products.studies.work_precision.running import MOST_TIMES, REACHED, Runner, machine, timed, tuning_grid
 
 #: Rounds of verification: conditions missed in one are tuned on in the next.
 ROUNDS = 4

@@ -2,4 +2,4 @@
 
 __all__: list[str] = ["result", "study"]
 #: Open to the other parts of ``studies``.
-WITHIN = ["axes", "formulations", "observation", "reference", "result", "running", "times"]
+WITHIN = ["axes", "formulations", "observation", "reference", "result", "running"]

@@ -29,8 +29,17 @@ from eomgen.products.studies.work_precision.journal import Journal, identity
 from eomgen.products.studies.work_precision.observation import MEASURES, STATE, quantities
 from eomgen.products.studies.work_precision.reference import reference
 from eomgen.products.studies.work_precision.result import NOT_BUILT, Point, Tradeoff
-from eomgen.products.studies.work_precision.running import REACHED, REFUSED, Grid, Outcome, Runner, machine, timed
-from eomgen.products.studies.work_precision.times import ladder_grid, per_coarsest
+from eomgen.products.studies.work_precision.running import (
+    REACHED,
+    REFUSED,
+    Grid,
+    Outcome,
+    Runner,
+    ladder_grid,
+    machine,
+    per_coarsest,
+    timed,
+)
 
 #: Called with points done and points known, and with a word on the present work.
 Progress = Callable[[int, int, str], None]
