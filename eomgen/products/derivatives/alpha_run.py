@@ -53,8 +53,8 @@ def step_matrices(
     G = B * inverse_inertia
     exponent = difference(factors, states.q[:-1], states.q[1:]) / step
     moved = _predicted(states, a, coefficients) - exponent  # W B^T eta
-    found = np.linalg.solve(B @ np.swapaxes(G, 1, 2), B @ moved[:, :, np.newaxis])
-    eta = np.asarray(found[:, :, 0], dtype=np.float64)
+    multipliers = np.linalg.solve(B @ np.swapaxes(G, 1, 2), B @ moved[:, :, np.newaxis])
+    eta = np.asarray(multipliers[:, :, 0], dtype=np.float64)
     N, of_parameters = equations.reaction_partials(values, eta)
     reaction = np.swapaxes(B, 1, 2) @ eta[:, :, np.newaxis]
     Np = np.concatenate([inverse_inertia[:, np.newaxis] * of_parameters, reaction * np.eye(nv)], axis=2)

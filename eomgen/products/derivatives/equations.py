@@ -124,10 +124,10 @@ class Equations:
         functions = self._functions(term)
         if term not in functions:
             return {}
-        found = functions(term, values)
+        results = functions(term, values)
         count = len(values["t"])
-        by_name = dict(zip(functions.output_names(term), found, strict=True))
-        if all(len(array) == count for array in found) and set(functions.inputs(term)) - {"p"}:
+        by_name = dict(zip(functions.output_names(term), results, strict=True))
+        if all(len(array) == count for array in results) and set(functions.inputs(term)) - {"p"}:
             return by_name
         dimensions = zip(by_name.items(), _dimensions(functions, term), strict=True)
         return {
@@ -184,13 +184,13 @@ class Equations:
         """Return partials of the outputs, (n, outputs, 3 nv + nz + nl) in q, v, vdot, z, multipliers, and (n, outputs,
         parameters)."""
         count, rows = len(values["t"]), len(self.outputs)
-        found = self.of("output_partials", values)
+        partials = self.of("output_partials", values)
         sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
         Y = np.zeros((count, rows, sum(sizes.values())), self.dtype)
         first = 0
         for name, size in sizes.items():
-            if name in found:
-                Y[:, :, first : first + size] = self._rows(found[name])
+            if name in partials:
+                Y[:, :, first : first + size] = self._rows(partials[name])
             first += size
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
         Yp = self._parameters({name: self._rows(array) for name, array in by_parameters.items()}, "Yp", rows, count)
@@ -207,9 +207,9 @@ class Equations:
         for columns, names in ((driven, ("B0", "Fu", "Yu")), (given, ("E0", "Fw", "Yw"))):
             rows = (of_e[:, : self.nv], of_e[:, self.nv : self.nv + self.nz], of_outputs)
             for target, name in zip(rows, names, strict=True):
-                found = (linear | outputs).get(name)
-                if found is not None:
-                    picked = found[:, self.outputs] if target is of_outputs else -found
+                matrix = (linear | outputs).get(name)
+                if matrix is not None:
+                    picked = matrix[:, self.outputs] if target is of_outputs else -matrix
                     target[:, :, columns] = picked[:, :, : len(columns)]
         return of_e, of_outputs
 
@@ -347,11 +347,11 @@ class Equations:
         """Return the rows of the chosen outputs, (n, outputs, ...)."""
         return of_outputs if self.outputs == list(range(of_outputs.shape[1])) else of_outputs[:, self.outputs]
 
-    def _parameters(self, found: Mapping[str, Array], name: str, rows: int, count: int) -> Array:
-        if name not in found:
+    def _parameters(self, partials: Mapping[str, Array], name: str, rows: int, count: int) -> Array:
+        if name not in partials:
             return np.zeros((count, rows, len(self.chosen)))
-        whole = self.chosen == list(range(found[name].shape[2]))
-        return found[name] if whole else found[name][:, :, self.chosen]
+        whole = self.chosen == list(range(partials[name].shape[2]))
+        return partials[name] if whole else partials[name][:, :, self.chosen]
 
 
 class MovedEquations(Equations):

@@ -76,10 +76,10 @@ class GalerkinSteps:
         sizes = self.nv, self.nz, equations.parameters
         self.sweeps = GalerkinSweeps(method, self.factors, sizes, self.steps, step, first, equations.dtype)
         self.values = equations.values(states, at_start.given, at_start.du)
-        found = equations.partials(self.values, parameters=False)
-        self.Jq = found.Jq
+        partials = equations.partials(self.values, parameters=False)
+        self.Jq = partials.Jq
         T0 = self._blocks(numeric.tangent, self.gain * states.v)
-        self.sweeps.begin(states.t, Jq0=found.Jq, Jv0=found.Jv, Ja0=found.Ja, Jz0=found.Jz, T0=T0)
+        self.sweeps.begin(states.t, Jq0=partials.Jq, Jv0=partials.Jv, Ja0=partials.Ja, Jz0=partials.Jz, T0=T0)
         self.before = np.zeros((self.sweeps.pairs, self.steps, self.nv), equations.dtype)
         self._at: list[tuple[int, States]] = []  # points of the passes: how many nodes, and the states there
         self._places: list[tuple[Array, Array | None]] = []  # theta and v of the nodes of later passes, then of the end
@@ -370,7 +370,7 @@ class GalerkinRun(LinearRun[GalerkinPart]):
 
     def accelerations(self, blocks: dict[str, Array]) -> Array:
         """Return the partials of the accelerations of rows in q, v, a (0), z and the parameters."""
-        found, nv = self.equations.partials(blocks), self.equations.nv
-        J = np.concatenate([found.Jq, found.Jv, np.zeros_like(found.Ja), found.Jz, found.P], axis=2)[:, :nv]
-        solved: Array = -np.linalg.solve(found.Ja[:, :nv], J)
+        partials, nv = self.equations.partials(blocks), self.equations.nv
+        columns = [partials.Jq, partials.Jv, np.zeros_like(partials.Ja), partials.Jz, partials.P]
+        solved: Array = -np.linalg.solve(partials.Ja[:, :nv], np.concatenate(columns, axis=2)[:, :nv])
         return solved

@@ -27,10 +27,10 @@ from eomgen.simulation.stepping.states import Prescribed, States, states_of
 
 def undefined_derivatives(model: CompiledModel, where: str) -> NumericalError:
     """Return the error for derivatives that are no finite numbers; ``where``: the place in words."""
-    found = rough_operations(model.description.formulas)
+    operations = rough_operations(model.description.formulas)
     fault = f"derivatives are no finite numbers {where}: "
-    if found:
-        fault += f"a formula has none there, of the forces perhaps {found}"
+    if operations:
+        fault += f"a formula has none there, of the forces perhaps {operations}"
     else:
         fault += "a formula has none there (a root, a logarithm or a power at zero)"
     hint = "a formula that is smooth there, sqrt(x**2 + 1e-6) for abs(x); eomgen check names formulas that are not"

@@ -185,15 +185,15 @@ class Sensitivities:
         state, record = run.state.copy(), run.record[np.newaxis]
         derivatives = []
         for part in map(run.of_part, run.motion.forwards()):
-            found = run.tangents(part, run.along.dp, state)
-            record = np.concatenate([record, found])
+            later = run.tangents(part, run.along.dp, state)
+            record = np.concatenate([record, later])
             chosen = self._chosen(part.first, len(part.states.t))
             whole = len(chosen) == len(part.states.t)
             at_rows = {name: array if whole or name == "p" else array[chosen] for name, array in part.blocks.items()}
             Y, Yp = equations.output_partials(at_rows)
             by_state = run.products(Y, record if whole else record[chosen])
             derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: equations.parameters], 1))
-            record = found[-1:]
+            record = later[-1:]
         return self._finite(np.concatenate(derivatives))
 
     def _by_output(self, table: Array) -> dict[str, Array]:
@@ -373,11 +373,11 @@ class Sensitivities:
             )
         return run
 
-    def _finite(self, found: Array) -> Array:
+    def _finite(self, derivatives: Array) -> Array:
         """Return derivatives as they are. Raises NumericalError if they are no numbers."""
-        if not np.isfinite(found).all():
+        if not np.isfinite(derivatives).all():
             raise undefined_derivatives(self._run.run.model, "somewhere in the run")
-        return found
+        return derivatives
 
     def _weights(self, of: Sequence[Functional]) -> list[Weights]:
         if isinstance(of, str):

@@ -125,7 +125,7 @@ class SecondBeginning:
             on = on_constraints(self.start, second, self.W) if self.equations.nl else second
             self.asked, self.on = (run.asked, second), (run.along, on)
             self.stages = run.stages, self.start.stages(run.of_equations(on))
-        self.found = np.zeros((run.size, self.asked[1].dq.shape[1]))
+        self.hessian = np.zeros((run.size, self.asked[1].dq.shape[1]))
 
     def of(self, state: Array, record: Array, of_inertia: Array) -> Array:
         """Return second derivatives, (first, second), of state . the state that steps begin with + record . the row
@@ -141,10 +141,10 @@ class SecondBeginning:
         if nh:
             self._position(back)
         else:
-            self.found -= 0.5 * self._brackets(back.q, self.asked[1].dq, self.asked[0].dq)
+            self.hessian -= 0.5 * self._brackets(back.q, self.asked[1].dq, self.asked[0].dq)
         if self.rest is not None:
             self._rest(self.rest, back)
-        return self.found
+        return self.hessian
 
     def _acceleration(self, number: int, back: StartDerivatives) -> None:
         """Take accelerations and multipliers of a stage."""
@@ -153,13 +153,13 @@ class SecondBeginning:
         self._pair(one.row, other.row, multipliers, tau, number)
         for turning in turnings(self.equations.model.factors, one.theta[np.newaxis]):
             changed = turning.changed(of_q[np.newaxis], other.dtheta[np.newaxis, turning.v])
-            self.found += self.on[0].dq[turning.v].T @ changed[0][0] + one.dtheta[turning.v].T @ changed[1][0]
+            self.hessian += self.on[0].dq[turning.v].T @ changed[0][0] + one.dtheta[turning.v].T @ changed[1][0]
 
     def _inertia(self, of_inertia: Array, back: StartDerivatives) -> None:
         """Take W = 1/M_ii."""
         nv, W, size = self.equations.nv, self.W, len(self.asked[0].dp)
         dW = [one.dp[size:] for one in self.on]
-        self.found += dW[0].T @ (2.0 * (of_inertia / W)[:, np.newaxis] * dW[1])
+        self.hessian += dW[0].T @ (2.0 * (of_inertia / W)[:, np.newaxis] * dW[1])
         omega = of_inertia * W**2
         values = self.stages[0][0].values
         units = {name: np.repeat(array, nv + 1, axis=0) if name != "p" else array for name, array in values.items()}
@@ -168,7 +168,7 @@ class SecondBeginning:
         multipliers[:nv, :nv], multipliers[nv, :nv] = np.diag(omega), -omega  # M e_k, minus its value at rest
         rows = [self._row(one.dq, one.dp[:size]) for one in self.on]
         changes = self.equations.second_partials(units, multipliers, np.repeat(rows[1][np.newaxis], nv + 1, axis=0))
-        self.found += rows[0].T @ changes.sum(axis=0)
+        self.hessian += rows[0].T @ changes.sum(axis=0)
         back.q = back.q - omega @ inertia_partials(self.start)[0]
 
     def _velocity(self, back: StartDerivatives) -> None:
@@ -198,8 +198,8 @@ class SecondBeginning:
         weights = np.asarray(np.linalg.solve(M, gamma), dtype=np.float64)
         self._moved(M, B, weights, moved, self.asked)
         d = [one.dq for one in self.asked]
-        self.found -= 0.5 * self._brackets(gamma, d[1], d[0]) + self._brackets(gamma, moved[1], d[0])
-        self.found -= 0.5 * self._brackets(gamma, moved[1], moved[0])
+        self.hessian -= 0.5 * self._brackets(gamma, d[1], d[0]) + self._brackets(gamma, moved[1], d[0])
+        self.hessian -= 0.5 * self._brackets(gamma, moved[1], moved[0])
         multipliers = np.concatenate([np.zeros(nv + nz), of_rows, np.zeros(nl)])
         rows = [self._row(one.dq, one.dp[:size]) for one in self.on]
         self._pair(rows[0], rows[1], multipliers, np.zeros(nl))
@@ -216,13 +216,13 @@ class SecondBeginning:
             dq, dz, dlam = np.split(rest.slopes @ one.dp, np.cumsum([nv, nz]))
             rows.append(np.concatenate([dq, np.zeros((2 * nv, dq.shape[1])), dz, dlam, one.dp]))
         changes = equations.second_partials(rest.values, multipliers[np.newaxis], rows[1][np.newaxis])
-        self.found += rows[0].T @ changes[0]
+        self.hessian += rows[0].T @ changes[0]
         # the start is q(p) o exp(theta): of two parameters e'' has the bracket, of theta_j and p_i it is whole
         of_rest = [row[:nv] for row in rows]
         beside = [one.dq - dq for one, dq in zip(self.asked, of_rest, strict=True)]
-        self.found += 0.5 * self._brackets(back.q, of_rest[1], of_rest[0])
-        self.found -= 0.5 * self._brackets(back.q, beside[1], of_rest[0])
-        self.found += 0.5 * self._brackets(back.q, of_rest[1], beside[0])
+        self.hessian += 0.5 * self._brackets(back.q, of_rest[1], of_rest[0])
+        self.hessian -= 0.5 * self._brackets(back.q, beside[1], of_rest[0])
+        self.hessian += 0.5 * self._brackets(back.q, of_rest[1], beside[0])
 
     def _moved(self, M: Array, B: Array, m: Array, moved: list[Array], along: Sequence[Directions]) -> None:
         """Add m . (dB_j^T sigma_i - dM_j c_i) and the same with i and j exchanged; ``moved``: c, in range of M^-1 B^T;
@@ -238,14 +238,14 @@ class SecondBeginning:
             of_M, of_B = change[2 * nv : 3 * nv], change[first : first + len(B)]
             sides.append((c, np.linalg.solve(S, B @ c), of_M, of_B))
         (c_i, sigma_i, M_i, B_i), (c_j, sigma_j, M_j, B_j) = sides
-        self.found += sigma_i.T @ B_j - c_i.T @ M_j + B_i.T @ sigma_j - M_i.T @ c_j
+        self.hessian += sigma_i.T @ B_j - c_i.T @ M_j + B_i.T @ sigma_j - M_i.T @ c_j
 
     def _pair(self, one: Array, other: Array, multipliers: Array, tau: Array, number: int = 0) -> None:
         """Add second derivatives of - multipliers . e - tau . accelerations of constraints at a stage, along rows."""
         changes = self.equations.second_partials(
             self.stages[0][number].values, multipliers[np.newaxis], other[np.newaxis], None, tau[np.newaxis]
         )
-        self.found += one.T @ changes[0]
+        self.hessian += one.T @ changes[0]
 
     def _row(self, dq: Array, dp: Array, dv: Array | None = None) -> Array:
         equations = self.equations
@@ -444,14 +444,14 @@ def _parts(run: AlphaRun, along: Directions, state: Array, record: Array) -> Ite
             if number == parts - 1:  # its tangents are taken on the way back
                 continue
             made, state = run.of_part(stepped), begins[-1][0].copy()
-            found, _ = run.linear.tangents(made.matrices, along.dp, state, made.times)
-            begins.append((state, found[-1]))
+            records, _ = run.linear.tangents(made.matrices, along.dp, state, made.times)
+            begins.append((state, records[-1]))
     dp = run.of_equations(along).dp
     nv, factors = run.equations.nv, run.equations.model.factors
     for part in map(run.of_part, run.motion.backwards()):
         state, record = begins.pop()
-        found, eta = run.linear.tangents(part.matrices, along.dp, state.copy(), part.times)
-        rows = np.concatenate([record[np.newaxis], found])
+        records, eta = run.linear.tangents(part.matrices, along.dp, state.copy(), part.times)
+        rows = np.concatenate([record[np.newaxis], records])
         turning = turnings(factors, difference(factors, part.states.q[:-1], part.states.q[1:]))
         steps = np.concatenate([rows[:-1, :nv], np.zeros_like(rows[1:, :nv]), eta], axis=1)
         for one in turning:

@@ -100,18 +100,18 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
     return Rest(values, matrix, rest_slopes(equations, result))
 
 
-def rest_slopes(equations: Equations, found: Partials) -> Array:
+def rest_slopes(equations: Equations, partials: Partials) -> Array:
     """Return the partials of a rest in the parameters, (nv + nz + holonomic, parameters), from the partials of e."""
     size = equations.nv + equations.nz + equations.holonomic
-    slopes: Array = -np.linalg.solve(_rest_matrix(equations, found), found.P[0, :size])
+    slopes: Array = -np.linalg.solve(_rest_matrix(equations, partials), partials.P[0, :size])
     return slopes
 
 
-def _rest_matrix(equations: Equations, found: Partials) -> NDArray[Any]:
+def _rest_matrix(equations: Equations, partials: Partials) -> NDArray[Any]:
     """Return the partials of forces, rates of z and constraints in q, z and multipliers; without rates of constraints,
     whose multipliers would leave rest to the way there."""
     nh = equations.holonomic
-    matrix: NDArray[Any] = np.concatenate([found.Jq[0], found.Jz[0], found.Jlam[0, :, :nh]], axis=1)
+    matrix: NDArray[Any] = np.concatenate([partials.Jq[0], partials.Jz[0], partials.Jlam[0, :, :nh]], axis=1)
     return matrix[: equations.nv + equations.nz + nh]
 
 

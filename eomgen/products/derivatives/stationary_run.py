@@ -130,8 +130,8 @@ class StationaryRun:
         state, direct = np.zeros((run.linear.state_size, columns)), of_record[np.newaxis]
         unused, multipliers, states = np.zeros((run.size, columns)), [], []
         for _ in range(steps):
-            found, _ = run.linear.adjoints(one, direct, state, unused, self.part.times[:1])
-            multipliers.append(found[0])
+            solved, _ = run.linear.adjoints(one, direct, state, unused, self.part.times[:1])
+            multipliers.append(solved[0])
             states.append(state.copy())
             direct = np.zeros_like(direct)
         return np.stack(multipliers), np.stack(states)

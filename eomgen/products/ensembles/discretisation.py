@@ -79,15 +79,15 @@ def _with_estimates(work: Samples) -> dict[int, Solution]:
 def _of_column(estimates: Sequence[ErrorEstimate], attribute: str, place: int) -> float:
     """Return the largest error of a column over runs; NaN if no run has an estimate."""
     kind, _, name = attribute.partition(".")
-    found = []
+    errors = []
     for estimate in estimates:
         if not estimate.available:
             continue
         if kind == "output" and name in estimate.outputs_at:
-            found.append(np.atleast_1d(estimate.outputs[name])[place])
+            errors.append(np.atleast_1d(estimate.outputs[name])[place])
         elif attribute in _STATES:
-            found.append(getattr(estimate, attribute)[place])
-    known = [float(error) for error in found if np.isfinite(error)]
+            errors.append(getattr(estimate, attribute)[place])
+    known = [float(error) for error in errors if np.isfinite(error)]
     return max(known, default=float("nan"))
 
 

@@ -76,12 +76,12 @@ def _lognormal(mean: float, deviation: float) -> Quantiles:
 def _triangular(low: float, mode: float, high: float) -> Quantiles:
     split = (mode - low) / (high - low)
 
-    def found(p: Array) -> Array:
+    def quantile(p: Array) -> Array:
         rising = low + np.sqrt(p * (high - low) * (mode - low))
         falling = high - np.sqrt((1.0 - p) * (high - low) * (high - mode))
         return np.where(p < split, rising, falling)
 
-    return found
+    return quantile
 
 
 def _integers(low: float, high: float) -> Quantiles:

@@ -172,11 +172,11 @@ class Ensemble:
                 Problem("sensitivity", f"there is no result {shown(result)}", nearest(result, self.results))
             )
         values = self.results[result]
-        found = ranking(self.design, self.asked, self.values, result, values)
+        shares = ranking(self.design, self.asked, self.values, result, values)
         spread = float(np.nanstd(values))
         error = self.error.columns.get(result.rpartition(".")[0], math.nan)
         varies = spread > _ROUNDING * float(np.nanmax(np.abs(values)))
-        return replace(found, error=error / spread if varies else math.nan)
+        return replace(shares, error=error / spread if varies else math.nan)
 
     @cached_property
     def _samples(self) -> tuple[Array, Array]:
@@ -208,8 +208,8 @@ class Ensemble:
             place = {"mean": self.mean(column)[-1], "deviation": self.deviation(column)[-1]}
             place |= {"min": low[-1], "max": high[-1]}
             if self.reduction.has_quantiles:
-                found = self.quantile(column, QUANTILES)[:, -1]
-                place |= {f"quantile {p:g}": x for p, x in zip(QUANTILES, found.tolist(), strict=True)}
+                quantiles = self.quantile(column, QUANTILES)[:, -1]
+                place |= {f"quantile {p:g}": x for p, x in zip(QUANTILES, quantiles.tolist(), strict=True)}
             last[column] = {name: float(value) for name, value in place.items()}
         return {
             "scene": self.scene,
@@ -245,8 +245,8 @@ class Ensemble:
             own = {"count": self.count(column), "mean": self.mean(column), "deviation": self.deviation(column)}
             own |= {"min": low, "max": high}
             if self.reduction.has_quantiles:
-                found = self.quantile(column, QUANTILES)
-                own |= {f"q{100 * p:g}": row for p, row in zip(QUANTILES, found, strict=True)}
+                quantiles = self.quantile(column, QUANTILES)
+                own |= {f"q{100 * p:g}": row for p, row in zip(QUANTILES, quantiles, strict=True)}
             over_time |= {f"{column}.{name}": values for name, values in own.items()}
         files = []
         for name, columns, numbered in (
@@ -316,9 +316,9 @@ def _scatter(ensemble: Ensemble) -> Any:
     grid = figure.subplots(len(results), len(varied), sharex="col", sharey="row", squeeze=False)
     stride = -(-ensemble.done // _POINTS)
     for row, result in zip(grid, results, strict=True):
-        found = ensemble.results[result][::stride]
+        values = ensemble.results[result][::stride]
         for axes, name in zip(row, varied, strict=True):
-            axes.plot(ensemble.values[name][::stride], found, ".", markersize=3, alpha=0.6, color=_COLOUR)
+            axes.plot(ensemble.values[name][::stride], values, ".", markersize=3, alpha=0.6, color=_COLOUR)
             axes.grid(alpha=0.3)
         row[0].set_ylabel(_label(ensemble, result))
     for axes, name in zip(grid[-1], varied, strict=True):
@@ -330,18 +330,18 @@ def _scatter(ensemble: Ensemble) -> Any:
 
 def _rankings(ensemble: Ensemble) -> Any | None:
     """Return the figure of rankings; None if there are too few samples for one."""
-    found = []
+    rankings = []
     for result in _drawn_results(ensemble):
         try:
-            found.append(ensemble.sensitivity(result))
+            rankings.append(ensemble.sensitivity(result))
         except UsageError:
             continue
-    if not found:
+    if not rankings:
         return None
     height = 0.35 * len(ensemble.varied) + 0.9
-    figure = new_figure((7.5, 0.5 + height * len(found)))
-    panels = figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, one in zip(panels, found, strict=True):
+    figure = new_figure((7.5, 0.5 + height * len(rankings)))
+    panels = figure.subplots(len(rankings), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, one in zip(panels, rankings, strict=True):
         names = list(one.total)[::-1]
         places = np.arange(len(names))
         if one.total is not one.first:
@@ -355,7 +355,7 @@ def _rankings(ensemble: Ensemble) -> Any | None:
         told = f", errors of steps up to {100 * one.error:.2g} % of its deviation" if one.error > NOTICED else ""
         axes.set_title(f"{one.result}{told}", fontsize="small", loc="left")
         axes.grid(alpha=0.3, axis="x")
-    panels[-1].set_xlabel(f"share of the variance ({found[0].kind})")
+    panels[-1].set_xlabel(f"share of the variance ({rankings[0].kind})")
     panels[-1].set_xlim(left=min(0.0, panels[-1].get_xlim()[0]))
     panels[0].legend(loc="lower right", fontsize="small")
     return figure

@@ -267,19 +267,19 @@ class Samples:
             if self.stop.is_set():
                 break
             chosen = others[begin : begin + together]
-            found = lanes.tables(values[chosen])
-            alone = found.alone
-            known = np.isfinite(found.columns)
+            tables = lanes.tables(values[chosen])
+            alone = tables.alone
+            known = np.isfinite(tables.columns)
             if not known.all():
-                here = np.arange(found.columns.shape[2]) < found.rows[:, np.newaxis]
+                here = np.arange(tables.columns.shape[2]) < tables.rows[:, np.newaxis]
                 alone = alone | ~(known.all(axis=1) | ~here).all(axis=1)
-            whole = ~alone & (found.rows == len(self.times))
-            columns = found.columns if whole.all() else found.columns[whole]
+            whole = ~alone & (tables.rows == len(self.times))
+            columns = tables.columns if whole.all() else tables.columns[whole]
             rows[chosen[whole]] = columns[:, :, self.thinned]
             extremes[chosen[whole]] = extremes_of(columns)
             for k in np.flatnonzero(~(alone | whole)):
                 place = chosen[k]
-                self._fill(found.columns[k, :, : found.rows[k]], found.ends[k], rows[place], extremes[place])
+                self._fill(tables.columns[k, :, : tables.rows[k]], tables.ends[k], rows[place], extremes[place])
             left += chosen[alone].tolist()
         return sorted(left)
 

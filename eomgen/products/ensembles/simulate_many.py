@@ -256,13 +256,13 @@ def _reduced(
     interrupted = False
     reducer = ThreadPoolExecutor(1)  # Ctrl-C ends the main thread's work, and a block is reduced whole or not at all
 
-    def take(found: Block) -> None:
-        reduction.add(found.rows)
-        journal.keep(found)
+    def take(block: Block) -> None:
+        reduction.add(block.rows)
+        journal.keep(block)
 
     try:
-        for found in blocks:
-            reducer.submit(take, found).result()
+        for block in blocks:
+            reducer.submit(take, block).result()
             if (now := time.monotonic()) - written > seldom:
                 reducer.submit(journal.write, reduction).result()
                 written = time.monotonic()
@@ -293,9 +293,9 @@ def _on_threads(work: Samples, workers: int, first: int, total: int, block: int)
                 waiting.append(pool.submit(work.block, start, min(block, total - start)))
             if not waiting:
                 return
-            found = waiting.pop(0).result()
-            if found is not None:
-                yield found
+            finished = waiting.pop(0).result()
+            if finished is not None:
+                yield finished
     finally:
         work.stop.set()
         pool.shutdown(wait=True, cancel_futures=True)

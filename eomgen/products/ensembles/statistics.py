@@ -245,13 +245,13 @@ class Ranking:
         return sum(self.first.values())
 
 
-def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, found: Array) -> Ranking:
+def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, results: Array) -> Ranking:
     """Return the ranking for a result (n,) of samples with varied quantities (n,). Raises UsageError."""
     from scipy import stats  # noqa: PLC0415  # it takes half a second to import
 
     if design == "saltelli":
-        return _sobol(asked, list(values), result, found)
-    there = np.isfinite(found)
+        return _sobol(asked, list(values), result, results)
+    there = np.isfinite(results)
     varying = [name for name, column in values.items() if there.any() and np.ptp(column[there]) > 0.0]
     least = _LEAST * max(len(varying), 1)
     if there.sum() < least:
@@ -259,9 +259,9 @@ def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, f
         fault = f"{known} {'sample is' if known == 1 else 'samples are'} too few for {len(values)} numbers that vary"
         raise UsageError(Problem("sensitivity", fault, f"{least} samples or more"))
     shares = dict.fromkeys(values, 0.0)
-    if np.ptp(found[there]) > 0.0 and varying:
+    if np.ptp(results[there]) > 0.0 and varying:
         ranks = np.array([_standard(stats.rankdata(values[name][there])) for name in varying])
-        target = _standard(stats.rankdata(found[there]))
+        target = _standard(stats.rankdata(results[there]))
         weights = np.linalg.lstsq(ranks.T, target, rcond=None)[0]
         shares |= {name: float(weight) ** 2 for name, weight in zip(varying, weights, strict=True)}
     ordered = dict(sorted(shares.items(), key=lambda item: -item[1]))
@@ -272,18 +272,18 @@ def _standard(ranks: Array) -> Array:
     return np.asarray((ranks - ranks.mean()) / ranks.std())
 
 
-def _sobol(asked: int, names: list[str], result: str, found: Array) -> Ranking:
+def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking:
     """Return Sobol' indices: of first order by Saltelli and others (2010), total by Jansen (1999)."""
     dimensions = len(names)
     n = asked // (dimensions + 2)
-    if len(found) < asked or not np.all(np.isfinite(found)):
-        missing = asked - int(np.isfinite(found).sum())
+    if len(results) < asked or not np.all(np.isfinite(results)):
+        missing = asked - int(np.isfinite(results).sum())
         fault = f"Sobol' indices need all {asked} samples of the design, and {missing} failed or are missing"
         raise UsageError(
             Problem("sensitivity", fault, "distributions without the samples that fail, or another design")
         )
-    f_A, f_B, f_AB = found[:n], found[n : 2 * n], found[2 * n :].reshape(dimensions, n)
-    if np.ptp(found) == 0.0:
+    f_A, f_B, f_AB = results[:n], results[n : 2 * n], results[2 * n :].reshape(dimensions, n)
+    if np.ptp(results) == 0.0:
         nothing = dict.fromkeys(names, 0.0)
         return Ranking(result, "Sobol' indices", nothing, nothing)
     from scipy import stats  # noqa: PLC0415  # as above
@@ -319,10 +319,10 @@ def _resampled(f_A: Array, f_B: Array, f_AB: Array) -> list[tuple[Array, Array]]
     middle = 0.5 * float(f_A.mean() + f_B.mean())
     A, B, AB = f_A - middle, f_B - middle, f_AB - middle
     of_first, of_total = B * (AB - A), 0.5 * (AB - A) ** 2
-    found = []
+    indices = []
     for _ in range(_RESAMPLED):
         rows = random.integers(0, n, n)
         variance = np.var(np.concatenate([A[rows], B[rows]]))
-        found.append([part[:, rows].mean(axis=1) / variance for part in (of_first, of_total)])
-    low, high = np.quantile(np.array(found), (0.025, 0.975), axis=0)
+        indices.append([part[:, rows].mean(axis=1) / variance for part in (of_first, of_total)])
+    low, high = np.quantile(np.array(indices), (0.025, 0.975), axis=0)
     return [(low[k], high[k]) for k in (0, 1)]

@@ -51,14 +51,14 @@ class Variant:
 
     Attributes
     ----------
-    name, what : its name, and its description
+    name, description : its name, and its description
     terms : None: by default
     start : of runs, if it has only the functions that these call
     problem : reason for which the scene cannot be made, if it is None
     """
 
     name: str
-    what: str
+    description: str
     scene: Scene | None
     terms: tuple[str, ...] | None = None
     start: str = ""
@@ -374,7 +374,7 @@ def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Sce
 
 def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[Cost, Model | None]:
     if variant.scene is None:
-        return Cost(variant.name, variant.what, problem=variant.problem), None
+        return Cost(variant.name, variant.description, problem=variant.problem), None
     terms = None if variant.terms is None else list(variant.terms)
     try:
         began = time.perf_counter()
@@ -387,11 +387,11 @@ def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[C
         place = folder / f"c_{variant.name.replace(' ', '_')}"
         files = generate(variant.scene, place, terms, method)
     except EomgenError as error:
-        return Cost(variant.name, variant.what, problem=str(error)), None
+        return Cost(variant.name, variant.description, problem=str(error)), None
     of_step = [name for name in terms_of_step(variant.scene, method) if name in operations]
     cost = Cost(
         variant.name,
-        variant.what,
+        variant.description,
         operations,
         sum(operations[name] for name in of_step),
         sum(file.stat().st_size for file in files if file.suffix in (".c", ".h") and file.name not in _COMMON),

@@ -417,8 +417,8 @@ class RoutineText(Expressions):
             if condition is None or isinstance(self.value(condition).type, Whole):
                 self._common_loop(condition, step, body, again)
                 return
-        except _PartCompany as found:
-            if len(self.loops) <= state[3] or found.loop is not self.loops[state[3]]:
+        except _PartCompany as divergence:
+            if len(self.loops) <= state[3] or divergence.loop is not self.loops[state[3]]:
                 raise
             del self.lines[state[0] :], self.loops[state[3] :], self.variables[state[4] :]
             self.depth, self.region = state[1], state[2]

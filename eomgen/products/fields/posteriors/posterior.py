@@ -361,13 +361,13 @@ class FieldPosterior:
             descent, size = self.mesh.product(gradient, direction), 1.0
             rounding = 1e-13 * abs(value)
             for _ in range(_HALVINGS):
-                found = self.energy(x + size * direction)
-                if found <= value + _DECREASE * size * descent + rounding:
+                energy = self.energy(x + size * direction)
+                if energy <= value + _DECREASE * size * descent + rounding:
                     break
                 size /= 2
             else:
                 break
-            x, value = x + size * direction, found
+            x, value = x + size * direction, energy
         if value < highest - _DEEP * self.mesh.size:
             fault = f"Newton's method has come down to U = {value:.3g}: the energy of a cell has no lower bound"
             hint = "an energy that grows on both sides, or falls slower than s^2"

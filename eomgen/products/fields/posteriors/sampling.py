@@ -249,8 +249,8 @@ class Sampler:
                     return False
                 chain.warmed += 1
                 if outcome.accepted and chain.warmed % _WATCHED == 0:
-                    found = self.posterior.largest_frequency(chain.spectrum, self.mass)
-                    self.frequency = max(self.frequency, found)
+                    frequency = self.posterior.largest_frequency(chain.spectrum, self.mass)
+                    self.frequency = max(self.frequency, frequency)
                 if adapt:
                     self._adapt(chain, outcome, target)
                 if seen is not None:
@@ -459,9 +459,9 @@ class Sampler:
             fault = f"this is no file of chains: {error.args[0]} is missing"
             raise FileError(Problem(where, fault, "a file of Sampler.save")) from None
         half = self.posterior.mesh.half
-        found = (len(spectra), seed, (*spectra.shape[1:-1], spectra.shape[-1] // 2))
-        if found != (len(self.chains), self.seed, half):
-            fault = f"it has {found[0]} chains of the seed {found[1]} with spectra of {found[2]}"
+        recorded = (len(spectra), seed, (*spectra.shape[1:-1], spectra.shape[-1] // 2))
+        if recorded != (len(self.chains), self.seed, half):
+            fault = f"it has {recorded[0]} chains of the seed {recorded[1]} with spectra of {recorded[2]}"
             hint = f"{len(self.chains)} chains of the seed {self.seed} with spectra of {half}"
             raise UsageError(Problem(where, fault, hint))
         self.frequency = float(frequency)

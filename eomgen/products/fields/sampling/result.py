@@ -287,7 +287,7 @@ BLUE, VERMILION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#777777"
 _CHAINS = (BLUE, VERMILION, GREEN, "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
 
 
-def draw(found: FieldSamples, folder: str | Path) -> list[Path]:
+def draw(result: FieldSamples, folder: str | Path) -> list[Path]:
     """Draw slices.png, power.png and chains.png into a folder, as far as samples allow, and return their paths.
 
     Raises
@@ -295,17 +295,17 @@ def draw(found: FieldSamples, folder: str | Path) -> list[Path]:
     FileError
     """
     files, folder = [], make_folder(Path(folder))
-    if found.count > 1:
-        files.append(saved(_slices(found), folder / "slices.png"))
-        files.append(saved(_power(found), folder / "power.png"))
-    if found.count or found.warm_up.size:
-        files.append(saved(_chains(found), folder / "chains.png"))
+    if result.count > 1:
+        files.append(saved(_slices(result), folder / "slices.png"))
+        files.append(saved(_power(result), folder / "power.png"))
+    if result.count or result.warm_up.size:
+        files.append(saved(_chains(result), folder / "chains.png"))
     return files
 
 
-def _slices(found: FieldSamples) -> Any:
+def _slices(result: FieldSamples) -> Any:
     """Truth, mean and deviation of the field, and data that are whole fields, in one plane or along a line."""
-    problem, samples = found.problem, found.samples
+    problem, samples = result.problem, result.samples
     mesh, name, unit = problem.mesh, problem.watched, problem.system.unit
     truth = problem.true_field()
     panels: list[tuple[str, Array, str]] = [] if truth is None else [(f"{name}: truth", truth, "field")]
@@ -315,7 +315,7 @@ def _slices(found: FieldSamples) -> Any:
     panels += [(f"{name}: mean of samples", samples.mean, "field"), (f"{name}: deviation", samples.deviation, "spread")]
     lengths = mesh.lengths
     if len(mesh.cells) == 1:
-        return _lines(found, panels)
+        return _lines(result, panels)
     where = ""
     if len(mesh.cells) == 3:
         middle = mesh.cells[2] // 2
@@ -344,12 +344,12 @@ def _slices(found: FieldSamples) -> Any:
         axes.set_ylabel(_with_unit("y", unit))
     for axes in every[len(panels) :]:
         axes.set_visible(False)
-    figure.suptitle(f"{found.name}{where}, {_made(found)}")
+    figure.suptitle(f"{result.name}{where}, {_made(result)}")
     return figure
 
 
-def _lines(found: FieldSamples, panels: list[tuple[str, Array, str]]) -> Any:
-    problem, samples = found.problem, found.samples
+def _lines(result: FieldSamples, panels: list[tuple[str, Array, str]]) -> Any:
+    problem, samples = result.problem, result.samples
     mesh, unit = problem.mesh, problem.system.unit
     data = [(title, values) for title, values, kind in panels if kind == "data"]
     figure = new_figure((9.0, 3.4 + 2.0 * len(data)))
@@ -369,13 +369,13 @@ def _lines(found: FieldSamples, panels: list[tuple[str, Array, str]]) -> Any:
     for axes in every:
         axes.grid(alpha=0.3, linewidth=0.5)
     every[-1].set_xlabel(_with_unit("x", unit))
-    figure.suptitle(f"{found.name}, {_made(found)}")
+    figure.suptitle(f"{result.name}, {_made(result)}")
     return figure
 
 
-def _power(found: FieldSamples) -> Any:
+def _power(result: FieldSamples) -> Any:
     """Power by wave number, correlation with the truth, and how well chains agree there."""
-    scales, unit = found.scales(), found.problem.system.unit
+    scales, unit = result.scales(), result.problem.system.unit
     k = _column(scales, "k")
     figure = new_figure((11.5, 4.2))
     left, middle, right = figure.subplots(1, 3)
@@ -404,7 +404,7 @@ def _power(found: FieldSamples) -> Any:
         middle.plot(k, _column(scales, "of_mean") / mean, "o-", color=BLUE, markersize=4, linewidth=1.0)
         middle.set_title("power of the mean over power of samples", loc="left", fontsize="medium")
     middle.set_ylim(-0.05, 1.05)
-    if found.count >= ENOUGH:
+    if result.count >= ENOUGH:
         right.plot(k, _column(scales, "autocorrelation"), "o-", color=BLUE, markersize=4, linewidth=1.0)
         right.set_ylabel("autocorrelation time (trajectories)", color=BLUE)
         right.set_ylim(bottom=0.0)
@@ -416,16 +416,16 @@ def _power(found: FieldSamples) -> Any:
     for axes in (left, middle, right):
         axes.set_xlabel(f"k (radians per {unit or 'length'})")
         axes.grid(alpha=0.3, linewidth=0.5)
-    figure.suptitle(f"{found.name}: {found.problem.watched}, {_made(found)}")
+    figure.suptitle(f"{result.name}: {result.problem.watched}, {_made(result)}")
     return figure
 
 
-def _chains(found: FieldSamples) -> Any:
+def _chains(result: FieldSamples) -> Any:
     """U over gradients of each chain, energy errors, and R-hat of cells."""
-    samples, count = found.samples, found.count
+    samples, count = result.samples, result.count
     figure = new_figure((11.5, 4.2))
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.6, 1.0, 1.0))
-    for chain, burn_in in enumerate(found.warm_up):
+    for chain, burn_in in enumerate(result.warm_up):
         gradients = np.concatenate([burn_in[:, 2], samples.gradients[chain]])
         potential = np.concatenate([burn_in[:, 3], samples.potential[chain]])
         colour = _CHAINS[chain % len(_CHAINS)]
@@ -451,7 +451,7 @@ def _chains(found: FieldSamples) -> Any:
     middle.set_yticks([])
     middle.set_visible(bool(count))
     middle.set_title(f"acceptance {samples.acceptance:.3f}" if count else "", loc="left", fontsize="medium")
-    r_hats = found.r_hats()
+    r_hats = result.r_hats()
     r_hats = r_hats[np.isfinite(r_hats)]
     if r_hats.size:
         right.hist(r_hats, bins=40, color=BLUE, alpha=0.6)
@@ -462,7 +462,7 @@ def _chains(found: FieldSamples) -> Any:
         right.set_visible(False)
     for axes in (left, middle, right):
         axes.grid(alpha=0.3, linewidth=0.5)
-    figure.suptitle(f"{found.name}, {_made(found)}")
+    figure.suptitle(f"{result.name}, {_made(result)}")
     return figure
 
 
@@ -470,9 +470,9 @@ def _column(scales: list[Scale], name: str) -> Array:
     return np.array([getattr(scale, name) for scale in scales])
 
 
-def _made(found: FieldSamples) -> str:
-    chains = len(found.samples.accepted)
-    return f"{found.settings.method}, {chains} x {found.count} samples"
+def _made(result: FieldSamples) -> str:
+    chains = len(result.samples.accepted)
+    return f"{result.settings.method}, {chains} x {result.count} samples"
 
 
 def _with_unit(name: str, unit: str) -> str:

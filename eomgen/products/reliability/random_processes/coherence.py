@@ -125,11 +125,11 @@ class CrossCovariance:
         frequencies, shares = self._rule
         apart = 1.0 / (_OF_WAVE * frequencies[-1])
         lags = apart * np.arange(-_BEYOND, math.ceil(self.window / apart) + _BEYOND + 1)
-        found = np.empty(lags.size)
+        values = np.empty(lags.size)
         for begin in range(0, lags.size, 1024):
             waves = np.multiply.outer(2.0 * math.pi * lags[begin : begin + 1024], frequencies)
-            found[begin : begin + 1024] = np.cos(waves) @ shares
-        spline: Callable[[Array], Array] = make_interp_spline(lags, found, k=_DEGREE)
+            values[begin : begin + 1024] = np.cos(waves) @ shares
+        spline: Callable[[Array], Array] = make_interp_spline(lags, values, k=_DEGREE)
         return spline
 
     def density(self, frequency: Array) -> Array:
@@ -150,10 +150,10 @@ class CrossCovariance:
                 fault = f"the cross spectrum up to {last:.3g} cycles needs more than {_MOST_NODES} frequencies"
                 raise UsageError(Problem("", fault, "a shorter window, a coherence that falls faster"))
             shares = weights * self.density(frequencies)
-            found = np.cos(2.0 * math.pi * np.multiply.outer(lags, frequencies)) @ shares
-            if np.max(np.abs(found - before)) <= _ERROR * variance:
+            values = np.cos(2.0 * math.pi * np.multiply.outer(lags, frequencies)) @ shares
+            if np.max(np.abs(values - before)) <= _ERROR * variance:
                 return frequencies, shares
-            before, waves = found, 0.5 * waves
+            before, waves = values, 0.5 * waves
 
     def _last(self, variance: float) -> float:
         """Return the frequency beyond which c G has no part of the variance."""

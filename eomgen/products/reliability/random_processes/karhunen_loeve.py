@@ -135,25 +135,25 @@ def _converged(
     """Return the expansion of each process, with as many panels as it takes."""
     count, panels, before = len(covariances), 2, np.zeros(0)
 
-    def of_each(found: Expansion) -> list[Expansion]:
-        function, total, values = found.function, found.total, found.eigenvalues
+    def of_each(expansion: Expansion) -> list[Expansion]:
+        function, total, values = expansion.function, expansion.total, expansion.eigenvalues
         if count == 1:
-            return [Expansion(duration, values, total, lambda t: function(t)[:, 0], repaired=found.repaired)]
+            return [Expansion(duration, values, total, lambda t: function(t)[:, 0], repaired=expansion.repaired)]
         edges = np.linspace(0.0, duration, panels + 1)
         nodes, weights = gauss_legendre(edges, _NODES + 1)  # none of these is one of the modes' nodes
         shares = function(nodes.ravel()) ** 2 @ weights.ravel()
 
         def one(own: int) -> Expansion:
-            return Expansion(duration, values, total, lambda t: function(t)[:, own], shares[:, own], found.repaired)
+            return Expansion(duration, values, total, lambda t: function(t)[:, own], shares[:, own], expansion.repaired)
 
         return [one(own) for own in range(count)]
 
     while True:
         resolved, refused = np.zeros(0), None
         try:
-            found = _nystrom(covariances, duration, panels, repair)
-            resolved = found.eigenvalues
-            chosen = _chosen(found, share, modes)
+            expansion = _nystrom(covariances, duration, panels, repair)
+            resolved = expansion.eigenvalues
+            chosen = _chosen(expansion, share, modes)
             values = chosen.eigenvalues
             change = math.inf
             if len(values) <= len(before):
@@ -208,29 +208,30 @@ def _too_many(share: float, modes: int, has: float) -> Problem:
     return Problem("", fault, hint)
 
 
-def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansion:
+def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Expansion:
     """Return the first modes of an expansion: as many as are asked for, or as have the share."""
     if modes is None:
         if share is None:
             raise UsageError(
                 Problem("", "neither a share of the variance nor a number of modes is given", "share = 0.99")
             )
-        reached = np.flatnonzero(found.captured >= share)
+        reached = np.flatnonzero(expansion.captured >= share)
         count = int(reached[0]) + 1 if len(reached) else math.inf
         if count > MOST_MODES:
-            most = min(MOST_MODES, len(found.eigenvalues))
-            raise UsageError(_too_many(share, most, float(found.captured[most - 1])))
+            most = min(MOST_MODES, len(expansion.eigenvalues))
+            raise UsageError(_too_many(share, most, float(expansion.captured[most - 1])))
         modes = int(count)
     if modes > MOST_MODES:
         raise UsageError(Problem("", f"{modes} modes are asked for, and {MOST_MODES} are the most", "fewer modes"))
-    if modes > len(found.eigenvalues):
-        fault = (
-            f"the process has {len(found.eigenvalues)} modes in this window beyond rounding, and {modes} are asked for"
-        )
+    if modes > len(expansion.eigenvalues):
+        known = len(expansion.eigenvalues)
+        fault = f"the process has {known} modes in this window beyond rounding, and {modes} are asked for"
         raise UsageError(Problem("", fault, "fewer modes, or a share"))
-    function = found.function
-    values = found.eigenvalues[:modes]
-    return Expansion(found.duration, values, found.total, lambda t: function(t)[:modes], repaired=found.repaired)
+    function = expansion.function
+    values = expansion.eigenvalues[:modes]
+    return Expansion(
+        expansion.duration, values, expansion.total, lambda t: function(t)[:modes], repaired=expansion.repaired
+    )
 
 
 def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panels: int, repair: bool) -> Expansion:
@@ -251,8 +252,8 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
     total = sum(float(covariances[k][k].at(np.zeros(1))[0]) for k in range(count)) * duration
     values, vectors = [], []
     for sign in (1.0, -1.0):
-        value, found = np.linalg.eigh(first + sign * second)
-        ahead = found.reshape(count, half, -1)
+        value, eigenvectors = np.linalg.eigh(first + sign * second)
+        ahead = eigenvectors.reshape(count, half, -1)
         values.append(value)
         vectors.append(np.concatenate([ahead, sign * ahead[:, ::-1]], axis=1) / math.sqrt(2.0))
     every, vector = np.concatenate(values), np.concatenate(vectors, axis=2)

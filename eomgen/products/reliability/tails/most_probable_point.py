@@ -88,27 +88,27 @@ class MostProbablePoint:
         return QuadraticForm(result.value, result.gradient, result.hessian).about(self.point, result.value)
 
 
-def first_order(found: MostProbablePoint) -> float:
+def first_order(design_point: MostProbablePoint) -> float:
     """Return P(y > threshold) if the limit state is a plane.
 
     References
     ----------
     Hasofer, Lind: Exact and invariant second-moment code format, J. Eng. Mech. Div. 100 (1974).
     """
-    return float(special.ndtr(-found.index))
+    return float(special.ndtr(-design_point.index))
 
 
-def breitung(found: MostProbablePoint) -> float:
+def breitung(design_point: MostProbablePoint) -> float:
     """Return P(y > threshold) by the curvatures of the limit state, for a large index.
 
     References
     ----------
     Breitung: Asymptotic approximations for multinormal integrals, J. Eng. Mech. 110 (1984), eq. 17.
     """
-    return _curved(found, abs(found.index))
+    return _curved(design_point, abs(design_point.index))
 
 
-def hohenbichler_rackwitz(found: MostProbablePoint) -> float:
+def hohenbichler_rackwitz(design_point: MostProbablePoint) -> float:
     """Return P(y > threshold) by the curvatures of the limit state, for smaller indices too.
 
     References
@@ -116,17 +116,17 @@ def hohenbichler_rackwitz(found: MostProbablePoint) -> float:
     Hohenbichler, Rackwitz: Improvement of second-order reliability estimates by importance sampling, J. Eng. Mech. 114
     (1988).
     """
-    distance = abs(found.index)
+    distance = abs(design_point.index)
     density = np.exp(-0.5 * distance**2) / np.sqrt(2.0 * np.pi)
-    return _curved(found, float(density / special.ndtr(-distance)))
+    return _curved(design_point, float(density / special.ndtr(-distance)))
 
 
-def _curved(found: MostProbablePoint, weight: float) -> float:
-    sign = 1.0 if found.index >= 0.0 else -1.0
-    bent = 1.0 + weight * sign * found.curvatures
+def _curved(design_point: MostProbablePoint, weight: float) -> float:
+    sign = 1.0 if design_point.index >= 0.0 else -1.0
+    bent = 1.0 + weight * sign * design_point.curvatures
     if np.any(bent <= 0.0):
         return float("nan")
-    tail = float(special.ndtr(-abs(found.index)) / np.sqrt(np.prod(bent)))
+    tail = float(special.ndtr(-abs(design_point.index)) / np.sqrt(np.prod(bent)))
     return tail if sign > 0 else 1.0 - tail
 
 
@@ -340,7 +340,7 @@ def _solved(z: Array, multiplier: float, value: float, threshold: float, gradien
     return aside <= _ASIDE and abs(value - threshold) <= _OFF * slope + _ROUNDED * abs(threshold)
 
 
-def rivals(response: Response, found: MostProbablePoint, starts: int, seed: int) -> list[MostProbablePoint]:
+def rivals(response: Response, design_point: MostProbablePoint, starts: int, seed: int) -> list[MostProbablePoint]:
     """Return other points with the same threshold that lie nearer to the mean than one standard deviation behind it.
 
     A bistable system has several, and the probability is then some sum of theirs. They are looked for from the mirrored
@@ -348,15 +348,15 @@ def rivals(response: Response, found: MostProbablePoint, starts: int, seed: int)
     that none is found is no proof.
     """
     random = np.random.default_rng(seed)
-    directions = random.standard_normal((starts, len(found.point)))
-    distance = np.linalg.norm(found.point)
-    begins = [-found.point, *(distance * directions / np.linalg.norm(directions, axis=1)[:, None])]
+    directions = random.standard_normal((starts, len(design_point.point)))
+    distance = np.linalg.norm(design_point.point)
+    begins = [-design_point.point, *(distance * directions / np.linalg.norm(directions, axis=1)[:, None])]
     others: list[MostProbablePoint] = []
     for begin in begins:
-        point = _descended(response, begin, found.threshold, [found, *others])
+        point = _descended(response, begin, design_point.threshold, [design_point, *others])
         if point is None or np.linalg.norm(point.point) > distance + 1.0:
             continue
-        if all(np.linalg.norm(point.point - other.point) > _STRIDE for other in (found, *others)):
+        if all(np.linalg.norm(point.point - other.point) > _STRIDE for other in (design_point, *others)):
             others.append(point)
     return sorted(others, key=lambda one: float(np.linalg.norm(one.point)))
 

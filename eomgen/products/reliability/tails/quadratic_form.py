@@ -194,10 +194,10 @@ def hermite_projection(response: Response, pairs: int, seed: int) -> QuadraticFo
     value, gradient, hessian = 0.0, np.zeros(n), np.zeros((n, n))
     for point in points:
         for z in (point, -point):
-            found = response.expansion(z)
-            value += found.value / (2 * pairs)
-            gradient += found.gradient / (2 * pairs)
-            hessian += found.hessian / (2 * pairs)
+            expansion = response.expansion(z)
+            value += expansion.value / (2 * pairs)
+            gradient += expansion.gradient / (2 * pairs)
+            hessian += expansion.hessian / (2 * pairs)
     return QuadraticForm(value - 0.5 * float(np.trace(hessian)), gradient, hessian)
 
 

@@ -140,23 +140,25 @@ def corrected(
         of_form = float((form.above if upper else form.below)[k])
         most = _MOST_ABOUT_MEAN if near else _MOST
         threshold = one.threshold
-        found = corrected_tail(draws, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=most)
-        if found.standard_error > 0.5 * ACCURACY * found.probability and not near:
+        best = corrected_tail(draws, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=most)
+        if best.standard_error > 0.5 * ACCURACY * best.probability and not near:
             other = corrected_tail(about_mean, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_FEW)
-            found = min(found, other, key=lambda estimate: estimate.standard_error)
-        tail, bound = min(found.probability, 1.0), 1.96 * found.standard_error
+            best = min(best, other, key=lambda estimate: estimate.standard_error)
+        tail, bound = min(best.probability, 1.0), 1.96 * best.standard_error
         above[k] = tail if upper else 1.0 - tail
         below[k] = 1.0 - tail if upper else tail
         low[k], high[k] = max(below[k] - bound, 0.0), min(below[k] + bound, 1.0)
     return Distribution(below, above, low, high)
 
 
-def counted_instead(wanted: Array, found: Distribution, about_mean: Draws) -> tuple[Distribution, list[str]]:
+def counted_instead(wanted: Array, distribution: Distribution, about_mean: Draws) -> tuple[Distribution, list[str]]:
     """Replace probabilities of a corrected distribution by counts of samples about the mean if the counts contradict
     the probabilities; return the distribution and notes."""
     z, y, *_ = about_mean.first(_FEW)
     count, notes = len(z), []
-    below, above, low, high = (part.copy() for part in (found.below, found.above, found.low, found.high))
+    below, above, low, high = (
+        part.copy() for part in (distribution.below, distribution.above, distribution.low, distribution.high)
+    )
     for k, threshold in enumerate(wanted.tolist()):
         if np.isnan(below[k]) or np.isnan(y).any():
             continue

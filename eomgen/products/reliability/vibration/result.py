@@ -190,12 +190,12 @@ _STYLES = {
 _NAMED = (1e-9, 1e-7, 1e-5, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.99)
 
 
-def draw(found: RandomVibration, folder: Path) -> list[Path]:
+def draw(result: RandomVibration, folder: Path) -> list[Path]:
     """Draw all plots and return their files."""
-    files = [saved(_distribution(found), folder / "distribution.png")]
-    if len(found.times):
-        files.append(saved(_covariance(found), folder / "autocovariance.png"))
-    files.append(saved(_modes(found), folder / "modes.png"))
+    files = [saved(_distribution(result), folder / "distribution.png")]
+    if len(result.times):
+        files.append(saved(_covariance(result), folder / "autocovariance.png"))
+    files.append(saved(_modes(result), folder / "modes.png"))
     return files
 
 
@@ -206,15 +206,15 @@ def _scaled(one: Distribution) -> Any:
     return np.where(one.below < 0.5, lower, upper)
 
 
-def _distribution(found: RandomVibration) -> Any:
+def _distribution(result: RandomVibration) -> Any:
     figure = new_figure((7.6, 5.2))
     axes = figure.subplots()
-    order = np.argsort(found.thresholds)
-    y = found.thresholds[order]
+    order = np.argsort(result.thresholds)
+    y = result.thresholds[order]
     for name, (label, colour, line, mark) in _STYLES.items():
-        if name not in found.distributions:
+        if name not in result.distributions:
             continue
-        one = found.distributions[name]
+        one = result.distributions[name]
         place = _scaled(one)[order]
         finite = np.isfinite(place)
         axes.plot(
@@ -238,9 +238,9 @@ def _distribution(found: RandomVibration) -> Any:
     shown = (places >= bottom) & (places <= top)
     axes.set_yticks(places[shown], [_percent(share) for share in marks[shown]])
     axes.set_ylim(bottom, top)
-    axes.set_xlabel(f"{found.output} in {found.unit}" if found.unit else found.output)
+    axes.set_xlabel(f"{result.output} in {result.unit}" if result.unit else result.output)
     axes.set_ylabel("probability of not more, normal scale")
-    axes.set_title(f"{found.scene}: {found.output} at t = {found.t:.6g} s", fontsize="medium")
+    axes.set_title(f"{result.scene}: {result.output} at t = {result.t:.6g} s", fontsize="medium")
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small", loc="upper left")
     return figure
@@ -252,18 +252,18 @@ def _percent(share: float) -> str:
     return f"{share:g}" if share >= 1e-3 else f"{share:.0e}".replace("e-0", "e-")
 
 
-def _covariance(found: RandomVibration) -> Any:
+def _covariance(result: RandomVibration) -> Any:
     figure = new_figure((7.6, 3.6))
     axes = figure.subplots()
-    order = np.argsort(found.times)
-    for name, values in found.autocovariance.items():
+    order = np.argsort(result.times)
+    for name, values in result.autocovariance.items():
         label, colour, line, _ = _STYLES[name]
-        axes.plot(found.times[order], values[order], color=colour, linestyle=line, linewidth=1.6, label=label)
+        axes.plot(result.times[order], values[order], color=colour, linestyle=line, linewidth=1.6, label=label)
     axes.axhline(0.0, color="#888888", linewidth=0.8)
     axes.set_xlabel("time in s")
-    unit = f" in ({found.unit})²" if found.unit else ""
+    unit = f" in ({result.unit})²" if result.unit else ""
     axes.set_ylabel(f"covariance{unit}")
-    axes.set_title(f"covariance of {found.output} with its value at t = {found.t:.6g} s", fontsize="medium")
+    axes.set_title(f"covariance of {result.output} with its value at t = {result.t:.6g} s", fontsize="medium")
     axes.grid(alpha=0.3)
     axes.margins(x=0.0)
     axes.legend(fontsize="small")
@@ -278,17 +278,17 @@ def _title_of_modes(processes: Sequence[Process]) -> str:
     return f"{modes}, energies of the waves" if any(of_waves) else modes
 
 
-def _modes(found: RandomVibration) -> Any:
+def _modes(result: RandomVibration) -> Any:
     figure = new_figure((7.6, 3.6))
     axes = figure.subplots()
-    for process in found.processes:
+    for process in result.processes:
         values = np.array(process.eigenvalues)
         label = f"{process.name}: {len(values)} modes, {100.0 * process.captured:.6g} % of the variance"
         axes.semilogy(np.arange(1, len(values) + 1), values / values[0], marker="o", markersize=4, label=label)
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set_xlabel("mode")
     axes.set_ylabel("eigenvalue by the largest")
-    axes.set_title(_title_of_modes(found.processes), fontsize="medium")
+    axes.set_title(_title_of_modes(result.processes), fontsize="medium")
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
     return figure

@@ -105,8 +105,8 @@ class RunResponse:
         self.failed += len(result.failed)
         return result
 
-    def _of_column(self, found: Ensemble) -> tuple[Array, Array]:
-        final, highest = (found.results[f"{self._column}.{which}"] for which in ("final", "max"))
+    def _of_column(self, ensemble: Ensemble) -> tuple[Array, Array]:
+        final, highest = (ensemble.results[f"{self._column}.{which}"] for which in ("final", "max"))
         return np.asarray(final, dtype=float), np.asarray(highest, dtype=float)
 
     @property
@@ -131,13 +131,13 @@ class RunResponse:
         adjoint run; one adjoint run alone about a state that stays as it is."""
         if (still := self._still_at(point)) is not None:
             return Expansion(*self.gradient(point), self._bent_still(still, np.eye(self.size)))
-        found = self._sensitivities(point)
-        derived = self._exactly(lambda: found.expansions([self._functional]))
+        derivatives = self._sensitivities(point)
+        derived = self._exactly(lambda: derivatives.expansions([self._functional]))
         if derived is None:
             return Expansion(*self.gradient(point), self._differenced(point, np.eye(self.size)))
         known = self._slope is not None and np.array_equal(self._slope[0], point)
-        self.spend(0, 0 if known and found.keeps_adjoints else 1, self.size)
-        self._slope = np.array(point), float(component(found.outputs, self.output)[-1]), derived[0][0]
+        self.spend(0, 0 if known and derivatives.keeps_adjoints else 1, self.size)
+        self._slope = np.array(point), float(component(derivatives.outputs, self.output)[-1]), derived[0][0]
         return Expansion(*self._slope[1:], derived[1][0])
 
     @cached_property
@@ -172,8 +172,8 @@ class RunResponse:
         if (still := self._still_at(point)) is not None:
             return self._bent_still(still, directions)
         count = directions.shape[1]
-        found = self._sensitivities(point)
-        products = self._exactly(lambda: found.hessian_products(self._functional, directions))
+        derivatives = self._sensitivities(point)
+        products = self._exactly(lambda: derivatives.hessian_products(self._functional, directions))
         if products is None:
             return self._differenced(point, directions)
         self.spend(0, 1 + count, count)
@@ -201,8 +201,9 @@ class RunResponse:
         if (still := self._still_at(point)) is not None:
             return self._of_still(still)[1:]
         if self._slope is None or not np.array_equal(self._slope[0], point):
-            found = self._sensitivities(point)
-            value, gradient = float(component(found.outputs, self.output)[-1]), found.gradients([self._functional])[0]
+            derivatives = self._sensitivities(point)
+            value = float(component(derivatives.outputs, self.output)[-1])
+            gradient = derivatives.gradients([self._functional])[0]
             self._slope = np.array(point), value, gradient
             self.spend(0, 1)
         return self._slope[1], self._slope[2]

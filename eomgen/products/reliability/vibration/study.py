@@ -382,20 +382,20 @@ class _Study:
         none = np.full(len(wanted), np.nan)
         try:
             with self._counted("most_probable_points"):
-                found, missed = points_on_curve(self._expanded, wanted.tolist(), self._kinked)
+                points, missed = points_on_curve(self._expanded, wanted.tolist(), self._kinked)
         except (CrossedJump, NumericalError) as error:
             self.left_to_samples(error, samples, "most probable points are left out")
             return none
-        if not found and not others:
+        if not points and not others:
             first = missed[min(missed)]
             if first.why == JUMPING:
                 why = why_gradient_changes(self.response.kinks())
                 raise Unreached(first.last, float(wanted[min(missed)]), why)
             raise first
         self.notes += unreached(missed, wanted, self.response.kinks)
-        if not found:
+        if not points:
             return none
-        places, reached = sorted(found), [found[k] for k in sorted(found)]
+        places, reached = sorted(points), [points[k] for k in sorted(points)]
         self.notes += self._doubts_of_rough(reached)
         with self._counted("other_points"):
             self.notes += doubts_of(self._expanded, reached, self.seed)
@@ -478,8 +478,8 @@ class _Study:
         """Count samples, at the end and by the largest value within their runs."""
         y, highest = self._drawn(count)
         failed = int(np.count_nonzero(~np.isfinite(y)))
-        found = of_samples(y[np.isfinite(y)], wanted)
-        self.distributions["monte_carlo"], self.moments["monte_carlo"] = found
+        statistics = of_samples(y[np.isfinite(y)], wanted)
+        self.distributions["monte_carlo"], self.moments["monte_carlo"] = statistics
         for level, values in passage.items():
             values["monte_carlo"] = float(np.mean(highest[np.isfinite(highest)] > level))
         if failed:

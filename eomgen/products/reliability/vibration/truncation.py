@@ -77,8 +77,8 @@ def lost_variance(
         for owner, weight in _owners(process).items():
             weights = slope * weight * derivatives[process.name]
             expansions.setdefault(owner, []).append(_Contribution(process, weights, _places(process, times)))
-    found = [_variance(parts) for parts in expansions.values()]
-    variance, size = sum(one for one, _ in found), sum(size for _, size in found)
+    variances = [_variance(parts) for parts in expansions.values()]
+    variance, size = sum(one for one, _ in variances), sum(size for _, size in variances)
     kept = float(gradient[own] @ gradient[own])
     if not variance > _ROUNDED * size:
         return float("nan")

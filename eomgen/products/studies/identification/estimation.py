@@ -96,7 +96,7 @@ def structure(J: Array, order: Sequence[int] | None = None) -> Structure:
     return Structure(tuple(kept), tuple(others), solved * safe[others] / safe[kept][:, np.newaxis])
 
 
-def form_of(found: Structure, other: int, x: Array, J: Array, change: Callable[[Array], float]) -> str:
+def form_of(structure: Structure, other: int, x: Array, J: Array, change: Callable[[Array], float]) -> str:
     """Return the form in which inseparable unknowns are determined: sum, product or first order.
 
     Parameters
@@ -105,7 +105,7 @@ def form_of(found: Structure, other: int, x: Array, J: Array, change: Callable[[
     J : (rows, n) there
     change : norm of the change of outputs from x to other unknowns, in the units of the rows of J
     """
-    column, kept = found.coefficients[:, found.others.index(other)], list(found.kept)
+    column, kept = structure.coefficients[:, structure.others.index(other)], list(structure.kept)
     alone = _AWAY * (abs(float(x[other])) or 1.0) * float(np.linalg.norm(J[:, other]))
     left = {"sum": np.inf, "product": np.inf}
     for away in (_AWAY, -_AWAY):  # runs may fail on one side
@@ -127,18 +127,20 @@ def form_of(found: Structure, other: int, x: Array, J: Array, change: Callable[[
     return next((form for form in ("product", "sum") if left[form] <= _LEFT * alone), "first order")
 
 
-def words(found: Structure, kept: int, names: Sequence[str], x: Array, form: str) -> tuple[str, float]:
+def words(structure: Structure, kept: int, names: Sequence[str], x: Array, form: str) -> tuple[str, float]:
     """Return a combination in words, and its value."""
-    row = found.coefficients[found.kept.index(kept)]
+    row = structure.coefficients[structure.kept.index(kept)]
     if form == "product":
-        exponents = {kept: 1.0} | {o: float(c * x[o] / x[kept]) for o, c in zip(found.others, row, strict=True) if c}
+        exponents = {kept: 1.0} | {
+            o: float(c * x[o] / x[kept]) for o, c in zip(structure.others, row, strict=True) if c
+        }
         exponents = {place: _short(e) for place, e in exponents.items()}
         above = [_power(names[place], e) for place, e in exponents.items() if e > 0.0]
         below = [_power(names[place], -e) for place, e in exponents.items() if e < 0.0]
         value = float(np.prod([x[place] ** e for place, e in exponents.items()]))
         return " ".join(above) + "".join(f" / {text}" for text in below), value
     text, value = names[kept], float(x[kept])
-    for other, c in zip(found.others, row, strict=True):
+    for other, c in zip(structure.others, row, strict=True):
         if c:
             factor = _short(abs(float(c)))
             text += f" {'-' if c < 0.0 else '+'} {'' if factor == 1.0 else f'{factor:.6g} '}{names[other]}"

@@ -154,7 +154,7 @@ class Experiment:
         initial, of_states = self._initial_at(states)
         start = initial if self.states else self._given
         names = list(dict.fromkeys(label.partition("[")[0] for label in self._labels))
-        found = self.model.sensitivities(
+        derivatives = self.model.sensitivities(
             self._start + self._rows.steps * self.step,
             self.step,
             by=list(self._by),
@@ -165,10 +165,10 @@ class Experiment:
             record_every=1,
             **self._options,
         )
-        values = np.stack([component(found.outputs, label) for label in self._labels])
-        slopes = np.stack([component(found.derivatives, label) for label in self._labels])
-        if found.by != self._by:
-            slopes = slopes[..., [found.by.index(name) for name in self._by]]
+        values = np.stack([component(derivatives.outputs, label) for label in self._labels])
+        slopes = np.stack([component(derivatives.derivatives, label) for label in self._labels])
+        if derivatives.by != self._by:
+            slopes = slopes[..., [derivatives.by.index(name) for name in self._by]]
         if self.states:
             count = len(self._parameters)
             slopes = np.concatenate([slopes[..., :count], slopes[..., count:] @ of_states], axis=-1)

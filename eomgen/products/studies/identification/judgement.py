@@ -59,18 +59,18 @@ class Judgement:
     confidence: float
 
     def result(self) -> Identification:
-        unknowns, found = self.unknowns, self.fit
+        unknowns, fit = self.unknowns, self.fit
         names, count = unknowns.names, len(unknowns.names)
-        sigma = found.deviations[unknowns.columns]
-        weighted = found.J / sigma[:, np.newaxis]
+        sigma = fit.deviations[unknowns.columns]
+        weighted = fit.J / sigma[:, np.newaxis]
         on_bound = self._on_bound()
         free = [k for k in range(count) if not on_bound[k]]
         parts = structure(weighted[:, free])
         parts = Structure(tuple(free[k] for k in parts.kept), tuple(free[k] for k in parts.others), parts.coefficients)
         kept = list(parts.kept)
         freedom = len(unknowns.data) - len(kept)
-        cov = covariance(found.J[:, kept], sigma) if kept else np.zeros((0, 0))
-        left = (unknowns.data - found.values) / sigma
+        cov = covariance(fit.J[:, kept], sigma) if kept else np.zeros((0, 0))
+        left = (unknowns.data - fit.values) / sigma
         spread = np.full(count, np.inf)
         spread[kept] = np.sqrt(np.diag(cov))
         bias = np.zeros(count)
@@ -83,7 +83,7 @@ class Judgement:
         estimates = []
         for k, name in enumerate(names):
             deviation = float(spread[k]) if k in decided else 0.0 if on_bound[k] else np.inf
-            value = float(found.x[k])
+            value = float(fit.x[k])
             low, high = value - times * deviation, value + times * deviation
             start = float(unknowns.start[k])
             estimates.append(
@@ -119,7 +119,7 @@ class Judgement:
     def _on_bound(self) -> list[bool]:
         x, (low, high) = self.fit.x, self.limits
         near = _ON_BOUND * np.maximum(np.abs(x), np.finfo(float).tiny)
-        return [bool(found) for found in (x - low <= near) | (high - x <= near)]
+        return [bool(bound) for bound in (x - low <= near) | (high - x <= near)]
 
     def _combinations(self, parts: Structure, weighted: Array, spread: Array, times: float) -> tuple[Combination, ...]:
         if not parts.mixed:
@@ -132,7 +132,7 @@ class Judgement:
             return np.inf if moved is None else float(np.linalg.norm((moved[0] - self.fit.values) / sigma))
 
         forms = {other: form_of(parts, other, x, weighted, change) for other in parts.others}
-        found = []
+        combinations = []
         for k in parts.mixed:
             row = parts.coefficients[parts.kept.index(k)]
             others = [other for other, c in zip(parts.others, row, strict=True) if c]
@@ -142,12 +142,12 @@ class Judgement:
             deviation = float(spread[k]) * (abs(value / float(x[k])) if form == "product" else 1.0)
             members = (names[k], *(names[other] for other in others))
             low, high = value - times * deviation, value + times * deviation
-            found.append(Combination(text, members, form, value, deviation, low, high))
-        return tuple(found)
+            combinations.append(Combination(text, members, form, value, deviation, low, high))
+        return tuple(combinations)
 
     def _records(self) -> tuple[Record, ...]:
         unknowns, x = self.unknowns, self.fit.x
-        found, first = [], 0
+        records, first = [], 0
         for number, one in enumerate(unknowns.experiments):
             model = np.full(one.present.shape, np.nan)
             count = int(np.count_nonzero(one.present))
@@ -155,12 +155,12 @@ class Judgement:
             first += count
             modelled = dict(zip(one.data.outputs, model, strict=True))
             start = one.initial_state(unknowns.values_of(x), unknowns.states_of(x, number))
-            found.append(Record(one.data.name, one.data.t, dict(one.data.outputs), modelled, start))
-        return tuple(found)
+            records.append(Record(one.data.name, one.data.t, dict(one.data.outputs), modelled, start))
+        return tuple(records)
 
     def _columns(self, records: Sequence[Record]) -> tuple[Column, ...]:
         units = {item.name: item.unit for item in self.unknowns.model.description.outputs}
-        found = []
+        columns = []
         for k, label in enumerate(self.unknowns.labels):
             parts = [one.residuals[label] for one in records if label in one.data]
             parts = [part[np.isfinite(part)] for part in parts]
@@ -168,8 +168,8 @@ class Judgement:
             unit = units.get(label.partition("[")[0], "")
             rms = float(np.sqrt(np.mean(every**2)))
             noise = float(self.fit.deviations[k])
-            found.append(Column(label, unit, len(every), noise, rms, autocorrelation(parts)))
-        return tuple(found)
+            columns.append(Column(label, unit, len(every), noise, rms, autocorrelation(parts)))
+        return tuple(columns)
 
     def _notes(
         self,

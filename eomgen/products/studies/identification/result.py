@@ -197,16 +197,16 @@ _DATA, _MODEL = "#707070", "#0B62C4"
 _SHOWN = 8
 
 
-def draw(found: Identification, folder: Path) -> list[Path]:
+def draw(result: Identification, folder: Path) -> list[Path]:
     """Draw all runs and return their files."""
-    return [saved(_run(found, record), folder / f"fit_{record.name}.png") for record in found.records]
+    return [saved(_run(result, record), folder / f"fit_{record.name}.png") for record in result.records]
 
 
-def _run(found: Identification, record: Record) -> Any:
+def _run(result: Identification, record: Record) -> Any:
     names = list(record.data)[:_SHOWN]
     figure = new_figure((10.0, 1.0 + 1.9 * len(names)))
     rows = figure.subplots(len(names), 2, squeeze=False, sharex=True, width_ratios=(3, 2))
-    columns = {one.name: one for one in found.columns}
+    columns = {one.name: one for one in result.columns}
     for name, (compared, left) in zip(names, rows, strict=True):
         column = columns[name]
         compared.plot(record.t, record.data[name], ".", color=_DATA, markersize=3, label="data")
@@ -221,7 +221,7 @@ def _run(found: Identification, record: Record) -> Any:
             axes.grid(alpha=0.3, linewidth=0.5)
             axes.margins(x=0.01)
     rows[0][0].legend(frameon=False, fontsize="small", loc="upper right")
-    rows[0][0].set_title(f"{found.scene}: {record.name}", fontsize="medium")
+    rows[0][0].set_title(f"{result.scene}: {record.name}", fontsize="medium")
     rows[0][1].set_title("residuals in standard deviations, +-2 shaded", fontsize="medium")
     for axes in rows[-1]:
         axes.set_xlabel("time in s")

@@ -90,8 +90,8 @@ def identified_by_torque(
     pi = {name: float(value) for name, value in model.regressor_parameters(parameters=dict(values)).items()}
     for name in parameters:
         check_name("parameter of the regressor", name, list(pi))
-    found = [model.regressor(one.q, one.v, one.a, one.t, one.u, parameters=dict(values)) for one in motions]
-    Y, known = np.concatenate([one.matrix for one in found]), np.concatenate([one.remainder for one in found])
+    regressors = [model.regressor(one.q, one.v, one.a, one.t, one.u, parameters=dict(values)) for one in motions]
+    Y, known = np.concatenate([one.matrix for one in regressors]), np.concatenate([one.remainder for one in regressors])
     tau = np.concatenate([one.tau for one in motions])
     names, start, units, matrix = _unknowns(model, parameters, pi, values)
     held = np.array([0.0 if not parameters or name in parameters else value for name, value in pi.items()])

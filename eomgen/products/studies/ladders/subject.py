@@ -141,11 +141,11 @@ class Subject:
         assert conditions.q is not None and conditions.v is not None and conditions.sizes is not None
         try:
             expected = _rates(self.model(OWN), q, v, z, {})
-            found = _rates(self.model(FACTORS), conditions.q, conditions.v, conditions.z, conditions.parameters)
+            rates = _rates(self.model(FACTORS), conditions.q, conditions.v, conditions.z, conditions.parameters)
         except EomgenError as error:
             return "; ".join(problem.what for problem in error.problems)
         sizes = np.concatenate([conditions.sizes[1], self._sizes_of_states(units)])
-        apart = np.abs(found * units.time / sizes - expected)
+        apart = np.abs(rates * units.time / sizes - expected)
         if not np.all(apart <= 1e-6 * float(np.max(np.abs(expected), initial=0.0)) + 1e-300):
             return "its forces are not the same in other units: numbers in its formulas have units of their own"
         return ""
@@ -180,8 +180,8 @@ class Subject:
         model = self.model(OWN)
         q, v = np.array(model.initial_q), np.array(model.initial_v)
         if model.multipliers:
-            found = model.consistent(q, v)
-            q, v = np.array(found.q), np.array(found.v)
+            consistent = model.consistent(q, v)
+            q, v = np.array(consistent.q), np.array(consistent.v)
         return q, v
 
     @cached_property
@@ -233,10 +233,10 @@ class Subject:
         z = np.array(self.model(OWN).initial_z)
         try:
             expected = _rates(self.model(OWN), *self.start, z, {})
-            found = _rates(self.model(FACTORS), conditions.q, conditions.v, z, conditions.parameters)
+            rates = _rates(self.model(FACTORS), conditions.q, conditions.v, z, conditions.parameters)
         except EomgenError as error:
             return "; ".join(problem.what for problem in error.problems)
-        apart = np.abs(found - expected)
+        apart = np.abs(rates - expected)
         if not np.all(apart <= 1e-6 * float(np.max(np.abs(expected), initial=0.0)) + 1e-9):
             return "its forces are not the same at another place: its formulas take places in the world"
         return ""

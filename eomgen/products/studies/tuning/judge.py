@@ -206,13 +206,13 @@ class Judge:
 
     Attributes
     ----------
-    found : candidates of the scene's own formulation
+    candidates : candidates of the scene's own formulation
     seconds : of the processor, that a motion may take
     tried : why others did not serve
     """
 
     runner: Runner
-    found: Sequence[Candidate]
+    candidates: Sequence[Candidate]
     demand: Demand
     seconds: float
     say: Callable[[str], None]
@@ -275,9 +275,9 @@ class Judge:
 
     def _order(self) -> list[Candidate]:
         """Return the candidates, most recently successful first."""
-        if not self.found:
+        if not self.candidates:
             raise ModelError(Problem("methods", "no method runs on this scene", "other methods"))
-        order = sorted(self.found, key=lambda c: rank(self.runner, c))
+        order = sorted(self.candidates, key=lambda c: rank(self.runner, c))
         if self._served is not None:
             order = [self._served[0], *(c for c in order if c is not self._served[0])]
         return [c for c in order if c.row.name not in self.tried]

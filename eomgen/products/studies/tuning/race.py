@@ -146,20 +146,20 @@ class Contender:
             return min(max(result, 10.0), 1e15)
         return self._whole(result, result * MARGIN ** (1.0 / self.order), demand)
 
-    def _whole(self, found: float, least: float, demand: float) -> float:
+    def _whole(self, resolution: float, least: float, demand: float) -> float:
         """Return whole steps for a resolution: the next larger ones, or, if these cost much more, the least
         larger ones that may do, unless they have missed the demand."""
-        finer, coarser = self._steps(found), self._steps(least)
+        finer, coarser = self._steps(resolution), self._steps(least)
         missed = max((run.resolution for run in self.runs if run.error > demand), default=0.0)
-        return coarser if finer > APART * found and missed < coarser < finer else finer
+        return coarser if finer > APART * resolution and missed < coarser < finer else finer
 
-    def _between(self, found: float, demand: float) -> float:
+    def _between(self, resolution: float, demand: float) -> float:
         """Return a resolution, or the middle between a run that misses the demand and the next one that meets it, if
         it does not lie between them."""
         met = min((run.resolution for run in self.runs if run.error <= demand), default=math.inf)
         missed = max((run.resolution for run in self.runs if run.error > demand and run.resolution < met), default=0.0)
-        if not missed or found > missed:
-            return found
+        if not missed or resolution > missed:
+            return resolution
         return math.sqrt(missed * met) if met < math.inf else 1.3 * missed
 
     def _steps(self, resolution: float) -> float:

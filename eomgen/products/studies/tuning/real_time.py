@@ -97,7 +97,7 @@ class RealTime:
 
 
 def real_time(
-    found: Formulations,
+    formulations: Formulations,
     cycle: float,
     *,
     output: str,
@@ -125,14 +125,14 @@ def real_time(
     NumericalError
         No configuration ends in time, or none converges within the bound: with the needed iterations.
     """
-    document, front_end = pipeline.as_document(found.scenes[found.own])
+    document, front_end = pipeline.as_document(formulations.scenes[formulations.own])
     defaults = front_end.describe(document).simulation
     end = defaults.duration if t_end is None else t_end
     if not (math.isfinite(cycle) and 0.0 < cycle <= end):
         raise UsageError(Problem("real_time", f"a cycle lies within the run of {end:g} s, not {cycle:g} s", "1e-3"))
     rows = min(math.floor(end / cycle + 1e-9), MOST_ROWS)
-    runner = Runner(found, Grid(cycle, rows), parameters, inputs, limit=max(1.0, 0.3 * budget))
-    name = found.own
+    runner = Runner(formulations, Grid(cycle, rows), parameters, inputs, limit=max(1.0, 0.3 * budget))
+    name = formulations.own
     model = runner.model(name)
     if output not in quantities(model):
         raise UsageError(

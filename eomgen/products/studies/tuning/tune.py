@@ -111,12 +111,12 @@ def tune(
         raise UsageError(Problem("measure", f"there is no measure {shown(measure)}", f"one of {', '.join(MEASURES)}"))
     chosen = checked_axes(axes)
     others = formulated and real_time is None and "formulation" in chosen
-    found = formulations(scene, reading, others=others, fidelity=real_time is None and "fidelity" in chosen)
+    variants = formulations(scene, reading, others=others, fidelity=real_time is None and "fidelity" in chosen)
     source = Path(scene) if isinstance(scene, str | os.PathLike) else None
     say = progress or (lambda _: None)
     if error is None:
         return in_real_time(
-            found,
+            variants,
             float(real_time or 0.0),
             output=output,
             measure=measure,
@@ -129,7 +129,7 @@ def tune(
             say=say,
             source=source,
         )
-    tuning = _Tuning(found, tuple(methods), chosen, t_end, parameters, inputs, budget, say)
+    tuning = _Tuning(variants, tuple(methods), chosen, t_end, parameters, inputs, budget, say)
     return tuning.result(Demand(float(error), output, measure), source)
 
 
@@ -138,7 +138,7 @@ class _Tuning:
 
     def __init__(
         self,
-        found: Formulations,
+        formulations: Formulations,
         methods: tuple[str, ...],
         axes: tuple[str, ...],
         t_end: float | None,
@@ -147,16 +147,16 @@ class _Tuning:
         budget: float,
         say: Callable[[str], None],
     ) -> None:
-        document, front_end = pipeline.as_document(found.scenes[found.own])
+        document, front_end = pipeline.as_document(formulations.scenes[formulations.own])
         self.defaults = front_end.describe(document).simulation
         end = self.defaults.duration if t_end is None else t_end
         if not (math.isfinite(end) and end > 0.0):
             raise UsageError(Problem("t_end", f"a run needs a later end than {end:g} s", "10"))
-        self.found, self.methods, self.axes, self.budget, self.say = found, methods, axes, budget, say
+        self.formulations, self.methods, self.axes, self.budget, self.say = formulations, methods, axes, budget, say
         grid = tuning_grid(end, self.defaults.step, self.defaults.step * self.defaults.record_every)
-        self.runner = Runner(found, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
-        self.left_out: dict[str, str] = dict(found.refused)
-        self.own = found.own
+        self.runner = Runner(formulations, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
+        self.left_out: dict[str, str] = dict(formulations.refused)
+        self.own = formulations.own
 
     def result(self, demand: Demand, source: Path | None) -> Tuned:
         """Return the configuration that meets a demand at the least cost."""
@@ -191,8 +191,8 @@ class _Tuning:
 
     def _others(self) -> list[str]:
         """Return the names of formulations beside the scene's own that may win."""
-        less = self.found.simplified
-        others = [name for name in self.found.scenes if name != self.own and name not in less]
+        less = self.formulations.simplified
+        others = [name for name in self.formulations.scenes if name != self.own and name not in less]
         if self.own == JOINT and not self.runner.model(JOINT).multipliers and others:
             self.left_out |= dict.fromkeys(others, "joint coordinates have no constraints")
             return list(less)
@@ -250,7 +250,7 @@ class _Tuning:
         grid = self.runner.grid
         value = 1.0 / run.resolution if winner.kind == TOLERANCE else grid.row / run.resolution
         name = winner.configuration.formulation
-        elsewhere = name != self.own and name not in self.found.simplified
+        elsewhere = name != self.own and name not in self.formulations.simplified
         return Tuned(
             scene=self.runner.model(self.own).name,
             quantity=demand.quantity,
@@ -276,7 +276,7 @@ class _Tuning:
             built=sum(self.runner.compiled.values()),
             left_out=dict(self.left_out),
             source=source,
-            simplified=name if name in self.found.simplified else "",
+            simplified=name if name in self.formulations.simplified else "",
         )
 
     def _own_settings(self, judge: Judge) -> tuple[str, float, float]:
@@ -293,18 +293,18 @@ class _Tuning:
     def _simulation(self, winner: Contender, value: float) -> dict[str, Any]:
         """Return the keys of a scene's section ``simulation``."""
         interval = self.defaults.step * self.defaults.record_every
-        found: dict[str, Any] = {"method": winner.configuration.method}
+        settings: dict[str, Any] = {"method": winner.configuration.method}
         if winner.kind == TOLERANCE:
             grid = self.runner.grid
-            found |= {"tolerance": value, "step": grid.row * grid.recorded, "record_every": 1}
+            settings |= {"tolerance": value, "step": grid.row * grid.recorded, "record_every": 1}
         else:
-            found |= {"step": _shortest(value), "record_every": max(1, round(interval / value))}
-        return found | winner.configuration.of_scene()
+            settings |= {"step": _shortest(value), "record_every": max(1, round(interval / value))}
+        return settings | winner.configuration.of_scene()
 
 
 def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -> tuple[Rival, ...]:
     """Return the best of each other method and formulation."""
-    found: dict[tuple[str, str], Rival] = {}
+    best: dict[tuple[str, str], Rival] = {}
     for contender in contenders:
         key = (contender.configuration.method, contender.configuration.formulation)
         told = any(math.isfinite(run.error) for run in contender.runs)
@@ -313,9 +313,9 @@ def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -
         measured = contender.best(demand) is not None
         seconds = contender.seconds(demand) if measured else contender.expected(demand)
         rival = Rival(contender.configuration.label, seconds, measured)
-        if key not in found or rival.seconds < found[key].seconds:
-            found[key] = rival
-    return tuple(sorted(found.values(), key=lambda rival: rival.seconds))
+        if key not in best or rival.seconds < best[key].seconds:
+            best[key] = rival
+    return tuple(sorted(best.values(), key=lambda rival: rival.seconds))
 
 
 def _next_digit(contenders: Sequence[Contender], run: Tried, demand: float) -> float:

@@ -83,16 +83,22 @@ def judged(
     sizes = sizes_of(claim, engine, state, value, rng)
     undecided = bool(singular.all())
     if claim.source is not None:
-        found, exact = differences(claim, engine, state), complex_steps(claim, engine, tape, state)
-        non_smooth = non_smooth_entries(claim, engine, operations, state, names, value, finite, found, sizes, remarks)
+        by_differences, exact = differences(claim, engine, state), complex_steps(claim, engine, tape, state)
+        non_smooth = non_smooth_entries(
+            claim, engine, operations, state, names, value, finite, by_differences, sizes, remarks
+        )
         smooth = ~(singular | non_smooth.any(axis=(-2, -1)))
-        allowed = BARS * found.bar + sizes.differences
-        failures += _worst(claim, names, finite & ~non_smooth, value, found.best, allowed, "finite differences")
+        allowed = BARS * by_differences.bar + sizes.differences
+        failures += _worst(
+            claim, names, finite & ~non_smooth, value, by_differences.best, allowed, "finite differences"
+        )
         sided = non_smooth if claim.sided else np.zeros_like(non_smooth)
         failures += _worst(claim, names, finite & ~sided, value, exact, sizes.exact, "complex step")
-        undecided |= bool((finite & ~np.isfinite(exact) & ~np.isfinite(found.bar)).any())
+        undecided |= bool((finite & ~np.isfinite(exact) & ~np.isfinite(by_differences.bar)).any())
         with np.errstate(all="ignore"):
-            by_step = np.max((np.abs(found.ladder - value) / sizes.state)[:, smooth], axis=(1, 2, 3), initial=0.0)
+            by_step = np.max(
+                (np.abs(by_differences.ladder - value) / sizes.state)[:, smooth], axis=(1, 2, 3), initial=0.0
+            )
         best, step, slope = _best(by_step) if smooth.any() else (None, None, None)
         report = replace(
             report,
@@ -121,10 +127,10 @@ def _not_numbers(
     """Return the states at which the closed form is not a number without a cause in the formulas; remark the others."""
     failures = []
     for k in np.flatnonzero(~finite.all(axis=(-2, -1))):
-        found = operations.singular({name: array[k] for name, array in state.items()})
-        for remark in found:
+        remarked = operations.singular({name: array[k] for name, array in state.items()})
+        for remark in remarked:
             remarks.add(names[k], "unbounded derivative", remark)
-        if not found:
+        if not remarked:
             entry = _named(claim, np.argwhere(~finite[k])[0])
             failures.append(
                 Disagreement(names[k], entry, float("nan"), 0.0, "any other way a finite number", float("inf"))
@@ -241,11 +247,11 @@ def check(
     return CheckReport(model.name, result.names, seed, reports, result.notes, tuple(corners))
 
 
-def _explained(report: FormReport, model: Model, found: States) -> FormReport:
+def _explained(report: FormReport, model: Model, states: States) -> FormReport:
     """Return the report of a claim, with a warning if the inertia matrix is not positive definite."""
     if report.name != "mass.M, definite" or report.worst is None:
         return report
-    q = found.blocks["q"][found.names.index(report.worst.state)]
+    q = states.blocks["q"][states.names.index(report.worst.state)]
     inertia = inertia_warning(model, q, model.parameter_array(), where=f"at {report.worst.state}")
     if inertia is None:
         return report

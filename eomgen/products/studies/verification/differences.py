@@ -67,7 +67,7 @@ class Differences:
 def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
     """Return finite differences of the source of a claim on an engine."""
     parts = [_of_states(claim, engine, part) for part in _in_parts(claim, engine, state)]
-    central, sided = (np.concatenate(found, axis=1) for found in zip(*parts, strict=True))
+    central, sided = (np.concatenate(values, axis=1) for values in zip(*parts, strict=True))
     floor = _last_place(claim, engine, state)
     with np.errstate(all="ignore"):
         change = np.abs(np.diff(central, axis=0))
@@ -202,8 +202,8 @@ def _of_source(claim: Claim, engine: Engine, state: Blocks) -> Array:
     """Return the size of the differentiated function in each state, (S, 1, 1)."""
     if claim.source is None or claim.combine is not None:
         return np.zeros(1)
-    found = np.abs(claim.source(engine, state))
-    largest: Array = np.max(np.where(np.isfinite(found), found, 0.0), axis=-1, initial=0.0)
+    source = np.abs(claim.source(engine, state))
+    largest: Array = np.max(np.where(np.isfinite(source), source, 0.0), axis=-1, initial=0.0)
     return largest[:, np.newaxis, np.newaxis]
 
 
@@ -265,16 +265,16 @@ def non_smooth_entries(
     names: tuple[str, ...],
     value: Array,
     finite: Array,
-    found: Differences,
+    by_differences: Differences,
     sizes: Sizes,
     remarks: Remarks,
 ) -> Array:
     """Return the entries near a kink or jump of a formula (S, R, C) that affects differences, and remark the
     formula."""
     with np.errstate(all="ignore"):
-        off = np.abs(found.best - value) > BARS * found.bar + sizes.differences
-    vague = finite & ~(found.bar <= NO_DIGITS * sizes.state)
-    odd = off | vague | found.kink
+        off = np.abs(by_differences.best - value) > BARS * by_differences.bar + sizes.differences
+    vague = finite & ~(by_differences.bar <= NO_DIGITS * sizes.state)
+    odd = off | vague | by_differences.kink
     non_smooth = np.zeros(value.shape, bool)
     if not odd.any() or claim.directions is None:
         return non_smooth
@@ -285,7 +285,13 @@ def non_smooth_entries(
         seen: dict[tuple[int, float], list[str]] = {}
         for row, column in np.argwhere(odd[k]):
             at = (k, row, column)
-            step = float(found.step[at] if off[at] else found.kink_step[at] if found.kink[at] else _CLOSE)
+            step = float(
+                by_differences.step[at]
+                if off[at]
+                else by_differences.kink_step[at]
+                if by_differences.kink[at]
+                else _CLOSE
+            )
             decided: list[str] = []
             for direction in [int(column)] if claim.combine is None else range(count):
                 if (direction, step) not in seen and len(seen) < _LOOKED_AT:

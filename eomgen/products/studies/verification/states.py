@@ -42,9 +42,9 @@ def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> 
     motion, names = _motion(model, max(1, count // 2), notes)
     length = _length(model)
     scales = _scales(model, motion, length)
-    found = [_completed(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
-    kept = [(name, state) for name, state in zip(names, found, strict=True) if state is not None]
-    outside = [name for name, state in zip(names, found, strict=True) if state is None]
+    completed = [_completed(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
+    kept = [(name, state) for name, state in zip(names, completed, strict=True) if state is not None]
+    outside = [name for name, state in zip(names, completed, strict=True) if state is None]
     notes += [f"left out: {', '.join(outside)}, where the equations of motion are not finite"] if outside else []
     missing = 0
     for number in range(count - len(motion)):
@@ -128,8 +128,8 @@ def _random(
         }
         try:
             if model.multipliers:
-                found = model.consistent(guess["q"], guess["v"], float(guess["t"][0]))
-                guess |= {"q": found.q, "v": found.v}
+                consistent = model.consistent(guess["q"], guess["v"], float(guess["t"][0]))
+                guess |= {"q": consistent.q, "v": consistent.v}
         except EomgenError:
             continue
         state = _completed(model, guess, rng, scales, part)

@@ -185,10 +185,10 @@ def candidates(
     return tuple(result)
 
 
-def one_of_each(found: Sequence[Candidate]) -> list[Candidate]:
+def one_of_each(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the first method of each family."""
     first: dict[type, Candidate] = {}
-    for candidate in found:
+    for candidate in candidates:
         first.setdefault(candidate.family, candidate)
     return list(first.values())
 

@@ -23,14 +23,14 @@ _POINTS, _REFERENCE = "points.jsonl", "reference.npz"
 
 
 def identity(
-    found: Formulations,
+    formulations: Formulations,
     grid: Grid,
     parameters: Mapping[str, float] | None,
     inputs: Mapping[str, Any] | None,
 ) -> str:
     """Return a text by which points of one study are known: points of other scenes, times or parameters are not its
     own."""
-    digests = b"".join(scene.digest for scene in found.scenes.values())
+    digests = b"".join(scene.digest for scene in formulations.scenes.values())
     own = {
         "scene": hashlib.sha256(digests).hexdigest(),
         "grid": [grid.start, grid.row, grid.rows, grid.coarsest, grid.recorded],

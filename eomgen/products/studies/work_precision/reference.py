@@ -93,7 +93,7 @@ class Effort:
 
 def reference(
     runner: Runner,
-    found: Sequence[Candidate],
+    candidates: Sequence[Candidate],
     seconds: float,
     say: Callable[[str], None],
     *,
@@ -120,7 +120,7 @@ def reference(
     NumericalError
         There are no two that agree to a hundredth.
     """
-    order = sorted(found, key=lambda c: rank(runner, c))
+    order = sorted(candidates, key=lambda c: rank(runner, c))
     solved: list[Solved] = []
     tried: list[str] = []
     for candidate in order:

@@ -343,10 +343,10 @@ def draw(study: Tradeoff, path: Path) -> Path:
 
 def _groups(study: Tradeoff) -> list[list[Point]]:
     """Return the points of each configuration: the best one of each method, best first, then the others."""
-    found: dict[str, list[Point]] = {}
+    groups: dict[str, list[Point]] = {}
     for point in study.usable:
-        found.setdefault(point.configuration.key, []).append(point)
-    ranked = sorted(found.values(), key=lambda members: _rank(study, members))
+        groups.setdefault(point.configuration.key, []).append(point)
+    ranked = sorted(groups.values(), key=lambda members: _rank(study, members))
     first: dict[str, list[Point]] = {}  # the best of each method has a name before the second best of another
     for members in ranked:
         first.setdefault(members[0].configuration.method, members)

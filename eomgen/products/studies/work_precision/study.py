@@ -165,11 +165,11 @@ def tradeoff(
     for step in steps:
         if not (math.isfinite(step) and step > 0.0):
             raise UsageError(Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not", "1e-3"))
-    found = formulations(scene, reading, others="formulation" in chosen, fidelity="fidelity" in chosen)
-    study = _Study(found, chosen, tuple(methods), t_end, tuple(steps), parameters, inputs, budget, repeats, progress)
+    variants = formulations(scene, reading, others="formulation" in chosen, fidelity="fidelity" in chosen)
+    study = _Study(variants, chosen, tuple(methods), t_end, tuple(steps), parameters, inputs, budget, repeats, progress)
     study.absolute = "formulation" in axes
     study.announce = announce
-    described = identity(found, study.runner.grid, parameters, inputs)
+    described = identity(variants, study.runner.grid, parameters, inputs)
     journal = Journal(None if folder is None else Path(folder), described, resume=resume)
     return study.result(tuple(outputs), measure, journal, began)
 
@@ -179,7 +179,7 @@ class _Study:
 
     def __init__(
         self,
-        found: Any,
+        formulations: Any,
         axes: tuple[str, ...],
         methods: tuple[str, ...],
         t_end: float | None,
@@ -195,7 +195,7 @@ class _Study:
         #: Whether absolute coordinates of a scene without constraints are asked for.
         self.absolute = False
         self.announce: Callable[[str], None] | None = None
-        document, front_end = pipeline.as_document(found.scenes[found.own])
+        document, front_end = pipeline.as_document(formulations.scenes[formulations.own])
         self.defaults = front_end.describe(document).simulation
         end = self.defaults.duration if t_end is None else t_end
         if not (math.isfinite(end) and end > 0.0):
@@ -205,8 +205,8 @@ class _Study:
         #: The coarsest step, s, and how many of each step are in it.
         self.coarsest = grid.row * grid.coarsest
         self.in_coarsest = per_coarsest(Grid(self.coarsest, 1), steps)
-        self.runner = Runner(found, grid, parameters, inputs, limit=max(1.0, 0.1 * budget))
-        self.found, self.left_out = found, dict(found.refused)
+        self.runner = Runner(formulations, grid, parameters, inputs, limit=max(1.0, 0.1 * budget))
+        self.formulations, self.left_out = formulations, dict(formulations.refused)
         self.points: dict[str, Point] = {}
         self.spent = 0.0
         self.done = 0
@@ -229,7 +229,7 @@ class _Study:
             self.announce(f"methods to build, or to take from the cache: {len(builds)}{more}")
         held = journal.reference()
         if held is None:
-            exact = [c for c in every if c.formulation not in self.found.simplified]
+            exact = [c for c in every if c.formulation not in self.formulations.simplified]
             held = reference(self.runner, exact, REFERENCE_SHARE * self.budget, self._say)
             journal.keep_reference(held)
         self.reference = held
@@ -263,11 +263,11 @@ class _Study:
         )
 
     def _candidates(self) -> tuple[Candidate, ...]:
-        found: list[Candidate] = []
+        every: list[Candidate] = []
         methods = self.methods if "method" in self.axes else (self.methods or (self.runner.own_method(),))
         own = self.runner.formulations.own
         for name in list(self.runner.formulations.scenes):
-            less = name in self.found.simplified
+            less = name in self.formulations.simplified
             if (
                 name != own
                 and not less
@@ -285,11 +285,11 @@ class _Study:
                     raise
                 self.left_out[name] = reason(error)
                 continue
-            found += candidates(name, model, methods, self.left_out)
-        if not found:
-            why = "; ".join(text for name, text in self.left_out.items() if name not in self.found.refused)
+            every += candidates(name, model, methods, self.left_out)
+        if not every:
+            why = "; ".join(text for name, text in self.left_out.items() if name not in self.formulations.refused)
             raise ModelError(Problem("methods", f"no method runs on this scene: {why}", "other methods"))
-        return tuple(found)
+        return tuple(every)
 
     def _own(self) -> _Ladder:
         """Return the scene's own settings, of which there is one point."""
@@ -318,7 +318,7 @@ class _Study:
 
     def _refinements(self) -> list[_Ladder]:
         """Return the best configurations with other settings, arithmetic and profiles, one change at a time."""
-        found: list[_Ladder] = []
+        refinements: list[_Ladder] = []
         near: dict[str, list[Point]] = {}
         for point in self._tradeoff().front:
             near.setdefault(point.configuration.key, []).append(point)
@@ -336,8 +336,8 @@ class _Study:
             kind = members[0].kind
             values = [p.value if kind == TOLERANCE else round(self.coarsest / p.value) for p in members]
             values = sorted(values, reverse=kind == TOLERANCE)
-            found += [_Ladder(changed, members[0].order, kind, tuple(values)) for changed in varied]
-        return found
+            refinements += [_Ladder(changed, members[0].order, kind, tuple(values)) for changed in varied]
+        return refinements
 
     def _sweep(self, ladders: Sequence[_Ladder]) -> None:
         """Run ladders side by side, one point of each at a time, so that a budget that ends leaves none out."""

@@ -249,14 +249,14 @@ def _eliminated(space: Space, engine: Engine, system: System) -> list[Claim]:
     nv, inner = space.nv, len(system.inner_owners)
 
     def one(name: str, W: Array, state: Blocks, engine: Engine) -> Array:
-        found = engine("iteration", state)
-        outer = _dense(found[name], system.patterns[name], (nv + inner, nv)) @ W
+        blocks = engine("iteration", state)
+        outer = _dense(blocks[name], system.patterns[name], (nv + inner, nv)) @ W
         result = np.array(outer[..., :nv, :])
         if not inner:  # beams alone, whose elements enter K without inner unknowns
             return result
         for place in np.ndindex(outer.shape[:-2]):
             rows, columns = np.transpose(system.patterns["X"])
-            X = csc_array((found["X"][place], (rows, columns)), shape=(nv + inner, inner))
+            X = csc_array((blocks["X"][place], (rows, columns)), shape=(nv + inner, inner))
             result[place] -= X[:nv] @ splu(csc_array(X[nv:])).solve(np.ascontiguousarray(outer[place][nv:]))
         return result
 
@@ -323,14 +323,14 @@ def second_claims(space: Space, engine: Engine, system: System, description: Des
 
     def gradient(engine: Engine, state: Blocks) -> Array:
         """Return the gradient in q (left-trivialised), v, a, z, lam, p and u, (..., components)."""
-        found = {name: array for term in FIRST if term in engine for name, array in engine(term, state).items()}
-        found |= _by_inputs(found, given)
+        partials = {name: array for term in FIRST if term in engine for name, array in engine(term, state).items()}
+        partials |= _by_inputs(partials, given)
         of = {name: state["weights"][..., place] for name, place in of_weights.items()}
         batch = state["weights"].shape[:-1]
         parts = []
         for block, size in sizes.items():
             total = np.zeros((*batch, size))
-            for weight, matrix in _rows(block, found, system.holonomic):
+            for weight, matrix in _rows(block, partials, system.holonomic):
                 total = total + (of[weight][..., np.newaxis, :] @ matrix)[..., 0, :]
             parts.append(total)
         return np.concatenate(parts, axis=-1)
@@ -361,7 +361,7 @@ def second_claims(space: Space, engine: Engine, system: System, description: Des
     ]
 
 
-def _by_inputs(found: Blocks, given: Sequence[bool]) -> dict[str, Array]:
+def _by_inputs(partials: Blocks, given: Sequence[bool]) -> dict[str, Array]:
     """Return partials in all inputs, in their order, from partials in driven and in given ones."""
     made = {}
     for name, driven_name, given_name, sign in (
@@ -369,7 +369,7 @@ def _by_inputs(found: Blocks, given: Sequence[bool]) -> dict[str, Array]:
         ("Zu", "Fu", "Fw", 1.0),
         ("Uy", "Yu", "Yw", 1.0),
     ):
-        parts = {False: found.get(driven_name), True: found.get(given_name)}
+        parts = {False: partials.get(driven_name), True: partials.get(given_name)}
         there = [part for part in parts.values() if part is not None]
         if not there or not given:
             continue
@@ -383,7 +383,7 @@ def _by_inputs(found: Blocks, given: Sequence[bool]) -> dict[str, Array]:
     return made
 
 
-def _rows(block: str, found: Blocks, holonomic: int) -> Iterator[tuple[str, Array]]:
+def _rows(block: str, partials: Blocks, holonomic: int) -> Iterator[tuple[str, Array]]:
     """Yield the weighted quantities, and their partials in a block."""
     places = {
         "q": {"r": "K", "zdot": "Fq", "w": "Z", "wdot": "Aq", "y": "Yq"},
@@ -395,9 +395,9 @@ def _rows(block: str, found: Blocks, holonomic: int) -> Iterator[tuple[str, Arra
         "p": {"r": "Rp", "zdot": "Fp", "Phi": "Phip", "w": "Zp", "wdot": "Ap", "y": "Yp"},
     }
     for weight, name in places[block].items():
-        if name in found:
-            yield weight, found[name]
-    if "B" in found and block == "q":
-        yield "Phi", found["B"][..., :holonomic, :]
-    if "B" in found and block == "lam":
-        yield "r", np.swapaxes(found["B"], -1, -2)
+        if name in partials:
+            yield weight, partials[name]
+    if "B" in partials and block == "q":
+        yield "Phi", partials["B"][..., :holonomic, :]
+    if "B" in partials and block == "lam":
+        yield "r", np.swapaxes(partials["B"], -1, -2)
