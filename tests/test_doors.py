@@ -238,6 +238,7 @@ ORDER: dict[str, tuple[str, ...]] = {
     "symbolic": (
         "operations",
         "tape",
+        "latency",
         "map periodic scalar",
         "calculus evaluate harmonics kernel rotation series",
         "reading symbolic_kernel",

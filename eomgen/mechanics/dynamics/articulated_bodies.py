@@ -32,6 +32,7 @@ from eomgen.symbolic.scalar import (
     skew,
     transpose,
 )
+from eomgen.symbolic.tape import ZERO
 
 
 @dataclass(frozen=True)
@@ -148,9 +149,38 @@ def _eliminated(
         B = _less(B, outer(n_scaled, f))
         C = _less(C, outer(f_scaled, f))
         moment, force = plus(moment, scaled(drive, n_scaled)), plus(force, scaled(drive, f_scaled))
+        if link.rotor_inertias[k].is_zero:
+            # Along a freed axis the body has no inertia left and transmits the effort: differences of equal numbers.
+            zero, effort = Scalar(pivot.tape, ZERO), efforts[link.dofs[k]]
+            if _is_null(u) and (axis := _coordinate_axis(w)) is not None:
+                A = _with_row(transpose(_with_row(A, axis, zero)), axis, zero)
+                B = _with_row(B, axis, zero)
+                moment = _with(moment, axis, w[axis] * effort)
+            elif _is_null(w) and (axis := _coordinate_axis(u)) is not None:
+                C = _with_row(transpose(_with_row(C, axis, zero)), axis, zero)
+                B = transpose(_with_row(transpose(B), axis, zero))
+                force = _with(force, axis, u[axis] * effort)
     A, C = _symmetric(A), _symmetric(C)
     added = Articulated(A, B, C, moment, force).load(*bias)
     return Articulated(A, B, C, plus(moment, added[0]), plus(force, added[1])), eliminations
+
+
+def _is_null(x: Vector) -> bool:
+    return all(component.is_zero for component in x)
+
+
+def _coordinate_axis(x: Vector) -> int | None:
+    """Return the index of the only component of a unit vector along a coordinate axis, None for other vectors."""
+    held = [index for index, component in enumerate(x) if not component.is_zero]
+    return held[0] if len(held) == 1 and x[held[0]].constant in (1.0, -1.0) else None
+
+
+def _with(x: Vector, index: int, value: Scalar) -> Vector:
+    return (*x[:index], value, *x[index + 1 :])  # type: ignore[return-value]  # three components, as before
+
+
+def _with_row(A: Matrix, index: int, value: Scalar) -> Matrix:
+    return (*A[:index], (value, value, value), *A[index + 1 :])  # type: ignore[return-value]  # three rows, as before
 
 
 def _less(A: Matrix, B: Matrix) -> Matrix:
