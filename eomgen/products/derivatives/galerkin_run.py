@@ -371,7 +371,6 @@ class GalerkinRun(LinearRun[GalerkinPart]):
     def accelerations(self, blocks: dict[str, Array]) -> Array:
         """Return the partials of the accelerations of rows in q, v, a (0), z and the parameters."""
         partials, nv = self.equations.partials(blocks), self.equations.nv
-        columns = (partials.Jq, partials.Jv, np.zeros_like(partials.Ja), partials.Jz, partials.P)
-        J: Array = np.concatenate(columns, axis=2)
+        J = np.concatenate([partials.Jq, partials.Jv, np.zeros_like(partials.Ja), partials.Jz, partials.P], axis=2)
         solved: Array = -np.linalg.solve(partials.Ja[:, :nv], J[:, :nv])
         return solved
