@@ -1,7 +1,8 @@
 """Derivation without Python's search for circles of references: tapes are millions of objects that hold none.
 
 The search looks at all objects there are each time that their number has grown by a quarter, which was a quarter to a
-third of the time of a model of thousands of bodies. Objects without references are freed as ever.
+third of the time of a model of thousands of bodies, and a tenth of a first reading with its imports. Objects without
+references are freed as ever.
 """
 
 from __future__ import annotations

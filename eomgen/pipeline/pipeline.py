@@ -90,7 +90,8 @@ def load(
     other = other_document(path, given)
     if other is not None:
         return cast("Scene", other[1])
-    return load_scene(path, strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
+    with without_search_for_circles():
+        return load_scene(path, strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
 
 
 def load_scene(
@@ -272,9 +273,10 @@ def build(
     other = other_document(scene, {"terms": terms, "real": real not in (None, "double")})
     if other is not None:
         return cast("Model", other[0].build(other[1], method, profile))
-    document, front_end = as_document(scene)
-    chosen = front_end.describe(document).simulation.real if real is None else real
-    return built_in(None, document, terms, method, profile, chosen)
+    with without_search_for_circles():
+        document, front_end = as_document(scene)
+        chosen = front_end.describe(document).simulation.real if real is None else real
+        return built_in(None, document, terms, method, profile, chosen)
 
 
 def built_in(

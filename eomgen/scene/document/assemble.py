@@ -68,7 +68,7 @@ def content(document: Document) -> bytes:
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include", "repeat"})
     for row in document.rows:
         if not row.single:
-            data[row.key] = [[name, entry] for name, entry in data[row.key].items()]
+            data[row.key] = [[name, entry] for name, entry in data.get(row.key, {}).items()]
             if not data[row.key] and not row.always:
                 del data[row.key]
     if not data["task_frames"]:

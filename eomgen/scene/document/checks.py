@@ -41,7 +41,8 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
             if fault:
                 report.add(key_of(row.key, name), fault, hint)
                 refused[row.key].add(name)
-        kept[row.key] = {name: entry for name, entry in entries.items() if name not in refused[row.key]}
+        if entries:
+            kept[row.key] = {name: entry for name, entry in entries.items() if name not in refused[row.key]}
     return document.model_copy(update=kept)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from types import GenericAlias
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
@@ -64,7 +64,7 @@ class Repeat(Table):
     """Entries of sections that are made once for each number of the indices; the keys beside ``indices`` are sections
     of the scene."""
 
-    model_config = ConfigDict(extra="allow", strict=True, frozen=True)
+    model_config = ConfigDict(extra="allow", strict=True, frozen=True, defer_build=True)
 
     indices: dict[str, Any] = key(
         "numbers that each index takes: `{ i = 10 }` for 0 to 9, `{ i = [1, 9] }` for 1 to 9; the last one counts"
@@ -124,6 +124,11 @@ class Simulation(Table):
     )
 
 
+#: Schemas without absent sections, by the whole one and the keys of these sections, and how many are made.
+_SHORTENED: dict[tuple[type[Document], frozenset[str]], type[Document]] = {}
+_MOST_SHORTENED = 4
+
+
 def section_keys(document: type[Document]) -> tuple[str, ...]:
     """Return the keys of the sections of a file that have entries by name."""
     return tuple(row.key for row in document.rows if not row.single)
@@ -151,7 +156,39 @@ def _document(rows: tuple[Section, ...]) -> type[Document]:
     return made
 
 
-class Document(Table, BaseModel):  # the linter knows the children of BaseModel only if it is a direct base
+def without_absent_sections(schema: type[Document], data: Mapping[str, Any]) -> type[Document]:
+    """Return the schema without the sections that data lack, since validators of sections take most of the time of a
+    first reading; the whole schema once several were made."""
+    key = schema, frozenset(row.key for row in schema.rows if row.key not in data)
+    if key not in _SHORTENED:
+        if len(_SHORTENED) == _MOST_SHORTENED:
+            return schema
+        kept: dict[str, Any] = {
+            name: (field.annotation, field) for name, field in schema.model_fields.items() if name not in key[1]
+        }
+        # it has all that readers of a Document use besides the entries of sections
+        made = cast("type[Document]", create_model("Document", __base__=(_Sections, Table), **kept))
+        made.rows = schema.rows
+        _SHORTENED[key] = made
+    return _SHORTENED[key]
+
+
+class _Sections:
+    """Access to the sections of a scene file by their keys."""
+
+    rows: ClassVar[tuple[Section, ...]] = OWN
+
+    def section(self, name: str) -> Mapping[str, Any]:
+        """Return the entries of a section; none of a section that is absent, or whose product is not installed."""
+        entries: Mapping[str, Any] = getattr(self, name, {})
+        return entries
+
+    def table(self, name: str) -> Any:
+        """Return a section that is one table; None if the file has none."""
+        return getattr(self, name, None)
+
+
+class Document(_Sections, Table, BaseModel):  # the linter knows the children of BaseModel only if it is a direct base
     """A scene file of eomgen."""
 
     format: Literal[1] = key("version of this format", kind="1")
@@ -174,17 +211,6 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
         locals()[row.key] = None if row.single else {}
     del row
     simulation: Simulation = Simulation()
-
-    rows: ClassVar[tuple[Section, ...]] = OWN
-
-    def section(self, name: str) -> Mapping[str, Any]:
-        """Return the entries of a section; none of a section whose product is not installed."""
-        entries: Mapping[str, Any] = getattr(self, name, {})
-        return entries
-
-    def table(self, name: str) -> Any:
-        """Return a section that is one table; None if the file has none."""
-        return getattr(self, name)
 
 
 SECTIONS = section_keys(Document)

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from eomgen.base.text import key_of
 from eomgen.scene.document.faults import child_hint, explained
-from eomgen.scene.document.schema import Document, document_for, section_keys
+from eomgen.scene.document.schema import Document, document_for, section_keys, without_absent_sections
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
 
@@ -29,7 +29,7 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     refused: dict[str, set[str]] = {section: set() for section in sections}
     kept = dict(data)
     try:
-        return schema.model_validate(kept), refused
+        return without_absent_sections(schema, kept).model_validate(kept), refused
     except ValidationError as error:
         broken = False
         for detail in error.errors(include_url=False):
@@ -49,4 +49,4 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
                 del kept[section]
     if broken:  # every reference into a section that is not there would be a problem of its own
         report.raise_problems()
-    return schema.model_validate({"format": 1, "name": "scene", **kept}), refused
+    return without_absent_sections(schema, kept).model_validate({"format": 1, "name": "scene", **kept}), refused

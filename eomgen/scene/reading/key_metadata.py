@@ -28,7 +28,7 @@ Column = Literal["", "argument", "value"]
 class Table(BaseModel):
     """A table with known keys only."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     @classmethod
     def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
