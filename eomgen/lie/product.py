@@ -52,12 +52,14 @@ def difference(factors: Sequence[Factor], first: Array, second: Array) -> Array:
     """Return log(first^-1 * second), (..., nv): the increment that leads from first to second."""
     batch = np.broadcast_shapes(np.shape(first)[:-1], np.shape(second)[:-1])
     result = np.zeros((*batch, sum(factor.v_size for factor in factors)), dtype=np.result_type(first, second, float))
-    for group, of_q, of_v in _runs(factors):
+    for group, of_q, of_v in _runs(factors, together=True):
         begin, end = first[..., of_q], second[..., of_q]
         if group is None:
             result[..., of_v] = end - begin
         else:
-            result[..., of_v] = numeric.log(group, numeric.compose(group, numeric.inverse(group, begin), end))
+            begin, end = _elements(begin, group.q_size), _elements(end, group.q_size)
+            apart = numeric.log(group, numeric.compose(group, numeric.inverse(group, begin), end))
+            result[..., of_v] = apart.reshape(result[..., of_v].shape)
     return result
 
 

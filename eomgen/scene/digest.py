@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
-from typing import Any
+from functools import cache
+from typing import Any, cast
 
 import numpy as np
 
@@ -19,37 +20,53 @@ def digest_of(data: Mapping[str, Any]) -> bytes:
     TypeError
         For a value of a class that no Scene has: its unread parts could differ between two scenes.
     """
-    total = hashlib.sha256()
-    for part in _parts(data):
-        total.update(part + b"\0")
-    return total.digest()
+    parts: list[bytes] = []
+    _add(data, parts)
+    parts.append(b"")
+    return hashlib.sha256(b"\0".join(parts)).digest()
 
 
-def _parts(value: Any) -> Iterator[bytes]:
-    """Yield bytes that differ for any two different values of the classes in a Scene."""
-    if value is None or isinstance(value, bool | int | float | complex | Fraction | str | bytes):
-        yield f"{type(value).__name__}:{value!r}".encode()
+def _add(value: Any, parts: list[bytes]) -> None:
+    """Add bytes that differ for any two different values of the classes in a Scene."""
+    kind = type(value)
+    if kind is float or kind is str or kind is int:  # most values
+        parts.append(f"{kind.__name__}:{value!r}".encode())
+    elif kind is tuple or kind is list:
+        parts.append(f"of {len(value)}".encode())
+        for item in value:
+            _add(item, parts)
+    elif value is None or isinstance(value, bool | int | float | complex | Fraction | str | bytes):
+        parts.append(f"{kind.__name__}:{value!r}".encode())
     elif isinstance(value, np.ndarray):
-        yield f"array:{value.dtype.str}{value.shape}".encode()
-        yield np.ascontiguousarray(value).tobytes()
+        parts.append(f"array:{value.dtype.str}{value.shape}".encode())
+        parts.append(np.ascontiguousarray(value).tobytes())
     elif isinstance(value, Mapping):
-        yield from _all(value.items(), len(value))
+        _add(list(value.items()), parts)
     elif isinstance(value, tuple | list):
-        yield from _all(value, len(value))
+        _add(list(value), parts)
     elif isinstance(value, frozenset | set):
-        parts = sorted(b"\0".join(_parts(item)) for item in value)
-        yield from _all(parts, len(parts))
+        _add_sorted(value, parts)
     elif is_dataclass(value) and not isinstance(value, type):
-        yield type(value).__qualname__.encode()
-        for item in fields(value):
-            yield from _parts(getattr(value, item.name))
+        parts.append(kind.__qualname__.encode())
+        for name in _field_names(cast("Hashable", kind)):
+            _add(getattr(value, name), parts)
     elif callable(value) and hasattr(value, "__qualname__"):  # the rules of requirements
-        yield f"{value.__module__}.{value.__qualname__}".encode()
+        parts.append(f"{value.__module__}.{value.__qualname__}".encode())
     else:
-        raise TypeError(f"a {type(value).__qualname__} in a scene has no digest")
+        raise TypeError(f"a {kind.__qualname__} in a scene has no digest")
 
 
-def _all(values: Any, count: int) -> Iterator[bytes]:
-    yield f"of {count}".encode()
+def _add_sorted(values: Iterable[Any], parts: list[bytes]) -> None:
+    """Add the items of a set, in an order of their own."""
+    items: list[bytes] = []
     for item in values:
-        yield from _parts(item)
+        own: list[bytes] = []
+        _add(item, own)
+        items.append(b"\0".join(own))
+    _add(sorted(items), parts)
+
+
+@cache
+def _field_names(kind: Hashable) -> tuple[str, ...]:
+    """Return the names of the fields of a class of data."""
+    return tuple(item.name for item in fields(cast("Any", kind)))

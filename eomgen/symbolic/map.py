@@ -32,6 +32,8 @@ from eomgen.symbolic.tape import ZERO, Ref, Tape
 
 T = TypeVar("T")
 KERNEL_BLOCKS = ("element", "shared", "gather", "carry")
+#: Operations as globals: looking a member up in an enumeration takes five times as long.
+_CONST, _INPUT, _MAP, _CURVE = Op.CONST, Op.INPUT, Op.MAP, Op.CURVE
 
 
 class MapResults(NamedTuple):
@@ -273,13 +275,13 @@ def splice(
         op = source.op[node]
         if known and node in known:
             copy[node] = known[node]
-        elif op is Op.CONST:
+        elif op is _CONST:
             copy[node] = target.copied_constant(source, node)
-        elif op is Op.INPUT:
+        elif op is _INPUT:
             symbol = source.inputs[source.a[node]]
             bound = bindings.get(symbol)
             copy[node] = target.input(symbol.block, symbol.index) if bound is None else bound
-        elif op is Op.MAP:
+        elif op is _MAP:
             number = source.a[node]
             if number not in of_maps:
                 loop = cast("Map", source.maps[number])
@@ -291,7 +293,7 @@ def splice(
                 )
                 of_maps[number] = (unroll(target, loop) if unrolled else add_map(target, loop)).flat
             copy[node] = of_maps[number][source.b[node]]
-        elif op is Op.CURVE:
+        elif op is _CURVE:
             copy[node] = target.curve(*source.curves[source.b[node]], there(source.a[node]))
         else:
             copy[node] = record(target, op, [there(ref) for ref in source.operands(node)])

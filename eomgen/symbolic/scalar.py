@@ -24,8 +24,12 @@ class Scalar:
         self.ref = ref
 
     def __add__(self, other: Scalar | Number) -> Scalar:
-        tape = self.tape
-        return Scalar(tape, tape.add(self.ref, other.ref if isinstance(other, Scalar) else tape.constant(other)))
+        tape, ref = self.tape, self.ref
+        if not isinstance(other, Scalar):
+            return Scalar(tape, tape.add(ref, tape.constant(other)))
+        if other.ref == ZERO and ref > 0:  # many are: most of a matrix of an axis
+            return self
+        return Scalar(tape, tape.add(ref, other.ref))
 
     def __radd__(self, other: Number) -> Scalar:
         return self + other
@@ -38,8 +42,12 @@ class Scalar:
         return -self + other
 
     def __mul__(self, other: Scalar | Number) -> Scalar:
-        tape = self.tape
-        return Scalar(tape, tape.mul(self.ref, other.ref if isinstance(other, Scalar) else tape.constant(other)))
+        tape, ref = self.tape, self.ref
+        if not isinstance(other, Scalar):
+            return Scalar(tape, tape.mul(ref, tape.constant(other)))
+        if ZERO in (ref, other.ref):
+            return self if ref == ZERO else other
+        return Scalar(tape, tape.mul(ref, other.ref))
 
     def __rmul__(self, other: Number) -> Scalar:
         return self * other
@@ -140,16 +148,18 @@ def scaled(factor: Scalar | Number, x: Vector) -> Vector:
 
 
 def dot(x: Sequence[Scalar], y: Sequence[Scalar]) -> Scalar:
-    if {*map(type, x), *map(type, y)} != {Scalar}:  # of numbers, or some of them
+    try:
+        tape, sum_of_products = x[0].tape, ZERO
+        for first, second in zip(x, y, strict=True):
+            one, other = first.ref, second.ref
+            if ZERO not in (one, other):  # most have one
+                sum_of_products = tape.add(sum_of_products, tape.mul(one, other))
+        return Scalar(tape, sum_of_products)
+    except AttributeError:  # of numbers, or some of them
         total = x[0] * y[0]
         for first, second in zip(x[1:], y[1:], strict=True):
             total = total + first * second
         return total
-    tape, sum_of_products = x[0].tape, ZERO
-    for first, second in zip(x, y, strict=True):
-        if ZERO not in (first.ref, second.ref):  # most have one
-            sum_of_products = tape.add(sum_of_products, tape.mul(first.ref, second.ref))
-    return Scalar(tape, sum_of_products)
 
 
 def cross(x: Vector, y: Vector) -> Vector:

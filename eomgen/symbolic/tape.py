@@ -28,6 +28,18 @@ GENERIC = 1
 #: Number of a node's operands that are references, by operation; results of Maps have the gathered references.
 _REFERENCES = [0 if op in LEAVES or op is Op.MAP else 1 if op in UNARY | {Op.CURVE} else 2 for op in [Op.CONST, *Op]]
 _REFERENCES[Op.SELECT] = 3
+#: Operations as globals: looking a member up in an enumeration takes five times as long.
+_ADD, _SUB, _MUL, _DIV, _CONST, _INPUT, _MAP, _CURVE, _SELECT = (
+    Op.ADD,
+    Op.SUB,
+    Op.MUL,
+    Op.DIV,
+    Op.CONST,
+    Op.INPUT,
+    Op.MAP,
+    Op.CURVE,
+    Op.SELECT,
+)
 
 
 @dataclass
@@ -71,7 +83,7 @@ class Tape:
     _input_ids: dict[InputSymbol, int] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        self._append(Op.CONST, 0, 0, 0)  # index 0 stays unused, so that a sign can be carried by the reference
+        self._append(_CONST, 0, 0, 0)  # index 0 stays unused, so that a sign can be carried by the reference
         self.constants.append(math.nan)
         self.constant(0.0)
         self.constant(1.0)
@@ -87,7 +99,7 @@ class Tape:
         magnitude = abs(float(value))
         node = self._constant_ids.get(magnitude)
         if node is None:
-            node = self._append(Op.CONST, len(self.constants), 0, 0)
+            node = self._append(_CONST, len(self.constants), 0, 0)
             self.constants.append(magnitude)
             self._constant_ids[magnitude] = node
         return -node if value < 0 else node
@@ -105,7 +117,7 @@ class Tape:
         known = (value, *key) if key else (len(self.constants),)
         node = self._generic.get(known)
         if node is None:
-            node = self._generic[known] = self._append(Op.CONST, len(self.constants), GENERIC, 0)
+            node = self._generic[known] = self._append(_CONST, len(self.constants), GENERIC, 0)
             self.constants.append(float(value))
         return node
 
@@ -119,7 +131,7 @@ class Tape:
         symbol = InputSymbol(block, index)
         node = self._input_ids.get(symbol)
         if node is None:
-            node = self._append(Op.INPUT, len(self.inputs), 0, 0)
+            node = self._append(_INPUT, len(self.inputs), 0, 0)
             self.inputs.append(symbol)
             self._input_ids[symbol] = node
         return node
@@ -127,19 +139,19 @@ class Tape:
     def value(self, ref: Ref) -> float | None:
         """Return the number behind a reference, or None if it is no constant, or one of any value."""
         node = abs(ref)
-        if self.op[node] is not Op.CONST or self.b[node] == GENERIC:
+        if self.op[node] is not _CONST or self.b[node] == GENERIC:
             return None
         magnitude = self.constants[self.a[node]]
         return -magnitude if ref < 0 else magnitude
 
     def number(self, ref: Ref) -> float | None:
         """Return the number behind a reference, also of a generic constant, or None if it is no constant."""
-        return self._number(ref) if self.op[abs(ref)] is Op.CONST else None
+        return self._number(ref) if self.op[abs(ref)] is _CONST else None
 
     def symbol(self, ref: Ref) -> InputSymbol | None:
         """Return the input behind a reference, or None."""
         node = abs(ref)
-        return self.inputs[self.a[node]] if self.op[node] is Op.INPUT else None
+        return self.inputs[self.a[node]] if self.op[node] is _INPUT else None
 
     # -- arithmetic -----------------------------------------------------------------------------------------------
 
@@ -153,12 +165,12 @@ class Tape:
         if x == y:
             return self.mul(self.constant(2.0), x)
         op = self.op
-        if op[abs(x)] is Op.CONST and op[abs(y)] is Op.CONST:
-            return self._folded(Op.ADD, x, y, self._number(x) + self._number(y))
+        if op[abs(x)] is _CONST and op[abs(y)] is _CONST:
+            return self._folded(_ADD, x, y, self._number(x) + self._number(y))
         first, second = (x, y) if abs(x) < abs(y) else (y, x)
         if first > 0:
-            return self._node(Op.ADD, first, second) if second > 0 else self._node(Op.SUB, first, -second)
-        return -self._node(Op.ADD, -first, -second) if second < 0 else -self._node(Op.SUB, -first, second)
+            return self._node(_ADD, first, second) if second > 0 else self._node(_SUB, first, -second)
+        return -self._node(_ADD, -first, -second) if second < 0 else -self._node(_SUB, -first, second)
 
     def sub(self, x: Ref, y: Ref) -> Ref:
         return self.add(x, -y) if y != ZERO else x
@@ -174,16 +186,16 @@ class Tape:
         if y == ONE:
             return x
         op_x, op_y = self.op[x], self.op[y]
-        if op_x is not Op.CONST and op_y is not Op.CONST:
-            return self._node(Op.MUL, x, y) if x < y else self._node(Op.MUL, y, x)
-        if op_x is Op.CONST and op_y is Op.CONST:
-            return self._folded(Op.MUL, x, y, self._number(x) * self._number(y))
-        if op_y is Op.CONST:
+        if op_x is not _CONST and op_y is not _CONST:
+            return self._node(_MUL, x, y) if x < y else self._node(_MUL, y, x)
+        if op_x is _CONST and op_y is _CONST:
+            return self._folded(_MUL, x, y, self._number(x) * self._number(y))
+        if op_y is _CONST:
             x, y, op_y = y, x, op_x
-        if op_y is Op.MUL and self.op[self.a[y]] is Op.CONST:
+        if op_y is _MUL and self.op[self.a[y]] is _CONST:
             factor = self.a[y]
-            return self.mul(self._folded(Op.MUL, x, factor, self._number(x) * self._number(factor)), self.b[y])
-        return self._node(Op.MUL, x, y)
+            return self.mul(self._folded(_MUL, x, factor, self._number(x) * self._number(factor)), self.b[y])
+        return self._node(_MUL, x, y)
 
     def div(self, x: Ref, y: Ref) -> Ref:
         """Return x / y. Raises ZeroDivisionError when y is the constant 0."""
@@ -197,13 +209,13 @@ class Tape:
             return x
         if x == y:
             return ONE
-        if self.op[y] is Op.CONST:
-            if self.op[x] is Op.CONST:
-                return self._folded(Op.DIV, x, y, self._number(x) / self._number(y))
-            return self.mul(self._folded(Op.DIV, ONE, y, 1.0 / self._number(y)), x)
+        if self.op[y] is _CONST:
+            if self.op[x] is _CONST:
+                return self._folded(_DIV, x, y, self._number(x) / self._number(y))
+            return self.mul(self._folded(_DIV, ONE, y, 1.0 / self._number(y)), x)
         if self.reciprocals and x != ONE:
-            return self.mul(x, self._node(Op.DIV, ONE, y))
-        return self._node(Op.DIV, x, y)
+            return self.mul(x, self._node(_DIV, ONE, y))
+        return self._node(_DIV, x, y)
 
     def call(self, op: Op, x: Ref, y: Ref = 0) -> Ref:
         """Apply a function of one or two arguments. Raises ValueError for a constant outside its domain."""
@@ -232,11 +244,11 @@ class Tape:
         number = self.value(condition)
         if number is not None:
             return then if number != 0.0 else otherwise
-        return self._node(Op.SELECT, condition, then, otherwise)
+        return self._node(_SELECT, condition, then, otherwise)
 
     def map_result(self, map_number: int, result: int) -> Ref:
         """Return the reference of one scalar result of a Map that is on this tape."""
-        return self._node(Op.MAP, map_number, result)
+        return self._node(_MAP, map_number, result)
 
     def curve(self, curve: CurveLike, derivative: int, x: Ref) -> Ref:
         """Return a derivative (0: the value) of a curve at x. Raises ValueError if a constant x is outside of it."""
@@ -249,7 +261,7 @@ class Tape:
         if known is None:
             known = len(self.curves)
             self.curves.append((curve, derivative))
-        return self._node(Op.CURVE, x, known)
+        return self._node(_CURVE, x, known)
 
     def power(self, x: Ref, exponent: int) -> Ref:
         """Return x to an integer exponent by repeated squaring."""
@@ -295,12 +307,12 @@ class Tape:
         op = self.op[node]
         if op in LEAVES:
             return ()
-        if op is Op.SELECT:
+        if op is _SELECT:
             return (self.a[node], self.b[node], self.c[node])
-        if op is Op.MAP:
+        if op is _MAP:
             # maps hold Map, which knows Tape
             return tuple(self.maps[self.a[node]].gathered)  # type: ignore[attr-defined]
-        if op in UNARY or op is Op.CURVE:
+        if op in UNARY or op is _CURVE:
             return (self.a[node],)
         return (self.a[node], self.b[node])
 
@@ -323,7 +335,7 @@ class Tape:
                 needed[abs(a[node])] = 1
             elif count == 3:
                 needed[abs(a[node])] = needed[abs(b[node])] = needed[abs(c[node])] = 1
-            elif op[node] is Op.MAP and a[node] not in gathered_maps:
+            elif op[node] is _MAP and a[node] not in gathered_maps:
                 gathered_maps.add(a[node])  # its results share their operands: following them once keeps this linear
                 for ref in self.operands(node):
                     needed[abs(ref)] = 1
@@ -333,7 +345,7 @@ class Tape:
 
     def depends_on(self, outputs: Iterable[Ref]) -> set[InputSymbol]:
         """Return the input symbols that the outputs depend on by structure."""
-        return {self.inputs[self.a[node]] for node in self.live(outputs) if self.op[node] is Op.INPUT}
+        return {self.inputs[self.a[node]] for node in self.live(outputs) if self.op[node] is _INPUT}
 
     def counts(self, outputs: Iterable[Ref]) -> Counts:
         """Count the operations of outputs: a Map's kernel once per element, operations shared by joined Maps once."""
@@ -341,16 +353,14 @@ class Tape:
         live = self.live(outputs)
         tally = Counter([self.op[node] for node in live])
         # Maps, which know Tape
-        maps: dict[int, Any] = {self.a[node]: self.maps[self.a[node]] for node in live if self.op[node] is Op.MAP}
-        del tally[Op.MAP]
+        maps: dict[int, Any] = {self.a[node]: self.maps[self.a[node]] for node in live if self.op[node] is _MAP}
+        del tally[_MAP]
         for loop, _ in next(iter(maps.values())).together(maps) if maps else ():
             total = total + loop.counts()
-        functions = sum(tally[op] for op in UNARY) + tally[Op.POW] + tally[Op.ATAN2] + tally[Op.CURVE]
-        selections = tally[Op.MIN] + tally[Op.MAX] + tally[Op.LT] + tally[Op.LE] + tally[Op.SELECT]
+        functions = sum(tally[op] for op in UNARY) + tally[Op.POW] + tally[Op.ATAN2] + tally[_CURVE]
+        selections = tally[Op.MIN] + tally[Op.MAX] + tally[Op.LT] + tally[Op.LE] + tally[_SELECT]
         statements = sum(count for op, count in tally.items() if op not in LEAVES)
-        return total + Counts(
-            tally[Op.ADD] + tally[Op.SUB], tally[Op.MUL], tally[Op.DIV], functions, selections, statements
-        )
+        return total + Counts(tally[_ADD] + tally[_SUB], tally[_MUL], tally[_DIV], functions, selections, statements)
 
     def label(self, node: int) -> str:
         """Return the physical meaning under which a node was recorded."""

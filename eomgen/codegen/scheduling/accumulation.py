@@ -24,6 +24,8 @@ from eomgen.symbolic.tape import ZERO, Ref, Tape
 _FEW = 4
 #: Stretches of elements that add to equally spaced places, at most.
 _STRETCHES = 12
+#: Operations as globals: looking a member up in an enumeration takes five times as long.
+_ADD, _SUB, _MAP = Op.ADD, Op.SUB, Op.MAP
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
                 sums.setdefault(tape.a[abs(item)], []).append(summand)
     read: dict[int, int] = {}
     for node in live:
-        if tape.op[node] is Op.MAP:
+        if tape.op[node] is _MAP:
             read[tape.a[node]] = read.get(tape.a[node], 0) + 1
     additions: dict[int, tuple[Addition, ...]] = {}
     for number, items in sums.items():
@@ -100,9 +102,9 @@ def _uses(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> 
     gathered: set[int] = set()
     for node in live:
         op = tape.op[node]
-        if op in LEAVES or (op is Op.MAP and tape.a[node] in gathered):
+        if op in LEAVES or (op is _MAP and tape.a[node] in gathered):
             continue
-        if op is Op.MAP:
+        if op is _MAP:
             gathered.add(tape.a[node])
         for ref in tape.operands(node):
             uses[abs(ref)] += 1
@@ -119,10 +121,10 @@ def _summands(tape: Tape, ref: Ref, uses: Mapping[int, int]) -> tuple[list[Ref],
         item = pending.pop()
         node, sign = abs(item), 1 if item > 0 else -1
         op = tape.op[node]
-        if op is Op.MAP and uses[node] == 1:
+        if op is _MAP and uses[node] == 1:
             of_maps.append(item)
-        elif op in (Op.ADD, Op.SUB) and uses[node] == 1:
-            pending += [(sign if op is Op.ADD else -sign) * tape.b[node], sign * tape.a[node]]
+        elif op in (_ADD, _SUB) and uses[node] == 1:
+            pending += [(sign if op is _ADD else -sign) * tape.b[node], sign * tape.a[node]]
         elif node != ZERO:
             others.append(item)
     return of_maps, others

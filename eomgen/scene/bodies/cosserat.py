@@ -6,7 +6,7 @@ The inertia of each element is lumped at its two nodes: Hante, Tumiotto and Arno
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, reduce
 from itertools import accumulate
@@ -111,10 +111,14 @@ class Cosserat:
 
     def bodies(self) -> tuple[Body, ...]:
         """Return the nodes as bodies, each with the inertia of half of the elements that it joins."""
+        made: dict[tuple[tuple[Fraction, int], ...], Body] = {}
         result = []
         for number, name in enumerate(self.nodes):
             beside = self.parts[max(number - 1, 0) : number + 1]
-            result.append(_node(name, [(part.length / 2, part.section) for part in beside], self.name))
+            alike = tuple((part.length, id(part.section)) for part in beside)
+            if alike not in made:
+                made[alike] = _node(name, [(part.length / 2, part.section) for part in beside], self.name)
+            result.append(replace(made[alike], name=name))
         return tuple(result)
 
 

@@ -9,6 +9,7 @@ joint.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import compress
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from eomgen.scene.reading.values import Values
 UNRESISTED = "no inertia resists "
 #: An inertia is zero if it is below this part of its value with the joints beyond held.
 _NOTHING = 1e-11
+#: A body resists every motion if none of its principal values is below this part of the largest one.
+_SOLID = 1e-9
 #: A joint takes part in a motion if its share of it is larger.
 _SHARE = 1e-6
 
@@ -64,7 +67,10 @@ def _motions(
     together = {body: inertia.copy() for body, inertia in own.items()}  # with all joints beyond held
     answers: dict[str, list[tuple[Joint, Array, Array]]] = {}  # by body: joints on it
     notes = []
+    solid = _solid(joints, own)
     for joint, place in zip(reversed(joints), reversed(places), strict=True):
+        if joint.child in solid:
+            continue
         rotation, shift, S = _moved(joint, values, rng)
         S = S / np.array([1.0, 1.0, 1.0, size, size, size])[:, np.newaxis]
         position = place / size + np.array(joint.orientation) @ shift
@@ -128,6 +134,16 @@ def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], ine
     )
 
 
+def _solid(joints: Sequence[Joint], own: Mapping[str, Array]) -> set[str]:
+    """Return the bodies on the base that carry none and whose own inertia resists every motion."""
+    carriers = {joint.parent for joint in joints}
+    outermost = [joint.child for joint in joints if joint.parent not in own and joint.child not in carriers]
+    outermost = [body for body in outermost if np.isfinite(own[body]).all()]
+    resisted = np.linalg.eigvalsh(np.array([own[body] for body in outermost]).reshape(-1, 6, 6))
+    least, largest = resisted[:, 0], resisted[:, -1]
+    return set(compress(outermost, (least > _SOLID * largest).tolist()))
+
+
 def _size(vectors: Sequence[Array]) -> float:
     """Return the largest length of vectors, m; 1 if all are zero or one is not finite."""
     largest = max((float(np.linalg.norm(vector)) for vector in vectors), default=0.0)
@@ -142,7 +158,10 @@ def _spatial(inertia: Inertia | None, section: str, size: float) -> Array:
     if inertia is None or section == "beams":
         return np.eye(6)
     arm = skew(inertia.mass * inertia.center) / size
-    return np.block([[inertia.about_origin() / size**2, arm], [arm.T, inertia.mass * np.eye(3)]])
+    spatial = np.empty((6, 6))
+    spatial[:3, :3], spatial[:3, 3:] = inertia.about_origin() / size**2, arm
+    spatial[3:, :3], spatial[3:, 3:] = arm.T, inertia.mass * np.eye(3)
+    return spatial
 
 
 def _moved(joint: Joint, values: Values, rng: np.random.Generator) -> tuple[Array, Array, Array]:

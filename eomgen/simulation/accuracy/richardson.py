@@ -135,7 +135,9 @@ def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest
     span = float(runs.span.rows[-1, 0] - runs.span.rows[0, 0])
     least = runs.size.sizes["increment"] / span  # smaller velocities are rounding
     measures = np.maximum(velocities, np.where(np.isfinite(least), least, 0.0))
-    fastest = np.array([measures[units == unit].max() for unit in units])
+    fastest = np.zeros(model.nv)
+    for unit in np.unique(units):
+        fastest[units == unit] = measures[units == unit].max()
     elastic = np.zeros(model.nv, dtype=bool)
     for factor in model.factors:
         elastic[factor.v] = factor.name in model.beams
