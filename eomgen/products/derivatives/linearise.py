@@ -199,19 +199,10 @@ def _directions(
     parameters, states = list(model.parameters), list(model.z_names)
     rates = list(model.v_names)
     places = [f"q{name[1:]}" for name in rates]
-    if isinstance(by, str):
-        raise UsageError(Problem("by", f"directions are a list of names, not the text {by!r}", f'by=["{by}"]'))
-    if not (by is None or isinstance(by, Iterable)):
-        fault = f"directions are a list of names, not {shown(by)}"
-        raise UsageError(Problem("by", fault, f'by=["{(parameters or places)[0]}"]'))
-    every = parameters if by is None else list(by)
+    every = _names(by, parameters, places, rates)
     samples = _samples(model, [name for name in every if str(name).startswith(_INPUTS)], given, steps)
     chosen = [name for name in every if not str(name).startswith(_INPUTS)]
     known = {"p": parameters, "q": places, "v": rates, "z": states}
-    if not every:
-        fault = "there is nothing to take derivatives by" if by is not None else "the scene has no tunable parameters"
-        hint = f'by=["{places[0]}", "{rates[0]}"], of the initial state' if by is None else 'by=["mass"]'
-        raise UsageError(Problem("by", fault, hint))
     for name in chosen:
         if not any(name in names for names in known.values()):
             of_state = str(name).startswith(("q.", "v.", "z."))
@@ -222,6 +213,23 @@ def _directions(
     if len(set(ordered)) < len(chosen) or len(set(samples)) < len(samples):
         raise UsageError(Problem("by", "a name is given twice", "each of them once"))
     return (*ordered, *(name for name, _ in samples)), By(columns, [place for _, place in samples])
+
+
+def _names(
+    by: Sequence[str] | None, parameters: Sequence[str], places: Sequence[str], rates: Sequence[str]
+) -> list[str]:
+    """Return the names of directions, of the tunable parameters by default. Raises UsageError if there are none."""
+    if isinstance(by, str):
+        raise UsageError(Problem("by", f"directions are a list of names, not the text {by!r}", f'by=["{by}"]'))
+    if not (by is None or isinstance(by, Iterable)):
+        fault = f"directions are a list of names, not {shown(by)}"
+        raise UsageError(Problem("by", fault, f'by=["{([*parameters, *places])[0]}"]'))
+    names = list(parameters if by is None else by)
+    if not names:
+        fault = "there is nothing to take derivatives by" if by is not None else "the scene has no tunable parameters"
+        hint = f'by=["{places[0]}", "{rates[0]}"], of the initial state' if by is None else 'by=["mass"]'
+        raise UsageError(Problem("by", fault, hint))
+    return names
 
 
 def _samples(

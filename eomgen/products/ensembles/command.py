@@ -95,11 +95,7 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
         print_json(result.to_dict() | {"files": [file.name for file in files], "folder": str(Path(folder))})
     else:
         _print(result)
-    for one in result.failed[:_NAMED]:
-        values = ", ".join(f"{name} = {value:.6g}" for name, value in one.values.items())
-        say(f"sample {one.number} failed ({values}): {one.reason}")
-    if len(result.failed) > _NAMED:
-        say(f"{counted(len(result.failed) - _NAMED, 'more failed sample')}, in failed.csv")
+    _say_failures(result)
     say(f"{result.message}\nwritten to {Path(folder)}: {', '.join(file.name for file in files)}")
     if not result.reduction.has_quantiles:
         say("without medians and quantiles, which need pip install 'eomgen[ensembles]'")
@@ -108,6 +104,14 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     if result.interrupted:
         return INTERRUPTED
     return NumericalError.exit_code if len(result.failed) == result.done else 0
+
+
+def _say_failures(result: Ensemble) -> None:
+    for one in result.failed[:_NAMED]:
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in one.values.items())
+        say(f"sample {one.number} failed ({values}): {one.reason}")
+    if len(result.failed) > _NAMED:
+        say(f"{counted(len(result.failed) - _NAMED, 'more failed sample')}, in failed.csv")
 
 
 def _why_unranked(result: Ensemble) -> str:

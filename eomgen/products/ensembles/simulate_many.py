@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, contextmanager, nullcontext, suppress
 from importlib.util import find_spec
@@ -156,17 +156,13 @@ def simulate_many(
     pilot = simulate(model, t_end, step, **with_scenes_laws(model, items, options), error_estimate=error_estimate)
     if pilot.interrupted:
         raise KeyboardInterrupt
-    if "largest_step" in pilot.metadata["settings"]:  # the run without variations decides for all samples
-        settings = {**(options.get("settings") or {}), "largest_step": pilot.metadata["settings"]["largest_step"]}
-        options = {**options, "settings": settings}
+    options = _with_largest_step(options, pilot)
     looked_at = _columns(pilot, columns)
     times = row_times(pilot.metadata, model.library.real)
     thinned = np.unique(np.linspace(0, len(times) - 1, min(points, len(times))).astype(int))
     target = None if folder is None else Path(folder)
     kept = _numbers(keep, drawn.samples)
-    if kept and target is None:
-        raise UsageError(Problem("keep", "solutions of samples are kept in a folder, and none is given", "folder=..."))
-    _check_kind(keep_as)
+    _check_kept(kept, keep_as, target)
     work_of_one = int(pilot.stats.get("evaluations", 0)) * max(1, model.nv + model.nz)
     block = _block(drawn.samples, work_of_one, len(looked_at) * len(thinned))
     described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
@@ -366,8 +362,18 @@ def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
     return frozenset(result)
 
 
-def _check_kind(keep_as: str) -> None:
-    """Raise UsageError if solutions cannot be kept as such files."""
+def _with_largest_step(options: EnsembleOptions, pilot: Solution) -> EnsembleOptions:
+    """Return the options of all samples: the run without variations decides on their largest step."""
+    if "largest_step" not in pilot.metadata["settings"]:
+        return options
+    settings = {**(options.get("settings") or {}), "largest_step": pilot.metadata["settings"]["largest_step"]}
+    return {**options, "settings": settings}
+
+
+def _check_kept(kept: Collection[int], keep_as: str, target: Path | None) -> None:
+    """Raise UsageError if solutions of samples cannot be kept, or not as such files."""
+    if kept and target is None:
+        raise UsageError(Problem("keep", "solutions of samples are kept in a folder, and none is given", "folder=..."))
     if keep_as not in _KEPT_AS:
         hint = " or ".join(_KEPT_AS)
         raise UsageError(Problem("keep_as", f"solutions are not kept as {quoted(str(keep_as))}", hint))

@@ -22,6 +22,7 @@ from eomgen.formula.units.parser import is_quantity
 
 if TYPE_CHECKING:
     from eomgen.products.fields.documents.document import FieldSystem, Hamiltonian
+    from eomgen.products.fields.hamiltonian.methods import Method
     from eomgen.products.fields.hamiltonian.solution import HamiltonianSolution
     from eomgen.products.fields.sampling import FieldSamples
 
@@ -44,30 +45,8 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     for term in document.terms:
         parts[term.dependence] = parts.get(term.dependence, 0) + 1
     coupled = list(dict.fromkeys(term.name for term in document.terms if term.dependence == "coupled"))
-    gradients = len(chosen.fractions) // 2 if chosen.composed else 0
     if as_json:
-        print_json(
-            {
-                "system": document.name,
-                "description": document.description,
-                "coordinates": [
-                    {name: value for name, value in vars(item).items() if not name.endswith("_formula")}
-                    for item in document.coordinates
-                ],
-                "parameters": {item.name: item.value for item in document.parameters},
-                "outputs": [item.name for item in document.outputs],
-                "separable": document.separable,
-                "terms": parts,
-                "coupled": coupled,
-                "functions": counts,
-                "method": {
-                    "name": chosen.name,
-                    "order": chosen.order,
-                    "gradients": gradients,
-                    "stability_limit": chosen.stability_limit,
-                },
-            }
-        )
+        print_json(_data(document, chosen, parts, coupled, counts))
         return
     names = [item.name for item in document.coordinates]
     shown = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
@@ -75,12 +54,48 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     rows += [("parameters", ", ".join(f"{item.name} = {item.value:.6g}" for item in document.parameters[:8]))]
     rows += [("terms of H", ", ".join(f"{count} {name}" for name, count in parts.items()))]
     rows += [("separable", "yes: T(p) + V(q)" if document.separable else f"no, by {', '.join(coupled[:4])}")]
+    gradients = _gradients(chosen)
     steps = f"{counted(gradients, 'evaluation')} of forces a step" if gradients else _KINDS[chosen.kind]
     limit = f", stable up to step x frequency = {chosen.stability_limit:.4g}" if chosen.stability_limit else ""
     rows += [("method", f"{chosen.name}, order {chosen.order}, {steps}{limit}")]
     print_table(document.name, ("", ""), [row for row in rows if row[1]])
     functions = ((name, system.functions[name].description, str(count["flops"])) for name, count in counts.items())
     print_table("functions", ("", "", "operations"), functions, numeric=(2,))
+
+
+def _data(
+    document: Hamiltonian,
+    chosen: Method,
+    terms: Mapping[str, int],
+    coupled: Sequence[str],
+    functions: Mapping[str, Mapping[str, int]],
+) -> dict[str, Any]:
+    """Return the output of ``info`` for a system as JSON types."""
+    return {
+        "system": document.name,
+        "description": document.description,
+        "coordinates": [
+            {name: value for name, value in vars(item).items() if not name.endswith("_formula")}
+            for item in document.coordinates
+        ],
+        "parameters": {item.name: item.value for item in document.parameters},
+        "outputs": [item.name for item in document.outputs],
+        "separable": document.separable,
+        "terms": terms,
+        "coupled": coupled,
+        "functions": functions,
+        "method": {
+            "name": chosen.name,
+            "order": chosen.order,
+            "gradients": _gradients(chosen),
+            "stability_limit": chosen.stability_limit,
+        },
+    }
+
+
+def _gradients(method: Method) -> int:
+    """Return the evaluations of forces in a step of a composition; 0 for other methods."""
+    return len(method.fractions) // 2 if method.composed else 0
 
 
 def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots: bool, as_json: bool) -> int:

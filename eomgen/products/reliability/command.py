@@ -117,6 +117,21 @@ def _print(study: RandomVibration) -> None:
         "its variance", f"the variance of {study.output}"
     )
     print_table(title, ("process", "kind", "variables", "% of its variance"), kept, numeric=(2, 3))
+    _print_probabilities(study)
+    if study.autocovariance:
+        _print_covariance(study)
+    if study.first_passage:
+        _print_passage(study)
+    costs = [
+        (name.replace("_", " "), f"{cost.runs}", f"{cost.adjoints}", f"{cost.tangents}")
+        for name, cost in study.costs.items()
+    ]
+    print_table(
+        "solutions of the equations of motion", ("for", "runs", "adjoint runs", "tangents"), costs, numeric=(1, 2, 3)
+    )
+
+
+def _print_probabilities(study: RandomVibration) -> None:
     names = [name for name in _SHOWN if name in study.distributions]
     table, texts = [], told_apart(study.thresholds.tolist())
     for k in range(len(texts)):
@@ -129,33 +144,28 @@ def _print(study: RandomVibration) -> None:
         table.append((texts[k], ">" if upper else "<=", *cells))
     heads = ("threshold", "y is", *(name.replace("_", " ") for name in names))
     print_table("probabilities", heads, table, numeric=(0, *range(2, len(heads))))
-    if study.autocovariance:
-        order = sorted(range(len(study.times)), key=lambda k: float(study.times[k]))
-        covariances = [
-            (f"{study.times[k]:.6g}", *(f"{values[k]:.6g}" for values in study.autocovariance.values())) for k in order
-        ]
-        heads = ("at t in s", *(name.replace("_", " ") for name in study.autocovariance))
-        title = f"covariance with the output at t = {study.t:.6g} s"
-        print_table(title, heads, covariances, numeric=tuple(range(len(heads))))
-    if study.first_passage:
-        levels = told_apart(list(study.first_passage))
-        passage = [
-            (
-                text,
-                *(f"{values[name]:.4g}" if name in values else "-" for name in ("crossing_rate", "monte_carlo")),
-            )
-            for text, values in zip(levels, study.first_passage.values(), strict=True)
-        ]
-        print_table(
-            "first passage from below", ("level", "rate of crossings", "monte carlo"), passage, numeric=(0, 1, 2)
-        )
-    costs = [
-        (name.replace("_", " "), f"{cost.runs}", f"{cost.adjoints}", f"{cost.tangents}")
-        for name, cost in study.costs.items()
+
+
+def _print_covariance(study: RandomVibration) -> None:
+    order = sorted(range(len(study.times)), key=lambda k: float(study.times[k]))
+    covariances = [
+        (f"{study.times[k]:.6g}", *(f"{values[k]:.6g}" for values in study.autocovariance.values())) for k in order
     ]
-    print_table(
-        "solutions of the equations of motion", ("for", "runs", "adjoint runs", "tangents"), costs, numeric=(1, 2, 3)
-    )
+    heads = ("at t in s", *(name.replace("_", " ") for name in study.autocovariance))
+    title = f"covariance with the output at t = {study.t:.6g} s"
+    print_table(title, heads, covariances, numeric=tuple(range(len(heads))))
+
+
+def _print_passage(study: RandomVibration) -> None:
+    levels = told_apart(list(study.first_passage))
+    passage = [
+        (
+            text,
+            *(f"{values[name]:.4g}" if name in values else "-" for name in ("crossing_rate", "monte_carlo")),
+        )
+        for text, values in zip(levels, study.first_passage.values(), strict=True)
+    ]
+    print_table("first passage from below", ("level", "rate of crossings", "monte carlo"), passage, numeric=(0, 1, 2))
 
 
 def described_processes(inputs: Sequence[Input]) -> list[dict[str, Any]]:

@@ -119,6 +119,7 @@ class RoutineText(Expressions):
         return going
 
     def _statement(self, node: Any) -> bool:
+        # one case for each statement of C: a table of methods would hide their results
         match node:
             case None | c_ast.EmptyStatement():
                 return True

@@ -431,15 +431,19 @@ class _FieldReader(Entries):
             elif name != "energy" and label in _WORDS:
                 self.report.add(key, f"the name {label} is a word of formulas", f"{label}_value")
             if text:
-                try:
-                    formula = cell_formula(self.report.where(key), text, known)
-                    result |= {symbol.name for symbol in symbols(formula)}
-                except DescriptionError as error:
-                    for problem in error.problems:
-                        self.report.add(key, problem.what, problem.hint)
+                result |= self.named_in_cell(key, text, known)
             if name != "energy":
                 known.append(label)
         return tuple(name for name in own if name in result), tuple(name for name in columns if name in result)
+
+    def named_in_cell(self, key: str, text: str, known: Sequence[str]) -> set[str]:
+        """Return the names in a formula of a cell; none if it has a fault, which is reported."""
+        try:
+            return {symbol.name for symbol in symbols(cell_formula(self.report.where(key), text, known))}
+        except DescriptionError as error:
+            for problem in error.problems:
+                self.report.add(key, problem.what, problem.hint)
+        return set()
 
     # -- the rest ----------------------------------------------------------------------------------------------------
 

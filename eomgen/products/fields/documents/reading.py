@@ -26,7 +26,7 @@ from eomgen.products.fields.documents.document import (
     Run,
     Term,
 )
-from eomgen.products.fields.documents.entries import KIND, Entries, check_keys
+from eomgen.products.fields.documents.entries import Entries, check_keys
 from eomgen.scene.formula.namespaces import mapped
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
@@ -48,11 +48,6 @@ _KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulati
 _OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
 #: Operations at which a sum of terms is split.
 _SUMS = ("add", "sub")
-
-
-def is_hamiltonian(data: Mapping[str, Any]) -> bool:
-    """Return whether nested data describe a Hamiltonian system."""
-    return data.get("kind") == KIND
 
 
 def load_hamiltonian(path: str | os.PathLike[str]) -> Hamiltonian:

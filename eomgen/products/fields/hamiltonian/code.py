@@ -10,6 +10,7 @@ each is the exact motion of its part of H.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
@@ -106,6 +107,11 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
             _function("drift", "rates of coordinates, dT/dp", ("p", "v"), Block("qdot", (n,), tuple(slopes[n:]))),
             _function("kick", "rates of momenta, -dV/dq", ("p", "q"), Block("pdot", (n,), _negative(slopes[:n]))),
         ]
+    return _system(document, tape, functions)
+
+
+def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) -> System:
+    n = len(document.coordinates)
     return System(
         document.name,
         tape,

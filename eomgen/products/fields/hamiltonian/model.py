@@ -218,10 +218,7 @@ class HamiltonianModel:
             raise UsageError(Problem("tolerance", fault, f'method="rk45", or a step below {abs(step):.6g}'))
         allowed = run.tolerance if tolerance is None else _finite("tolerance", tolerance)
         check_tolerance(allowed)
-        if isinstance(every, np.integer):
-            every = int(every)
-        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-            raise UsageError(Problem("record_every", f"{every!r} is no whole number from 1", "record_every=10"))
+        every = _spacing(every)
         values = self._values(parameters)
         state = self._start(initial, values)
         began = time.perf_counter()
@@ -237,9 +234,8 @@ class HamiltonianModel:
                 raise KeyboardInterrupt
             return result if ended == 0 else None
 
-        if not error_estimate or status:
-            errors = StepErrors(reason="the run did not reach its end" if status else "it was switched off")
-        else:
+        errors = StepErrors(reason="the run did not reach its end" if status else "it was switched off")
+        if error_estimate and not status:
             names = [*self.q_names, *self.p_names]
             try:
                 if chosen.chooses_steps:
@@ -250,15 +246,7 @@ class HamiltonianModel:
             except KeyboardInterrupt:  # the rows so far are kept
                 errors = StepErrors(reason="it was interrupted")
         t, q, p = taken * step, rows[:, : self.n].copy(), rows[:, self.n :].copy()
-        parts = self._call("hamiltonian", [q, p], values)[0]
-        energy: dict[str, Array] = {
-            name: parts[:, k] for k, name in enumerate(DEPENDENCES) if name != "coupled" or not self.separable
-        }
-        energy["total"] = parts.sum(axis=1)
-        outputs: ByName[Array] = ByName("output", {})
-        if self.document.outputs:
-            y = self._call("observed", [q, p], values)[0]
-            outputs = ByName("output", {item.name: y[:, k] for k, item in enumerate(self.document.outputs)})
+        energy, outputs = self._observed(q, p, values)
         changed, exploded = _change_of_energy(energy, chosen, step)
         notes = [_ending(status, t, step, steps), self._too_large(chosen, step, state[0], values), changed]
         return HamiltonianSolution(
@@ -270,24 +258,43 @@ class HamiltonianModel:
             {**dict(zip(_COUNTED, counted, strict=True)), "wall_time": seconds},
             status == 0 and not exploded,
             "; ".join(note for note in notes if note),
-            {
-                "name": self.name,
-                "method": chosen.name,
-                "order": chosen.order,
-                "first": first if chosen.composed else "",
-                "step": step,
-                "tolerance": allowed if chosen.chooses_steps else None,
-                "compensated": kept,
-                "parameters": dict(zip(self.parameters, values.tolist(), strict=True)),
-                "names": {"q": self.q_names, "p": self.p_names, "outputs": list(outputs)},
-                "units": {
-                    "q": [item.unit for item in self.document.coordinates],
-                    "p": [item.momentum_unit for item in self.document.coordinates],
-                    "outputs": [item.unit for item in self.document.outputs],
-                },
-            },
+            self._metadata(chosen, first, step, allowed, kept, values),
             errors,
         )
+
+    def _observed(self, q: Array, p: Array, values: Array) -> tuple[dict[str, Array], ByName[Array]]:
+        """Return the parts of H and the outputs at states, (rows, n) each."""
+        parts = self._call("hamiltonian", [q, p], values)[0]
+        energy: dict[str, Array] = {
+            name: parts[:, k] for k, name in enumerate(DEPENDENCES) if name != "coupled" or not self.separable
+        }
+        energy["total"] = parts.sum(axis=1)
+        outputs: ByName[Array] = ByName("output", {})
+        if self.document.outputs:
+            y = self._call("observed", [q, p], values)[0]
+            outputs = ByName("output", {item.name: y[:, k] for k, item in enumerate(self.document.outputs)})
+        return energy, outputs
+
+    def _metadata(
+        self, chosen: Method, first: str, step: float, tolerance: float, compensated: bool, values: Array
+    ) -> dict[str, Any]:
+        """Return the settings of a run, names and units."""
+        return {
+            "name": self.name,
+            "method": chosen.name,
+            "order": chosen.order,
+            "first": first if chosen.composed else "",
+            "step": step,
+            "tolerance": tolerance if chosen.chooses_steps else None,
+            "compensated": compensated,
+            "parameters": dict(zip(self.parameters, values.tolist(), strict=True)),
+            "names": {"q": self.q_names, "p": self.p_names, "outputs": [item.name for item in self.document.outputs]},
+            "units": {
+                "q": [item.unit for item in self.document.coordinates],
+                "p": [item.momentum_unit for item in self.document.coordinates],
+                "outputs": [item.unit for item in self.document.outputs],
+            },
+        }
 
     def _steps(
         self,
@@ -462,6 +469,15 @@ def _array(key: str, value: object) -> Array:
         return np.asarray(value, float)
     except (TypeError, ValueError):
         raise UsageError(Problem(key, f"{shown(value)} is no array of numbers", "[0.1, 0.2]")) from None
+
+
+def _spacing(every: object) -> int:
+    """Return the number of steps between rows. Raises UsageError."""
+    if isinstance(every, np.integer):
+        every = int(every)
+    if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+        raise UsageError(Problem("record_every", f"{every!r} is no whole number from 1", "record_every=10"))
+    return every
 
 
 def _finite(key: str, value: object) -> float:

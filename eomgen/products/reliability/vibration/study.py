@@ -154,6 +154,7 @@ def random_vibration(
     Papadimitriou, Mourelatos, Hu: Nonlinear random vibration analysis using second-order adjoint and projected
     differentiation (2021).
     """
+    # one stage of the study a line: cut in two, each half would hand the other ten intermediate results
     check_counts(samples=samples, tail_samples=tail_samples, pairs=pairs, seed=seed)
     check_samples(samples=samples, tail_samples=tail_samples)
     levels = numbers_of("levels", levels, "levels=[1.5]", least=0).tolist()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -180,64 +180,42 @@ class Judgement:
         freedom: int,
     ) -> list[str]:
         spread = [float(np.std(self.unknowns.data[self.unknowns.columns == k])) for k in range(len(columns))]
-        notes = []
-        if not self.fit.converged:
-            notes.append(f"the search did not converge ({self.fit.text})")
-        for one in combinations[:_NAMED]:
-            if len(one.members) <= _NAMED:
-                to_first = ", to first order" if one.form == "first order" else ""
-                notes.append(f"only {one.text} is determined{to_first}")
-            else:
-                notes.append(f"{one.members[0]} cannot be told from {len(one.members) - 1} others")
-        if len(combinations) > _NAMED:
-            notes.append(f"{len(combinations) - _NAMED} more combinations")
+        # data without noise would ask for any step
+        noisy = [one for one, size in zip(columns, spread, strict=True) if one.rms > _NOISELESS * size]
+        return [
+            *([] if self.fit.converged else [f"the search did not converge ({self.fit.text})"]),
+            *_notes_of_combinations(combinations),
+            *self._notes_of_estimates(estimates, combinations),
+            *(self._notes_of_steps(estimates) if noisy else ()),
+            *(_notes_of_deviations(squares, freedom) if self.given and freedom > 0 else ()),
+            *_notes_of_correlation(noisy),
+        ]
+
+    def _notes_of_estimates(self, estimates: Sequence[Estimate], combinations: Sequence[Combination]) -> Iterator[str]:
+        """Yield notes on unknowns without effect, on bounds, and on wide intervals."""
         named = {name for one in combinations for name in one.members}
         lost = [one.name for one in estimates if one.state == "undetermined" and one.name not in named]
         if lost:
-            notes.append(f"without effect on the measurements: {', '.join(lost)}")
+            yield f"without effect on the measurements: {', '.join(lost)}"
         bound = [one.name for one in estimates if one.state == "on its bound"]
         if bound:
-            notes.append(f"on a bound: {', '.join(bound)}; the other intervals hold at this bound")
-        wide = [
-            one.name
-            for one in estimates
-            if one.state == "determined"
-            and one.high - one.low > 2.0 * abs(one.value)
-            and one.name in self.unknowns.parameters
-        ]
+            yield f"on a bound: {', '.join(bound)}; the other intervals hold at this bound"
+        parameters = [one for one in estimates if one.state == "determined" and one.name in self.unknowns.parameters]
+        wide = [one.name for one in parameters if one.high - one.low > 2.0 * abs(one.value)]
         if wide:
-            notes.append(f"intervals wider than the value: {', '.join(wide)}{self._least_determined(estimates)}")
+            yield f"intervals wider than the value: {', '.join(wide)}{self._least_determined(estimates)}"
+
+    def _notes_of_steps(self, estimates: Sequence[Estimate]) -> Iterator[str]:
+        """Yield a note if the errors of steps move an estimate by much of its deviation."""
         moved = [one for one in estimates if one.state == "determined" and abs(one.bias) > _BIASED * one.deviation]
-        worst = max(moved, key=lambda one: abs(one.bias) / one.deviation, default=None)
-        # data without noise would ask for any step
-        if worst is not None and any(one.rms > _NOISELESS * size for one, size in zip(columns, spread, strict=True)):
+        if moved:
+            worst = max(moved, key=lambda one: abs(one.bias) / one.deviation)
             times = abs(worst.bias) / worst.deviation
             step = self.unknowns.experiments[0].step
-            notes.append(
+            yield (
                 f"the step of {step:.3g} s moves estimates, {worst.name} by {times:.2g} standard deviations: a step of"
                 f" {step * (_BIASED / times) ** 0.5:.2g} s would leave a quarter of one"
             )
-        if self.given and freedom > 0:
-            ratio = float(np.sqrt(squares / freedom))
-            if special.chdtrc(freedom, squares) < _DOUBT:
-                notes.append(
-                    f"residuals are {ratio:.3g} times the deviations given: the model misses something, or these are"
-                    " too small; intervals are too narrow"
-                )
-            elif special.chdtr(freedom, squares) < _DOUBT:
-                notes.append(f"residuals are {ratio:.3g} times the deviations given, which are too large")
-        coloured = [
-            one
-            for one, size in zip(columns, spread, strict=True)
-            if one.autocorrelation > max(_COLOURED, _TIMES / np.sqrt(one.samples)) and one.rms > _NOISELESS * size
-        ]
-        if coloured:
-            listed = ", ".join(f"{one.name} {one.autocorrelation:.2f}" for one in coloured)
-            notes.append(
-                f"residuals are no white noise (correlation one sample apart: {listed}): the model misses something, or"
-                " the noise is filtered; intervals are too narrow"
-            )
-        return notes
 
     def _least_determined(self, estimates: Sequence[Estimate]) -> str:
         """Return the last right singular vector of the derivatives by unknowns in shares of their values, in words."""
@@ -253,6 +231,40 @@ class Judgement:
             return ""
         text = "".join(f" {'-' if c < 0.0 else '+'} {abs(c):.2f} {name}" for c, name in parts).removeprefix(" + ")
         return f"; least determined, in shares of their values: {text.strip()}"
+
+
+def _notes_of_combinations(combinations: Sequence[Combination]) -> Iterator[str]:
+    for one in combinations[:_NAMED]:
+        if len(one.members) <= _NAMED:
+            to_first = ", to first order" if one.form == "first order" else ""
+            yield f"only {one.text} is determined{to_first}"
+        else:
+            yield f"{one.members[0]} cannot be told from {len(one.members) - 1} others"
+    if len(combinations) > _NAMED:
+        yield f"{len(combinations) - _NAMED} more combinations"
+
+
+def _notes_of_deviations(squares: float, freedom: int) -> Iterator[str]:
+    """Yield a note if the sum of squared residuals contradicts the deviations of the noise that are given."""
+    ratio = float(np.sqrt(squares / freedom))
+    if special.chdtrc(freedom, squares) < _DOUBT:
+        yield (
+            f"residuals are {ratio:.3g} times the deviations given: the model misses something, or these are"
+            " too small; intervals are too narrow"
+        )
+    elif special.chdtr(freedom, squares) < _DOUBT:
+        yield f"residuals are {ratio:.3g} times the deviations given, which are too large"
+
+
+def _notes_of_correlation(columns: Sequence[Column]) -> Iterator[str]:
+    """Yield a note if residuals of noisy columns are no white noise."""
+    coloured = [one for one in columns if one.autocorrelation > max(_COLOURED, _TIMES / np.sqrt(one.samples))]
+    if coloured:
+        listed = ", ".join(f"{one.name} {one.autocorrelation:.2f}" for one in coloured)
+        yield (
+            f"residuals are no white noise (correlation one sample apart: {listed}): the model misses something, or"
+            " the noise is filtered; intervals are too narrow"
+        )
 
 
 def interval(confidence: float, freedom: int, *, given: bool) -> float:

@@ -243,23 +243,35 @@ def _notes(weighted: Array, parts: Structure, names: Sequence[str], combinations
     return notes
 
 
-def _motion(model: Model, data: Data, number: int, missing: str) -> Motion:
-    """Return a measured motion. Raises FileError, UsageError."""
-    name, columns = columns_of(data, number)
-    t = times_of(name, columns)
-    accelerations = [f"a{label[1:]}" for label in model.v_names]
-    needed = [*model.q_names, *model.v_names, *accelerations]
+def _check_columns(
+    name: str,
+    columns: Mapping[str, Array],
+    needed: Sequence[str],
+    efforts: Sequence[str],
+    inputs: Sequence[str],
+    *,
+    driven: bool,
+) -> None:
+    """Check that a measured motion has the columns of inverse dynamics.
+
+    Parameters
+    ----------
+    needed : coordinates, velocities and accelerations
+    efforts : all of them or none
+    inputs : of the model; ``driven``: whether there is a column of one, which stands in for efforts
+
+    Raises
+    ------
+    UsageError
+    """
     absent = [label for label in needed if label not in columns]
     if absent:
         fault = f"the columns {listed_plain(absent)} are missing, and inverse dynamics needs all of q, v and a"
         raise UsageError(Problem(name, fault, f"columns named {listed_plain(needed)}"))
-    efforts = efforts_of(model)
-    of_inputs = {label: columns.get(label, columns.get(f"input.{label}")) for label in model.inputs}
-    driven = {label: values for label, values in of_inputs.items() if values is not None}
     torques = [label for label in efforts if label in columns]
     if not torques and not driven:
         fault = "there is neither a column of efforts nor one of an input"
-        raise UsageError(Problem(name, fault, f"columns named {listed_plain([*efforts, *model.inputs])}"))
+        raise UsageError(Problem(name, fault, f"columns named {listed_plain([*efforts, *inputs])}"))
     if torques and len(torques) < len(efforts):
         lost = [label for label in efforts if label not in columns]
         raise UsageError(Problem(name, f"the efforts {listed_plain(lost)} are missing", "0 without one"))
@@ -267,6 +279,19 @@ def _motion(model: Model, data: Data, number: int, missing: str) -> Motion:
     if strange is not None:
         hint = nearest(strange, efforts) or listed_plain(efforts)
         raise UsageError(Problem(f"{name}, column {shown(strange)}", "no joint has this effort", hint))
+
+
+def _motion(model: Model, data: Data, number: int, missing: str) -> Motion:
+    """Return a measured motion. Raises FileError, UsageError."""
+    name, columns = columns_of(data, number)
+    t = times_of(name, columns)
+    accelerations = [f"a{label[1:]}" for label in model.v_names]
+    needed = [*model.q_names, *model.v_names, *accelerations]
+    efforts = efforts_of(model)
+    of_inputs = {label: columns.get(label, columns.get(f"input.{label}")) for label in model.inputs}
+    driven = {label: values for label, values in of_inputs.items() if values is not None}
+    torques = [label for label in efforts if label in columns]
+    _check_columns(name, columns, needed, efforts, model.inputs, driven=bool(driven))
     table = np.stack([*(columns[label] for label in (*needed, *torques)), *driven.values()])
     finite = np.all(np.isfinite(table), axis=0)
     if missing == "refuse" and not finite.all():

@@ -160,17 +160,32 @@ def difference(
     if "z" in of and "z" in held:
         position = max(position, _of_states(model, of["z"], held["z"], rounding))
 
-    kinds = {kind: [k for k, unit in enumerate(model.v_units) if unit == kind] for kind in set(model.v_units)}
-    fastest = {kind: float(np.max(np.abs(held["v"][:, columns]))) for kind, columns in kinds.items()}
     rates = {f"{kind}/s": size for kind, size in scale.items()}
+    velocity = _of_velocities(model, of["v"], held["v"], rates, rounding, turned / span)
+    result = Errors(position, velocity)
+    return result if np.all(np.isfinite(result)) else Errors(float("inf"), float("inf"))
+
+
+def _of_velocities(
+    model: Model, of: Array, held: Array, rates: Mapping[str, float], rounding: float, mean_rate: float
+) -> float:
+    """Return the largest error of velocities (n, nv), each by the largest velocity of its unit.
+
+    Parameters
+    ----------
+    rates : velocities of the size of the machine, by unit
+    rounding : part of the fastest motion within any bound
+    mean_rate : largest displacement by the time of the run, of the size of the machine
+    """
+    kinds = {kind: [k for k, unit in enumerate(model.v_units) if unit == kind] for kind in set(model.v_units)}
+    fastest = {kind: float(np.max(np.abs(held[:, columns]))) for kind, columns in kinds.items()}
     speeds = [speed / rates[kind] for kind, speed in fastest.items() if kind in rates]
-    turning, slow = max(turned / span, *speeds), _SMALL * max(speeds, default=0.0)
+    turning, slow = max(mean_rate, *speeds), _SMALL * max(speeds, default=0.0)
     velocity = 0.0
     for kind, columns in kinds.items():
         size = max(fastest[kind], max(rounding * turning, slow) * rates.get(kind, 0.0)) or 1.0
-        velocity = max(velocity, float(np.max(np.abs(of["v"][:, columns] - held["v"][:, columns]))) / size)
-    result = Errors(position, velocity)
-    return result if np.all(np.isfinite(result)) else Errors(float("inf"), float("inf"))
+        velocity = max(velocity, float(np.max(np.abs(of[:, columns] - held[:, columns]))) / size)
+    return velocity
 
 
 def _of_states(model: Model, of: Array, held: Array, rounding: float) -> float:

@@ -261,10 +261,7 @@ def _explained(report: FormReport, model: Model, states: States) -> FormReport:
 def _terms(scene: Described, only: Sequence[str]) -> list[str]:
     """Return the terms to build: among terms that only a name brings in, the named ones."""
     size = pipeline.derive(scene, ["residual"]).nv
-    if size > LARGE:
-        left_out = {term.name for term in _CHECKED if term.on_request or term.quadratic}
-    else:
-        left_out = {term.name for term in _CHECKED if size > CLOSED and "rigid" in term.exists}
+    left_out = _costly(size)
     if only:
         asked = {"rates" if name.startswith(("base_rates", "input_rates")) else name.partition(".")[0] for name in only}
         if any("second_partials".startswith(name) for name in asked):
@@ -274,6 +271,13 @@ def _terms(scene: Described, only: Sequence[str]) -> list[str]:
         requested = (term.name for term in _CHECKED if term.on_request)
         left_out |= {name for name in requested if not any(name.startswith(begin) for begin in asked)}
     return [term.name for term in _CHECKED if term.name not in left_out]
+
+
+def _costly(size: int) -> set[str]:
+    """Return the terms that only a name brings in, of a scene with so many velocities."""
+    if size > LARGE:
+        return {term.name for term in _CHECKED if term.on_request or term.quadratic}
+    return {term.name for term in _CHECKED if size > CLOSED and "rigid" in term.exists}
 
 
 def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[Claim]:

@@ -155,6 +155,7 @@ def _moved(scene: Scene, moved: _Moved) -> Scene:
 
 def _in(value: Any, moved: _Moved) -> Any:
     """Return data with the formulas in them changed; the same object without changes."""
+    # one case for each kind of data: the recursion over a scene reads best in one place
     if isinstance(value, Symbol):
         place = (value.name, value.index)
         if value.kind not in _COORDINATES or place not in moved:
