@@ -9,13 +9,20 @@ from pathlib import Path
 from eomgen.base.products import Product, named, products
 
 COMMAND = "python -m tests.product_names eomgen/products/offered.py"
+#: Registers whose rows have no names for users.
+_UNNAMED = ("eomgen.info", "eomgen.notes")
 #: Attributes by which rows of registers are called by users.
 _KEYS = ("key", "name", "kind")
 
 
 def names_of(product: Product) -> set[str]:
     """Return the names of a product: of ``eomgen``, of verbs and methods, and of the rows of its registers."""
-    rows = [named(row) if isinstance(row, str) else row for group in product.rows.values() for row in group]
+    rows = [
+        named(row) if isinstance(row, str) else row
+        for group, of_group in product.rows.items()
+        if group not in _UNNAMED
+        for row in of_group
+    ]
     called = {str(getattr(row, key)) for row in rows for key in _KEYS if isinstance(getattr(row, key, None), str)}
     methods = {target.partition(":")[2] for row in rows for target in getattr(row, "methods", ())}
     return {*product.modules, *product.names, *called, *methods} - {""}

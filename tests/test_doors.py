@@ -149,6 +149,7 @@ DOORS: dict[str, set[str]] = {
         "errors",
         "formula",
         "integrators.compositions",
+        "mechanics",
         "scene",
         "symbolic",
         "system",

@@ -18,7 +18,5 @@ __all__ = [
     "substitution",
     "undefined_laws",
     "units",
-    "wave_fields",
-    "wave_recording",
     "words",
 ]

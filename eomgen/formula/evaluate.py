@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol
 
 #: Remedy for a formula of parameters without a value.
 OTHER_VALUES = "other values of the parameters"
@@ -78,10 +78,13 @@ def evaluate(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
     if formula.name == "select":
         condition, then, otherwise = formula.arguments
         return evaluate(then if evaluate(condition, value_of) != 0.0 else otherwise, value_of)
-    if isinstance(formula, WaveQuantity):
-        place = [evaluate(argument, value_of) for argument in formula.arguments]
-        return float(formula.waves.value(formula.name, formula.component, *place))
-    return apply(formula.name, [evaluate(argument, value_of) for argument in formula.arguments])
+    arguments = [evaluate(argument, value_of) for argument in formula.arguments]
+    return quantity_at(formula, arguments) if isinstance(formula, Quantity) else apply(formula.name, arguments)
+
+
+def quantity_at(formula: Quantity, arguments: Sequence[float]) -> float:
+    """Return the value of a quantity of an entry at numbers as arguments."""
+    return float(formula.word.values(formula.item, formula.name, formula.component, *arguments))
 
 
 def evaluate_batch(
@@ -116,8 +119,8 @@ def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike], *, along_
     if formula.name == "select":
         condition, then, otherwise = arguments
         return np.where(np.isnan(condition), np.nan, np.where(condition != 0.0, then, otherwise))
-    if isinstance(formula, WaveQuantity):
-        value = formula.waves.value(formula.name, formula.component, *arguments)
+    if isinstance(formula, Quantity):
+        value = formula.word.values(formula.item, formula.name, formula.component, *arguments)
     else:
         value = _FUNCTIONS[formula.name][1](*arguments)
     unknown = ~np.isfinite(value)
@@ -135,14 +138,14 @@ def curves(formula: Formula) -> frozenset[str]:
     return frozenset()
 
 
-def wave_fields(formula: Formula) -> frozenset[str]:
-    """Return the names of all seas whose waves are in a formula."""
+def entries(formula: Formula) -> frozenset[tuple[str, str]]:
+    """Return section and name of all entries whose quantities are in a formula."""
     if isinstance(formula, Application):
-        return wave_fields(formula.argument)
+        return entries(formula.argument)
     if not isinstance(formula, Operation):
         return frozenset()
-    own = {formula.waves.name} if isinstance(formula, WaveQuantity) else set()
-    return frozenset(own).union(*(wave_fields(argument) for argument in formula.arguments))
+    own = {(formula.word.section, formula.item.name)} if isinstance(formula, Quantity) else set()
+    return frozenset(own).union(*(entries(argument) for argument in formula.arguments))
 
 
 def symbols(formula: Formula) -> frozenset[Symbol]:

@@ -14,7 +14,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.formula.curves import Bump, Curve, Waves
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Application, Formula, Number, Operation, WaveQuantity
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity
 
 #: Kinds of symbols that do not change within a run.
 _HELD = ("parameter", "number", "place", "local")
@@ -76,7 +76,7 @@ def may_be_fast(formula: Formula) -> bool:
     """Return whether a formula may change much faster than its symbols; False for polynomials of low degree."""
     if isinstance(formula, Application):
         return may_be_fast(formula.argument) or (changes(formula) and not isinstance(formula.curve, Waves))
-    if isinstance(formula, WaveQuantity):  # as sums of harmonics: comparison runs show errors that occur in all steps
+    if isinstance(formula, Quantity) and not formula.word.fast:
         return any(may_be_fast(argument) for argument in formula.arguments)
     if not isinstance(formula, Operation) or not changes(formula):
         return False

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity
-from eomgen.formula.wave_fields import QUANTITIES
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol
 
 #: Operator, precedence of the whole, least precedence of the left and of the right operand without brackets.
 _BINARY = {
@@ -45,10 +44,10 @@ def _name(symbol: Symbol, sizes: Callable[[Symbol], int]) -> str:
 
 def _operation(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str, int]:
     parts = [_text(argument, sizes) for argument in formula.arguments]
-    if isinstance(formula, WaveQuantity):
-        index = f"[{formula.component}]" if QUANTITIES[formula.name][1] > 1 else ""
-        place = ", ".join(text for text, _ in parts[: QUANTITIES[formula.name][0]])
-        return f"{formula.name}.{formula.waves.name}({place}){index}", _ATOM
+    if isinstance(formula, Quantity):
+        index = f"[{formula.component}]" if formula.word.components > 1 else ""
+        given = ", ".join(text for text, _ in parts[: len(formula.word.arguments)])
+        return f"{formula.name}.{formula.item.name}({given}){index}", _ATOM
 
     def at_least(part: tuple[str, int], precedence: int) -> str:
         return part[0] if part[1] >= precedence else f"({part[0]})"

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from eomgen.formula.curves import AnyCurve
-from eomgen.formula.wave_fields import WaveField
+from eomgen.formula.words import Word
 
 
 class Node:
@@ -97,29 +97,27 @@ class Operation(Node):
 
 
 @dataclass(frozen=True)
-class WaveQuantity(Operation):
-    """A quantity of waves, ``water_velocity.sea(x, y, z)[2]``: its arguments are the place and, behind it, the time
-    and the parameters of the waves.
+class Quantity(Operation):
+    """A quantity of an entry of a section at given arguments, ``WORD.NAME(x, y)[1]``, by a word of the register.
 
     Attributes
     ----------
     name : str
-        ``elevation``, ``slope``, ``water_velocity`` or ``water_acceleration``.
+        The word.
+    arguments : tuple of Formula
+        The given ones, and behind them the arguments that the word adds.
+    item : object
+        Object of the entry.
     """
 
-    waves: WaveField
+    word: Word
+    item: Any
     component: int = 0
 
 
-def quantity_of_waves(name: str, waves: WaveField, place: tuple[Formula, ...], component: int = 0) -> WaveQuantity:
-    """Return a quantity of waves at a place, now, with the parameters of the waves."""
-    return WaveQuantity(name, (*place, Symbol("time"), *given_to(waves)), waves, component)
-
-
-def given_to(waves: WaveField) -> tuple[Formula, ...]:
-    """Return the arguments of quantities of waves after the time: the factor of amplitudes, and variables."""
-    factor = () if waves.factor is None else (waves.factor,)
-    return (*factor, *(Symbol("parameter", name) for name in waves.variables))
+def quantity_of(word: Word, item: Any, arguments: tuple[Formula, ...], component: int = 0) -> Quantity:
+    """Return the quantity of an entry's object at given arguments."""
+    return Quantity(word.name, (*arguments, *word.added(item)), word, item, component)
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Application, Formula, Number, Operation, WaveQuantity
-from eomgen.formula.wave_fields import QUANTITIES
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity
 
 #: Operations that are as smooth as their operands.
 _SMOOTH = frozenset({"add", "sub", "mul", "neg", "sin", "cos", "sinh", "cosh", "tanh", "exp", "atan"})
@@ -40,9 +39,8 @@ def smooth(formula: Formula) -> bool:
     if isinstance(formula, Application):  # a spline's third derivative jumps at its ends
         kinks = [order for _, order in formula.curve.kinks()]
         return formula.derivative <= 1 and min(kinks, default=3) - formula.derivative >= 2 and smooth(formula.argument)
-    if isinstance(formula, WaveQuantity):  # waves that grow are three times differentiable at both ends of the ramp
-        whole = QUANTITIES[formula.name][0] < 3  # motion of the water bends at the surface and at the bottom
-        return whole and all(smooth(item) for item in formula.arguments)
+    if isinstance(formula, Quantity):
+        return formula.word.smooth and all(smooth(item) for item in formula.arguments)
     first, second = formula.arguments[0], formula.arguments[-1]
     if formula.name == "div":
         return smooth(first) and constant(second)

@@ -1,16 +1,17 @@
-"""Recording of formulas on the tape; tables are one tape operation, bumps and waves are elementary operations."""
+"""Recording of formulas on the tape; tables are one tape operation, bumps and harmonics are elementary operations."""
 
 from __future__ import annotations
 
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
+from eomgen.base.products import named
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import AnyCurve, Bump, Waves
-from eomgen.formula.nodes import Application, Formula, Number, Symbol, WaveQuantity
+from eomgen.formula.nodes import Application, Formula, Number, Quantity, Symbol
 from eomgen.formula.unit_circle import unit_circle
-from eomgen.formula.wave_recording import wave_quantity
 from eomgen.symbolic.harmonics import harmonic_sum
 from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import Op
@@ -53,8 +54,10 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         if taken is not None:  # the other branch may well divide by zero: the condition prevents it
             return record(algebra, branches[0 if taken != 0.0 else 1], resolve)
     arguments = [record(algebra, argument, resolve) for argument in formula.arguments]
-    if isinstance(formula, WaveQuantity):
-        return wave_quantity(algebra, formula.waves, formula.name, formula.component, arguments)
+    if isinstance(formula, Quantity):
+        recording: Any = named(formula.word.recording)
+        result: Scalar = recording(algebra, formula.item, formula.name, formula.component, arguments)
+        return result
     try:
         return _operation(algebra, formula.name, arguments)
     except (ValueError, ArithmeticError):

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from eomgen.formula.curves import Curve
-from eomgen.formula.evaluate import apply
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity
+from eomgen.formula.evaluate import apply, quantity_at
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol
 
 
 def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Formula:
@@ -38,8 +38,8 @@ def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) ->
     arguments = tuple(substituted(argument, value_of) for argument in formula.arguments)
     numbers = [argument.value for argument in arguments if isinstance(argument, Number)]
     if len(numbers) == len(arguments):
-        if isinstance(formula, WaveQuantity):
-            return Number(float(formula.waves.value(formula.name, formula.component, *numbers)))
+        if isinstance(formula, Quantity):
+            return Number(quantity_at(formula, numbers))
         return Number(apply(formula.name, numbers))
     return replace(formula, arguments=arguments)
 

@@ -1,8 +1,14 @@
-"""Reserved words of formulas and units."""
+"""Words of formulas: reserved ones, functions, and the register of words that packages add to the language."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.products import rows_of
 
 WORDS = frozenset({"if", "else", "and", "or", "not"})
 FUNCTIONS: Mapping[str, int] = {
@@ -11,3 +17,82 @@ FUNCTIONS: Mapping[str, int] = {
     **dict.fromkeys(("atan2", "min", "max"), 2),
 }
 RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
+#: The group of entry points under which a distribution gives its words: objects of the class ``Word``, each under its
+#: name.
+GROUP = "eomgen.formula_words"
+
+
+def _no_arguments(item: Any) -> tuple[Any, ...]:
+    return ()
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word that a package adds to formulas, a row of the register: ``WORD.NAME(x, y)[1]`` is a quantity of an entry
+    of a section of the scene, at given arguments.
+
+    The reader of the section puts the object of each entry, with an attribute ``name`` and a hash, into
+    ``reading.tables["entries"][section]``.
+
+    Attributes
+    ----------
+    name : of the word
+    section : of scene files
+    arguments : names of the arguments, for messages
+    values : of a quantity in NumPy, of the broadcast shape of its arguments: a function of the entry's object, the
+        name of the word, the component and all arguments
+    recording : module and name, ``module:function``, of the function that records it on the tape, of an algebra, the
+        entry's object, the name of the word, the component and the list of all arguments; derivatives follow from the
+        operations
+    added : from the entry's object to the formulas of time and of parameters that are arguments behind the given ones
+    components : number of them; a single one has no index
+    unit : of the value in SI; empty for any
+    smooth : whether neither the value nor its rate can jump along arguments that do not
+    fast : whether the value may change much faster than the arguments
+    """
+
+    name: str
+    section: str
+    arguments: tuple[str, ...]
+    values: Callable[..., Any]
+    recording: str
+    added: Callable[[Any], tuple[Any, ...]] = _no_arguments
+    components: int = 1
+    unit: str = ""
+    smooth: bool = False
+    fast: bool = True
+
+    def call(self, entry: str) -> str:
+        """Return a call of the word for an entry, as users write it."""
+        return f"{self.name}.{entry}({', '.join(self.arguments)})"
+
+
+@cache
+def own_words() -> Mapping[str, Word]:
+    """Return the words of the installed products by name."""
+    return {row.name: row for row in rows_of(GROUP, Word)}
+
+
+@cache
+def other_words() -> Mapping[str, Word]:
+    """Return the words of other distributions by name.
+
+    Raises
+    ------
+    UsageError
+        Naming the distribution of a word that cannot be taken.
+    """
+    rows: dict[str, Word] = {}
+    for entry in extensions(GROUP):
+        row = loaded(entry, Word)
+        if row.name != entry.name:
+            raise broken(entry, f"is the word {row.name}")
+        if row.name in RESERVED or row.name in rows or row.name in own_words():
+            raise broken(entry, "is a word that there is already")
+        rows[row.name] = row
+    return rows
+
+
+def added_word(name: str) -> Word | None:
+    """Return the word of a product, or of another distribution, by its name; None if there is none."""
+    return own_words().get(name) or other_words().get(name)

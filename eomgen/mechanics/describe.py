@@ -46,7 +46,7 @@ def describe(scene: Scene) -> Description:
         states=scene.states,
         inputs=scene.inputs,
         motions=scene.motions,
-        waves=scene.waves,
+        parts=scene.parts,
         outputs=scene.outputs,
         coordinates=tuple(_coordinates(scene)),
         joints=joint_factors(scene) if scene.coordinates == "absolute" else (),
@@ -107,8 +107,9 @@ def laws_of(scene: Scene) -> Iterator[Law]:
         for axis, formula in enumerate(scene.base.position):
             yield Law(where(key_of("base", "position", axis)), "position of the base", "m", formula)
         for axis, rotation in enumerate(scene.base.rotations):
-            number = axis - scene.base.tilts  # among written rotations: rotations by the water's tilt come before them
-            key = key_of("base", "rotation", number, "angle") if number >= 0 else key_of("base", "follow")
+            added = scene.base.added_by
+            written = key_of("base", "rotation", axis - len(added), "angle")
+            key = key_of("base", added[axis]) if axis < len(added) else written
             yield Law(where(key), "angle of the base", "rad", rotation.angle)
 
 

@@ -22,5 +22,5 @@ OFFERED: dict[str, tuple[str, ...]] = {
         "tradeoff",
         "tune",
     ),
-    "waves": ("waves",),
+    "waves": ("base.follow", "elevation", "hulls", "slope", "water_acceleration", "water_velocity", "waves"),
 }

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
 from eomgen.base.calls import checked_calls, not_assigned_to, unknown_attribute
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import ZERO_VECTOR, Number, Vector
-from eomgen.formula.wave_fields import WaveField
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, Reference, StateFeedback
 from eomgen.scene.digest import digest_of
@@ -34,7 +33,6 @@ if TYPE_CHECKING:  # a Scene needs no reader of files
     from eomgen.scene.forces.bushings import Bushing
     from eomgen.scene.forces.efforts import Effort
     from eomgen.scene.forces.forces import Force
-    from eomgen.scene.forces.hulls import Hull
     from eomgen.scene.forces.springs import Spring
     from eomgen.scene.forces.torsion_springs import TorsionSpring
     from eomgen.scene.forces.tyres import Tyre
@@ -76,6 +74,7 @@ class Scene:
     references : motions that formulas ask inverse dynamics about.
     motions : the inputs that are motions, which are no inputs of the equations; they are polynomials of time whose
         coefficients are tunable parameters
+    parts : by section of a product, the objects of its entries
     modes : numbers that only events change; their values are the tunable parameters ``mode_...``
     events : roots of formulas that stop a run, are counted, or change the state, in their order
     coordinates : ``joint``, or ``absolute``: every body moves on its own and joints are constraints.
@@ -101,7 +100,7 @@ class Scene:
     curves: tuple[AnyCurve, ...] = ()
     inputs: tuple[Input, ...] = ()
     motions: tuple[Motion, ...] = ()
-    waves: tuple[WaveField, ...] = ()
+    parts: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     states: tuple[State, ...] = ()
     controllers: tuple[Controller, ...] = ()
     feedback: tuple[StateFeedback, ...] = ()
@@ -131,7 +130,6 @@ class Scene:
     torsion_springs: ClassVar[_Kind[TorsionSpring]] = _Kind()
     bushings: ClassVar[_Kind[Bushing]] = _Kind()
     tyres: ClassVar[_Kind[Tyre]] = _Kind()
-    hulls: ClassVar[_Kind[Hull]] = _Kind()
     forces: ClassVar[_Kind[Force]] = _Kind()
     efforts: ClassVar[_Kind[Effort]] = _Kind()
 

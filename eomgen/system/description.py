@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,6 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.features import may_be_fast, summands
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.formula.prescribed_motion import Law
-from eomgen.formula.wave_fields import WaveField
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor
@@ -341,7 +340,7 @@ class Description:
     parameters : all of them; tunable ones are arguments of every call
     states, inputs, outputs : in the order of z, u and the outputs; inputs without formula and harmonics are driven
     motions : laws that a caller moves between steps, by tunable parameters
-    waves : of seas; their variables, if any, are tunable parameters
+    parts : by section of a product, the objects of its entries
     coordinates : of the factors of group R; unlisted ones have no unit
     joints : the factors that the joints between absolute bodies would have, which measure them; else empty
     base : names of the base's accelerations, which count as disturbances
@@ -364,7 +363,7 @@ class Description:
     states: tuple[State, ...] = ()
     inputs: tuple[Input, ...] = ()
     motions: tuple[Motion, ...] = ()
-    waves: tuple[WaveField, ...] = ()
+    parts: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     outputs: tuple[Output, ...] = ()
     coordinates: tuple[Coordinates, ...] = ()
     joints: tuple[Factor, ...] = ()

@@ -10,13 +10,19 @@ from eomgen.system.random_processes import RandomProcess
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named number. Tunable ones are arguments of every call; the others are folded into the code."""
+    """A named number. Tunable ones are arguments of every call; the others are folded into the code.
+
+    Attributes
+    ----------
+    standard_normal : whether it is a standard normal variable, of which runs by default have one draw
+    """
 
     name: str
     value: float
     tunable: bool = False
     unit: str = ""
     description: str = ""
+    standard_normal: bool = False
 
 
 @dataclass(frozen=True)

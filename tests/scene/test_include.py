@@ -804,6 +804,7 @@ def test_every_kind_of_name_in_formulas_has_its_section() -> None:
     assert {field.name for field in dataclasses.fields(Names)} - {
         "controllers",
         "curve_arguments",
+        "entries",
         "exact_beams",
         "motions",
         "offered",

@@ -73,9 +73,9 @@ def _data(height: float = 3.0, *, tunable: bool = True, **changes: Any) -> dict[
 @pytest.mark.parametrize("changes", VARIED)
 @pytest.mark.parametrize("text", FORMULAS)
 def test_the_tape_has_the_values_and_their_partials(text: str, changes: dict[str, Any]) -> None:
-    (sea,) = from_data(_data(**changes)).waves
+    (sea,) = from_data(_data(**changes)).parts["waves"]
     parameters = ["Hs", *sea.variables]
-    formula = read_formula(text, Names(waves={"sea": sea}, joints={"free": "free"}), EVERYTHING)
+    formula = read_formula(text, Names(entries={"waves": {"sea": sea}}, joints={"free": "free"}), EVERYTHING)
     tape = Tape()
 
     def recorded_symbol(symbol: Symbol) -> Scalar:
@@ -155,7 +155,7 @@ def test_a_base_follows_waves_of_other_seeds() -> None:
     data["points"]["deck"] = {"body": "base"}
     data["outputs"]["deck"] = {"position": "deck"}
     model = eomgen.build(from_data(data))
-    (sea,) = from_data(data).waves
+    (sea,) = from_data(data).parts["waves"]
     drawn = standard_normals(9, 20, WAVES)
     run = model.simulate(0.5, parameters={"Hs": 1.5, **dict(zip(sea.variables, drawn.tolist(), strict=True))})
     height = sea.value("elevation", 0, run.t, 0.0 * run.t, run.t, 0.5, *drawn)  # half of the height in the scene
@@ -181,7 +181,7 @@ def test_random_vibration_in_waves_is_that_of_the_transfer_function() -> None:
     data["waves"]["sea"] |= {"components": 8}  # type: ignore[index]
     model = eomgen.build(from_data(data))
     found = random_vibration(model, "heave", points=False)
-    (sea,) = model.description.waves
+    (sea,) = model.description.parts["waves"]
     w, size = (np.array([getattr(wave, name) for wave in sea.components]) for name in ("frequency", "amplitude"))
     assert 16.0 * np.sum(size**2) == pytest.approx(9.0, rel=1e-12)
     transfer = np.abs(300.0 / (400.0 + 80.0j * w - 100.0 * w**2))

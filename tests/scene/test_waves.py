@@ -19,11 +19,11 @@ from eomgen.compiled.requirements import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.infix import infix
-from eomgen.formula.nodes import Formula, Symbol, WaveQuantity
+from eomgen.formula.nodes import Formula, Quantity, Symbol
 from eomgen.formula.prescribed_motion import smooth
 from eomgen.formula.recording import record
-from eomgen.formula.wave_fields import WaveField
 from eomgen.mechanics.describe import describe
+from eomgen.products.waves.formula.fields import WaveField
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, Names
 from eomgen.scene.load import from_data
@@ -82,8 +82,8 @@ def _sea(**changes: Any) -> WaveField:
 def _waves(scene: Scene) -> WaveField:
     """Return the waves in the first output of a scene."""
     quantity = scene.outputs[0].values[0]
-    assert isinstance(quantity, WaveQuantity)
-    return quantity.waves
+    assert isinstance(quantity, Quantity) and isinstance(quantity.item, WaveField)
+    return quantity.item
 
 
 def _recorded(formula: Formula) -> tuple[Tape, Scalar]:
@@ -97,7 +97,7 @@ def _recorded(formula: Formula) -> tuple[Tape, Scalar]:
 
 
 def _formula(text: str, sea: WaveField) -> Formula:
-    return read_formula(text, Names(waves={"sea": sea}, joints={"free": "free"}), EVERYTHING)
+    return read_formula(text, Names(entries={"waves": {"sea": sea}}, joints={"free": "free"}), EVERYTHING)
 
 
 def _by_potential(sea: WaveField, place: Array, t: float, *orders: tuple[int, ...]) -> list[float]:
@@ -739,7 +739,7 @@ IN_FORMULAS = [
     ("elevation.se(0, 0)", r"elevation\.se: there are no waves 'se' \(column 1\); try: sea"),
     ("elevation.sea(0)", r"elevation\.sea\(\) takes 2 arguments, not 1 \(column 1\); try: elevation\.sea\(x, y\)"),
     ("elevation.sea(0, 0)[0]", r"elevation\.sea has no component 0 .*; try: elevation\.sea\(x, y\)"),
-    ("elevation.sea", r"elevation\.sea is of a place, and needs arguments .*; try: elevation\.sea\(x, y\)"),
+    ("elevation.sea", r"elevation\.sea is a function of x, y, and needs arguments .*; try: elevation\.sea\(x, y\)"),
     ("slope.sea(0, 0)", r"slope\.sea has 2 components .*; try: slope\.sea\(x, y\)\[0\]"),
     ("slope.sea(0, 0)[2]", r"slope\.sea has no component 2 .*; try: an index from 0 to 1"),
     ("water_velocity.sea(0, 0)[0]", r"water_velocity\.sea\(\) takes 3 arguments, not 2"),

@@ -1,6 +1,6 @@
 """Applied forces and force elements as generalized forces, and the quantities in their formulas."""
 
-__all__ = []
+__all__ = ["cosserat_beams", "forces", "loads", "symbols"]
 #: Open to the other parts of ``mechanics`` as well.
 WITHIN = [
     "applied",

@@ -1,10 +1,9 @@
 """The tree of links: joints as chains of elementary motions, base, inertias, beams as links that deform."""
 
-__all__ = []
+__all__ = ["inertia"]
 #: Open to the other parts of ``mechanics`` as well.
 WITHIN = [
     "absolute",
-    "added_mass",
     "alike",
     "base",
     "beam_body",

@@ -7,10 +7,9 @@ from dataclasses import replace
 
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
-from eomgen.mechanics.tree.added_mass import added_masses
 from eomgen.mechanics.tree.beam_links import add_beam
 from eomgen.mechanics.tree.coordinates import Coordinates, joint_coordinates
-from eomgen.mechanics.tree.inertia import AddedMass, Inertia, inertia_about_center
+from eomgen.mechanics.tree.inertia import AddedMass, Inertia, added_masses, inertia_about_center
 from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, name_rotation, pose_of
 from eomgen.mechanics.tree.links import (
     ROOT,

@@ -3,9 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
+from eomgen.base.products import named
+from eomgen.formula.nodes import Formula
 from eomgen.mechanics.laws.derived import LAWS
+from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import (
     Algebra,
     Matrix,
@@ -25,7 +30,8 @@ from eomgen.symbolic.scalar import (
 
 @dataclass(frozen=True)
 class AddedMass:
-    """Added mass of the water at one place of a body: an acceleration a of the place takes the force M a.
+    """Mass that a force element adds at one place of a body, as of water that moves with it: an acceleration a of the
+    place takes the force M a.
 
     Attributes
     ----------
@@ -46,7 +52,7 @@ class Inertia:
     mass : int dm, kg
     first : (3,) int s dm, kg m
     second : (3, 3) int s s^T dm, kg m^2; the usual inertia tensor is tr(second) I - second
-    added : water that moves with places of the body
+    added : masses that force elements add at places of the body
     """
 
     mass: Scalar
@@ -74,6 +80,18 @@ class Inertia:
         rows = [tuple(entry[min(i, j), max(i, j)] for j in range(3)) for i in range(3)]
         added = tuple(AddedMass(plus(item.position, p), item.matrix) for item in self.added)
         return Inertia(self.mass, first, (rows[0], rows[1], rows[2]), added)  # type: ignore[arg-type]  # three entries each
+
+
+def added_masses(
+    algebra: Algebra, scene: Scene, body: str, number: Callable[[Formula], Scalar]
+) -> tuple[AddedMass, ...]:
+    """Return the masses that force elements add to a body, in its frame, by the functions that their classes name."""
+    result: list[AddedMass] = []
+    for element in scene.elements:
+        if element.adds_mass_to == body:
+            added: Any = named(element.added_masses)
+            result += added(algebra, element, number)
+    return tuple(result)
 
 
 def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor: tuple[Scalar, ...]) -> Inertia:

@@ -38,7 +38,7 @@ _NAMED = 4
 def laws_that_vary(model: CompiledModel) -> list[str]:
     """Return the names ``seed.road`` and ``scale.road`` of the inputs that have them."""
     seeds = [f"seed.{item.name}" for item in model.description.inputs if item.road is not None or _own_variables(item)]
-    seeds += [f"seed.{waves.name}" for waves in model.description.waves if waves.variables]
+    seeds += [f"seed.{waves.name}" for waves in _waves(model) if waves.variables]
     return [*seeds, *(f"scale.{item.name}" for item in model.description.inputs if item.given)]
 
 
@@ -57,9 +57,9 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
                 f"a random road as an input, [inputs.{of}] road = {{ class = ..., speed = ... }}; or a model per seed"
             )
         raise UsageError(Problem(label, fault, hint))
-    if place is None and of in (seas := [waves.name for waves in model.description.waves]):
+    if place is None and of in (seas := [waves.name for waves in _waves(model)]):
         number = seas.index(of)
-        if kind == "seed" and model.description.waves[number].variables:
+        if kind == "seed" and _waves(model)[number].variables:
             return len(model.description.inputs) + number
         fault, hint = f"{of} are waves, whose numbers are fixed in the code", f"variables = true in [waves.{of}]"
         if kind != "seed":
@@ -94,13 +94,18 @@ def variables_of_seed(model: CompiledModel, place: int, seed: float) -> dict[str
     ``law_of``; none of a road, which has no parameters."""
     inputs = model.description.inputs
     if place >= len(inputs):
-        names = model.description.waves[place - len(inputs)].variables
+        names = _waves(model)[place - len(inputs)].variables
         return dict(zip(names, standard_normals(int(seed), len(names), WAVES).tolist(), strict=True))
     process = inputs[place].random
     if process is None:
         return {}
     own = process.own_variables
     return dict(zip(own, standard_normals(int(seed), len(own), process.name).tolist(), strict=True))
+
+
+def _waves(model: CompiledModel) -> tuple[Any, ...]:
+    """Return the waves of a model's scene, each with its name and its variables."""
+    return model.description.parts.get("waves", ())
 
 
 def _own_variables(item: Input) -> bool:

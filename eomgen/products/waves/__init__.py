@@ -7,7 +7,16 @@ __all__ = []
 PRODUCT = Product(
     modules={"waves": "eomgen.products.waves.second_order"},
     rows={
-        "eomgen.sections": ("eomgen.products.waves.section.sections:WAVES",),
+        "eomgen.sections": (
+            "eomgen.products.waves.section.sections:WAVES",
+            "eomgen.products.waves.hulls.section:SECTION",
+        ),
+        "eomgen.formula_words": tuple(
+            f"eomgen.products.waves.formula.fields:{word}"
+            for word in ("ELEVATION", "SLOPE", "WATER_VELOCITY", "WATER_ACCELERATION")
+        ),
+        "eomgen.keys": ("eomgen.products.waves.section.following:FOLLOW",),
+        "eomgen.notes": ("eomgen.products.waves.hulls.doubts:NOTE",),
         "eomgen.info": ("eomgen.products.waves.info:SEAS",),
     },
 )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from eomgen.cli.info_part import InfoPart
 from eomgen.cli.printing import console
 from eomgen.cli.tables import print_table
+from eomgen.products.waves.hulls.section import Hull
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 def described_waves(scene: Scene) -> list[dict[str, Any]]:
     """Return seas: their free waves, the significant wave height, and the parameters that vary the amplitudes."""
     result = []
-    for sea in scene.waves:
+    for sea in scene.parts.get("waves", ()):
         free = sea.components[: sea.free]
         # amplitudes of 1 that are multiplied by two standard normal variables have twice the variance of a sinusoid
         share = 1.0 if sea.variables else 0.5
@@ -47,9 +48,10 @@ def described_hulls(scene: Scene) -> list[dict[str, Any]]:
             "body": item.body,
             "waves": None if item.waves is None else item.waves.name,
             "stations": item.stations,
-            "moves_water": item.moves_water,
+            "moves_water": bool(item.adds_mass_to),
         }
-        for item in scene.hulls
+        for item in scene.elements
+        if isinstance(item, Hull)
     ]
 
 

@@ -13,12 +13,12 @@ from eomgen.scene.reading.rotations import Rotation
 class Base:
     """Prescribed motion of the base: position in world axes and intrinsic rotations, formulas of t and parameters.
 
-    ``tilts``: number of leading rotations that follow the slope of a surface.
+    ``added_by``: keys of products that make the leading rotations, one for each; others are written as rotations.
     """
 
     position: Vector = ZERO_VECTOR
     rotations: tuple[Rotation, ...] = ()
-    tilts: int = 0
+    added_by: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from eomgen.base.text import key_of
-from eomgen.formula.nodes import Operation, Vector, quantity_of_waves
-from eomgen.formula.wave_fields import WaveField
 from eomgen.scene.bodies import schema as written
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.formula.scope import MOTION, PARAMETERS
 from eomgen.scene.geometry.rotations import quaternion_of_matrix
 from eomgen.scene.reading import report
+from eomgen.scene.reading.key_metadata import added_keys
 from eomgen.scene.reading.orientation import read_orientation
-from eomgen.scene.reading.rotations import Rotation
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.system.description import BASE, WORLD, FixedFrame, Point
@@ -27,25 +25,11 @@ def read_base(base: written.Base | None, values: Values) -> Base | None:
     rotations = values.rotations("base.rotation", base.rotation, MOTION)
     for key, formulas in (("base.position", position), ("base.rotation", [rotation.angle for rotation in rotations])):
         check_twice_differentiable(key, formulas, values.report)
-    written_ones = len(rotations)
-    if base.follow is not None:
-        known, name = values.names.waves, base.follow.waves
-        values.mentioned.add(("waves", name))
-        if report.check_reference("base.follow.waves", name, known, "wave", values.report):
-            position, tilt = _afloat(known[name], position)
-            rotations = (*tilt, *rotations) if base.follow.tilt else rotations
-    return Base(position, rotations, len(rotations) - written_ones)
-
-
-def _afloat(waves: WaveField, position: Vector) -> tuple[Vector, tuple[Rotation, Rotation]]:
-    """Return a place whose z counts from the surface, and the rotations that make z normal to the surface there:
-    about y and then about x, so that x stays above its own direction."""
-    x, y, z = position
-    along, across = (quantity_of_waves("slope", waves, (x, y), component) for component in range(2))
-    pitch = -Operation("atan", (along,))
-    roll = Operation("atan", (across * Operation("cos", (pitch,)),))
-    tilt = Rotation((0.0, 1.0, 0.0), pitch), Rotation((1.0, 0.0, 0.0), roll)
-    return (x, y, z + waves.level + quantity_of_waves("elevation", waves, (x, y))), tilt
+    made = Base(position, rotations)
+    for row in added_keys("base"):
+        if (value := getattr(base, row.added)) is not None:
+            made = row.read(value, made, values)
+    return made
 
 
 def read_body(name: str, body: written.Body, values: Values) -> Body:

@@ -5,18 +5,11 @@ from __future__ import annotations
 from typing import Literal
 
 from eomgen.scene.formula.scope import PARAMETERS, TIME
-from eomgen.scene.reading.key_metadata import Table, key, optional
+from eomgen.scene.reading.key_metadata import Table, added_keys, key, optional
 from eomgen.scene.reading.kinds import Inertia, Matrix, Triple, Value
 from eomgen.scene.reading.rotation_schema import Rotations
 
 _ORIGIN = (0.0, 0.0, 0.0)
-
-
-class Follow(Table):
-    """How the base goes with the surface of the water."""
-
-    waves: str = key("with whose surface", refers="waves", kind="wave")
-    tilt: bool = key("whether the base's z is normal to the surface; else it only goes up and down", True)
 
 
 class Base(Table):
@@ -26,7 +19,8 @@ class Base(Table):
         "of the base's origin, in world axes; z from the surface if it follows one", _ORIGIN, unit="m", names=TIME
     )
     rotation: Rotations = key("intrinsic rotations in order, after the surface's tilt", ())
-    follow: Follow | None = optional("go with the surface of waves, as a small boat does", kind="table, below")
+    __annotations__ |= {row.added: row.type for row in added_keys("base")}
+    locals().update({row.added: row.field for row in added_keys("base")})
 
 
 class Body(Table):

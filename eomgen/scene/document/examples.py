@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 from eomgen.base.text import is_legal, shown
+from eomgen.scene.reading.key_metadata import added_keys
 from eomgen.scene.reading.rotation_schema import is_matrix, plain_angles
 
 #: Examples by key.
@@ -48,7 +49,6 @@ _REQUIRED: Mapping[tuple[str, str], str] = {
     ("friction", "velocity"): "0.01",
     ("friction", "coulomb"): "0.3",
     ("wave", "period"): "0.5",
-    ("follow", "waves"): '"sea"',
 }
 _AXES = ("[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]")
 _FILES = (".csv", ".txt", ".dat", ".tsv")
@@ -71,8 +71,8 @@ def example(location: tuple[str | int, ...], given: object) -> str:
         return "orientation, which is a matrix, in place of rotation"
     if last == "mimic" and isinstance(given, str):
         return f"mimic = {{ joint = {quoted(given)}, multiplier = 1 }}"
-    if last == "follow":
-        return f"follow = {{ waves = {quoted(given if isinstance(given, str) else 'NAME')} }}"
+    if row := next((row for row in added_keys(section) if location == (row.section, row.added)), None):
+        return row.example(given)
     if location == ("parameters",):
         return "[parameters] and a line for each: NAME = 1.0"
     of_parameters = section == "parameters" and len(location) > 1
@@ -96,7 +96,8 @@ def example(location: tuple[str | int, ...], given: object) -> str:
 def required(location: tuple[str | int, ...]) -> str:
     """Return an example of a line for a missing key."""
     last, table = str(location[-1]), str(location[-2]) if len(location) > 1 else ""
-    return f"{last} = {_REQUIRED.get((table, last), '...')}"
+    added = {row.added: row.required for row in added_keys(str(location[0]))}.get(table, {})
+    return f"{last} = {added.get(last) or _REQUIRED.get((table, last), '...')}"
 
 
 def is_file(given: object) -> bool:

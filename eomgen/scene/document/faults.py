@@ -46,6 +46,8 @@ def explained(
         if len(location) == 1 and (absent := fault_of_absent(last)):
             return f"the section {shown(last)} is unknown: {absent[0]}", absent[1]
         keys = _keys_at(location[depth:-1], table)
+        if absent := fault_of_absent(".".join(map(str, location))):
+            return f"the key {shown(last)} is unknown here: {absent[0]}", absent[1]
         return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
     if kind == "missing":
         return f"the key {last} is missing", required(location)

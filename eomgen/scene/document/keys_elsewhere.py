@@ -64,6 +64,9 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("tires", "wheels"), ("tyres",)),
 }
 
+#: Keys of the body that carries a place: the base has none.
+_CARRIED = frozenset({"body", "parent"})
+
 
 def key_meant(name: str, keys: Collection[str], given: object) -> str:
     """Return the key, or keys, for a name from another tool; empty without one."""
@@ -78,7 +81,8 @@ def key_meant(name: str, keys: Collection[str], given: object) -> str:
         return f"position = [{entries}]"
     if name == "height" and "amplitude" in keys and isinstance(given, int | float):
         return f"amplitude = {0.5 * given:.6g}, half of the height"
-    if name in ("acceleration", "velocity", "angular_velocity") and {"follow", "rotation"} <= set(keys):
+    of_base = {"position", "rotation"} <= set(keys) and _CARRIED.isdisjoint(keys)
+    if name in ("acceleration", "velocity", "angular_velocity") and of_base:
         integral = "its second integral" if name == "acceleration" else "its integral"
         place = "rotation" if name.startswith("angular") else "position"
         return f"{place} alone, from which rates follow: a formula of t, or a curve through {integral}"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, TypeVar
 
 from eomgen.base.arrays import Array
+from eomgen.base.products import placed, rows_of
 from eomgen.scene.document.checks import efforts_on_drives, unused_names
 from eomgen.scene.document.doubtful_beams import doubtful_beams
-from eomgen.scene.document.doubtful_hulls import doubtful_hulls
 from eomgen.scene.document.doubtful_springs import negative_laws, springs_within_bodies
 from eomgen.scene.document.initial_places import initial_places, tyres_in_the_road
 from eomgen.scene.document.out_of_scale import out_of_scale
@@ -18,7 +18,6 @@ from eomgen.scene.document.plain_angles import angles_of_several_turns
 from eomgen.scene.document.plain_times import doubtful_times
 from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.forces.hulls import Hull
 from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading
@@ -57,10 +56,8 @@ class Facts:
 
     @cached_property
     def places(self) -> Mapping[str, tuple[Array, Array]]:
-        """Places of the bodies at the start, in the world; empty if they are not needed or do not follow from the
-        joints."""
-        needed = bool(self.elements(Hull) or self.elements(Tyre))
-        if not needed or self.scene["base"] is not None or self.starts_in_equilibrium:
+        """Places of the bodies at the start, in the world; empty if they do not follow from the joints."""
+        if self.scene["base"] is not None or self.starts_in_equilibrium:
             return {}
         return initial_places(self.scene["joints"], self.values)
 
@@ -73,10 +70,12 @@ class Note:
     ----------
     name : of the row
     evaluate : from the facts to the texts of the notes, none if there is no doubt
+    behind : name of the row before it, for a row of a product
     """
 
     name: str
     evaluate: Callable[[Facts], Iterable[str]]
+    behind: str = ""
 
 
 def _beyond_stops(facts: Facts) -> Iterator[str]:
@@ -111,7 +110,14 @@ def _doubtful_beams(facts: Facts) -> Iterable[str]:
     return doubtful_beams(facts.document, scene["bodies"], scene["points"], scene["elements"], facts.values)
 
 
-#: In the order in which a scene lists them.
+def _tyres_in_the_road(facts: Facts) -> Iterable[str]:
+    tyres = facts.elements(Tyre)
+    return tyres_in_the_road(tyres, facts.scene["points"], facts.places, facts.values) if tyres else ()
+
+
+#: The group of rows that products add.
+GROUP = "eomgen.notes"
+#: Of the core, in the order in which a scene lists them.
 NOTES: tuple[Note, ...] = (
     Note("start beyond a stop", _beyond_stops),
     Note("doubts of single sections", _of_sections),
@@ -123,15 +129,16 @@ NOTES: tuple[Note, ...] = (
     Note("values out of scale", _out_of_scale),
     Note("efforts on drives", lambda facts: efforts_on_drives(facts.document)),
     Note("doubtful beams", _doubtful_beams),
-    Note("doubtful hulls", lambda facts: doubtful_hulls(facts.elements(Hull), facts.places, facts.values)),
-    Note(
-        "tyres in the road",
-        lambda facts: tyres_in_the_road(facts.elements(Tyre), facts.scene["points"], facts.places, facts.values),
-    ),
+    Note("tyres in the road", _tyres_in_the_road),
     Note("doubtful values", lambda facts: facts.values.notes),
 )
 
 
+@cache
+def _every_note() -> tuple[Note, ...]:
+    return placed(NOTES, rows_of(GROUP, Note), lambda note: note.name, lambda note: note.behind)
+
+
 def notes_of(facts: Facts) -> tuple[str, ...]:
     """Return all notes of a scene in the order of the register."""
-    return tuple(text for note in NOTES for text in note.evaluate(facts))
+    return tuple(text for note in _every_note() for text in note.evaluate(facts))

@@ -3,4 +3,4 @@
 #: The module whose imports from this room are open to others: every kind in the register, and their common parts.
 OPENED_BY = "register"
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["element_section", "register"]
+WITHIN = ["register"]

@@ -22,11 +22,14 @@ class ForceElement:
     ----------
     section : of a scene file
     law : module and name of the ``mechanics.forces.loads.Law`` of its loads, ``module:LAW``; mechanics imports it
+    added_masses : module and name of the function of algebra, element and number (of a formula of parameters) that
+        returns the ``mechanics.tree.inertia.AddedMass`` that it adds to its body; empty for none
     """
 
     name: str
     section: ClassVar[str]
     law: ClassVar[str]
+    added_masses: ClassVar[str] = ""
 
     @property
     def label(self) -> str:
@@ -42,9 +45,9 @@ class ForceElement:
         return self
 
     @property
-    def moves_water(self) -> bool:
-        """Whether the element adds mass of water to its body."""
-        return False
+    def adds_mass_to(self) -> str:
+        """The body to which the element adds mass, by ``added_masses``; empty for none."""
+        return ""
 
     def lengths(self) -> tuple[Formula, ...]:
         """Return its lengths, m: a free length, a radius, the components of a place at rest."""

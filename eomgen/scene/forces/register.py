@@ -8,14 +8,14 @@ from eomgen.scene.forces import (
     distributed_loads,
     efforts,
     forces,
-    hulls,
     springs,
     torsion_springs,
     tyres,
 )
 from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.element_section import ElementSection
 
-ELEMENTS = (
+ELEMENTS: tuple[ElementSection, ...] = (
     springs.SECTION,
     torsion_springs.SECTION,
     bushings.SECTION,
@@ -23,7 +23,6 @@ ELEMENTS = (
     forces.SECTION,
     distributed_loads.SECTION,
     efforts.SECTION,
-    hulls.SECTION,
 )
 #: Force elements that entries of other sections bring with them.
 STRUCTURE: tuple[type[ForceElement], ...] = (cosserat_beams.CosseratBeam,)

@@ -110,6 +110,7 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
         kind: replace(item, names=tuple(_locally(space, item.section, item.names)))
         for kind, item in outer.offered.items()
     }
+    entries = {section: _Renamed(items, _locally(space, section, items)) for section, items in outer.entries.items()}
     for field in fields(Names):
         known = getattr(outer, field.name)
         here = _locally(space, "inputs" if field.name == "motions" else field.name, known)
@@ -119,7 +120,8 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
         bound[name] = any(
             names.parameters.get(symbol.name, False) for symbol in symbols(_bound(value, spaces[1:], names))
         )
-    return replace(outer, **{**visible, "parameters": {**visible["parameters"], **bound}, "offered": offered})
+    parameters = {**visible["parameters"], **bound}
+    return replace(outer, **{**visible, "parameters": parameters, "offered": offered, "entries": entries})
 
 
 def _locally(space: Namespace, section: str, known: Collection[str]) -> dict[str, str]:

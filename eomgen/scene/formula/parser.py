@@ -11,11 +11,11 @@ import math
 import re
 from dataclasses import replace
 
-from eomgen.base.text import is_legal, nearest, shown
-from eomgen.formula.evaluate import apply
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity, quantity_of_waves
-from eomgen.formula.wave_fields import QUANTITIES as OF_WAVES
-from eomgen.formula.words import FUNCTIONS
+from eomgen.base.products import fault_of_absent
+from eomgen.base.text import is_legal, listed, nearest, shown
+from eomgen.formula.evaluate import apply, symbols
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, quantity_of
+from eomgen.formula.words import FUNCTIONS, Word, added_word
 from eomgen.scene.formula.hints import of_function, of_kind, of_name, of_parts
 from eomgen.scene.formula.scope import (
     DERIVATIVES,
@@ -114,8 +114,8 @@ class _Reader:
             return self.call(node, depth)
         if isinstance(node, ast.Name):
             return self.bare(node)
-        if isinstance(node, ast.Subscript) and _of_waves(node.value):
-            return self.water(node, node.value, depth), None
+        if isinstance(node, ast.Subscript) and (word := self.word_of(node.value)):
+            return self.quantity_of_entry(word, node, node.value, depth), None
         if isinstance(node, ast.Attribute | ast.Subscript):
             return self.quantity(node), None
         comma = re.fullmatch(r"\s*([+-]?\d+),(\d+)\s*([A-Za-z][^,]*)?", self.text.text)
@@ -182,8 +182,8 @@ class _Reader:
     def call(self, node: ast.Call, depth: int) -> tuple[Formula, float | None]:
         if _is_tau(node.func):
             return self.tau(node), None
-        if _of_waves(node):
-            return self.water(node, node, depth), None
+        if word := self.word_of(node):
+            return self.quantity_of_entry(word, node, node, depth), None
         if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
             return self.application(node, node.func.attr, node.func.value.id.removeprefix(PREFIX), depth)
         if not isinstance(node.func, ast.Name):
@@ -193,8 +193,8 @@ class _Reader:
             return self.application(node, name, "", depth)
         if name not in FUNCTIONS:
             hint = IN_RADIANS if name in DEGREES else of_function(name, self.names.curves, sorted(FUNCTIONS))
-            if name in OF_WAVES and self.names.waves:
-                hint = f"{name}.{next(iter(self.names.waves))}({', '.join('xyz'[: OF_WAVES[name][0]])})"
+            if (added := added_word(name)) and (entries := self.names.entries.get(added.section)):
+                hint = added.call(next(iter(entries)))
             raise self.error(node, f"unknown function {shown(name)}", hint)
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")
@@ -211,6 +211,8 @@ class _Reader:
         call = f"{word}.{name}" if word else name
         if word in self.kinds() and word not in DERIVATIVES:
             raise self.error(node, f"{call} is a quantity, not a function", f"{call} without brackets")
+        if word not in DERIVATIVES and (absent := fault_of_absent(word)):
+            raise self.error(node, f"unknown quantity {shown(word)}: {absent[0]}", absent[1])
         if word and word not in DERIVATIVES:
             raise self.error(
                 node, f"only functions can be called, not {shown(f'{word}.{name}')}", _plain_hint(word, name)
@@ -226,17 +228,24 @@ class _Reader:
         argument, _ = self.convert(node.args[0], depth + 1)
         return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0)), None
 
-    def water(self, node: ast.expr, call: ast.expr, depth: int) -> WaveQuantity:
-        """Return a quantity of waves at a place and the present time: ``water_velocity.sea(x, y, z)[2]``."""
-        assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # checked by ``_of_waves``
-        assert isinstance(call.func.value, ast.Name)  # the same
-        kind, name = call.func.value.id.removeprefix(PREFIX), call.func.attr.removeprefix(PREFIX)
-        count, components = OF_WAVES[kind]
-        written = f"{kind}.{name[:64]}({', '.join('xyz'[:count])})"
-        if name not in self.names.waves:
-            hint = nearest(name, self.names.waves) or f"a [waves] section, and [waves.{name[:64]}]"
-            raise self.error(call, f"{kind}.{name[:64]}: there are no waves {shown(name)}", hint)
-        self.allow(call, "time", f"{kind}.{name}, which depends on time,")
+    def word_of(self, node: ast.expr) -> Word | None:
+        """Return the word of the register in a call such as ``WORD.NAME(x, y)``; None for other nodes."""
+        call = node.func.value if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) else None
+        name = call.id.removeprefix(PREFIX) if isinstance(call, ast.Name) else ""
+        return None if not name or name in DERIVATIVES or name in _MODULES or name in self.kinds() else added_word(name)
+
+    def quantity_of_entry(self, word: Word, node: ast.expr, call: ast.expr, depth: int) -> Quantity:
+        """Return a quantity of an entry at given arguments: ``WORD.NAME(x, y)[1]``."""
+        assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # checked by ``word_of``
+        kind, name = word.name, call.func.attr.removeprefix(PREFIX)
+        count, components = len(word.arguments), word.components
+        written = word.call(name[:64])
+        known = self.names.entries.get(word.section, {})
+        if name not in known:
+            hint = nearest(name, known) or f"a [{word.section}] section, and [{word.section}.{name[:64]}]"
+            raise self.error(call, f"{kind}.{name[:64]}: there are no {word.section} {shown(name)}", hint)
+        if any(Symbol("time") in symbols(formula) for formula in word.added(known[name])):
+            self.allow(call, "time", f"{kind}.{name}, which depends on time,")
         if len(call.args) != count or call.keywords or any(isinstance(item, ast.Starred) for item in call.args):
             given = len(call.args) + len(call.keywords)
             raise self.error(call, f"{kind}.{name}() takes {count} arguments, not {given}", written)
@@ -251,7 +260,7 @@ class _Reader:
             hint = f"an index from 0 to {components - 1}" if components > 1 else written
             raise self.error(node, f"{kind}.{name} has no component {index}", hint)
         place = [self.convert(argument, depth + 1)[0] for argument in call.args]
-        return quantity_of_waves(kind, self.names.waves[name], tuple(place), index)
+        return quantity_of(word, known[name], tuple(place), index)
 
     def tau(self, node: ast.Call) -> Symbol:
         """Return the joint's component of inverse dynamics for a reference motion: ``tau.elbow(servo)``."""
@@ -347,10 +356,10 @@ class _Reader:
         if kind == "reaction":
             fault = f"reaction.{name[:64]} is a force and a moment"
             raise self.error(node, fault, f"reaction.{name[:64]}.force[0] or reaction.{name[:64]}.moment[0]")
-        if kind in OF_WAVES:
-            call = f"{kind}.{name[:64]}({', '.join('xyz'[: OF_WAVES[kind][0]])})"
-            hint = f"{call}[0]" if OF_WAVES[kind][1] > 1 else call
-            raise self.error(node, f"{kind}.{name[:64]} is of a place, and needs arguments", hint)
+        if kind not in self.kinds() and (added := added_word(kind)):
+            call = added.call(name[:64])
+            fault = f"{kind}.{name[:64]} is a function of {listed(added.arguments)}, and needs arguments"
+            raise self.error(node, fault, f"{call}[0]" if added.components > 1 else call)
         if kind == "tau" and not called:
             fault = f"tau.{name[:64]} needs a reference motion"
             raise self.error(node, fault, f"tau.{name[:64]}(servo), and [references.servo]")
@@ -358,6 +367,8 @@ class _Reader:
         if known is None and kind == "mode":
             hint = f"[modes] and {name[:64]} = 1"
             raise self.error(node, f"mode.{name[:64]}: the scene has no [modes]", hint)
+        if known is None and (absent := fault_of_absent(kind)):
+            raise self.error(node, f"unknown quantity {shown(kind)}: {absent[0]}", absent[1])
         if known is None:
             raise self.error(node, f"unknown quantity {shown(kind)}", of_kind(kind, name, self.names, self.kinds()))
         offered = self.names.offered.get(kind)
@@ -439,12 +450,6 @@ class _Reader:
         if kind in self.names.offered:
             return list(self.names.offered[kind].names), 1
         return (list(ENERGIES), 1) if kind == "energy" else (None, 0)
-
-
-def _of_waves(node: ast.expr) -> bool:
-    """Return whether a node is a call such as ``elevation.NAME(x, y)``."""
-    name = node.func.value if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) else None
-    return isinstance(name, ast.Name) and name.id.removeprefix(PREFIX) in OF_WAVES
 
 
 def _is_tau(node: ast.expr) -> bool:

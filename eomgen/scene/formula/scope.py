@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from eomgen.base.text import nearest, shown
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import Formula
-from eomgen.formula.wave_fields import WaveField
 
 #: Words before the name of a curve, and which derivative they stand for.
 DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
@@ -138,7 +138,7 @@ class Names:
     curve_arguments : units in SI of the arguments of curves, of curves that say them.
     motions : formulas of time of the inputs that are motions.
     random : formulas of the random processes.
-    waves : mapping from name to the waves of a sea.
+    entries : by section, the objects of its entries by name, of which words of the register are quantities.
     offered : mapping from kind of quantity to the elements that offer it.
     """
 
@@ -159,7 +159,7 @@ class Names:
     references: tuple[str, ...] = ()
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)
     curve_arguments: Mapping[str, str] = field(default_factory=dict)
-    waves: Mapping[str, WaveField] = field(default_factory=dict)
+    entries: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     offered: Mapping[str, Offered] = field(default_factory=dict)
 
     def fault_of_reaction(self, name: str) -> tuple[str, str] | None:

@@ -6,7 +6,7 @@ this.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import UnionType
@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_ori
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
+from eomgen.base.products import rows_of
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Scope
 
 #: A unit in SI, or units of components; by type if it depends on a type (of joint, of constraint).
@@ -112,6 +113,41 @@ def of_fixed_parameters(description: str, **meaning: Any) -> Any:
     """Return an optional key whose values are formulas of parameters that are not tunable; ``meaning`` as for
     ``key``."""
     return optional(description, names=FIXED_PARAMETERS, **meaning)
+
+
+@dataclass(frozen=True)
+class AddedKey:
+    """A key that a product adds to the entries of a section: a row of the register of keys.
+
+    Attributes
+    ----------
+    section : of a scene file
+    added : the key
+    type : annotation of its value
+    field : the key itself, of ``optional``
+    read : from the value, the item of the entry without the key, and the reader of values to the item with it
+    example : from a wrong value to an example
+    required : example of each required key of the value, if it is a table
+    """
+
+    section: str
+    added: str
+    type: Any
+    field: Any
+    read: Callable[[Any, Any, Any], Any]
+    example: Callable[[object], str]
+    required: Mapping[str, str]
+
+    @property
+    def name(self) -> str:
+        """Its place in a scene file: ``base.follow``."""
+        return f"{self.section}.{self.added}"
+
+
+@cache
+def added_keys(section: str) -> tuple[AddedKey, ...]:
+    """Return the keys that products add to the entries of a section."""
+    return tuple(row for row in rows_of("eomgen.keys", AddedKey) if row.section == section)
 
 
 def shown_power(value: float) -> str:

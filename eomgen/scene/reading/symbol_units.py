@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eomgen.formula.nodes import Formula, Operation, Symbol
+from eomgen.formula.nodes import Formula, Operation, Quantity, Symbol
 from eomgen.scene.joint_types import JOINTS
 
 _OF_KINDS = {"time": "s", "position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
@@ -24,6 +24,8 @@ def unit_of(formula: Formula, joints: Mapping[str, str]) -> str:
     """
     if isinstance(formula, Symbol):
         return unit_of_symbol(formula, joints)
+    if isinstance(formula, Quantity):
+        return formula.word.unit
     if isinstance(formula, Operation) and formula.name in _KEEPING:
         result = {unit for part in formula.arguments if (unit := unit_of(part, joints))}
         return result.pop() if len(result) == 1 else ""

@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.formula.discontinuities import applications
-from eomgen.formula.evaluate import OTHER_VALUES, curves, evaluate, symbols, wave_fields
+from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol, Vector
 from eomgen.formula.substitution import substituted
 from eomgen.formula.units.parser import read_unit
@@ -108,7 +108,7 @@ class Values:
             self._check_arguments(key, formula)
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
-        self.mentioned |= {("waves", name) for name in wave_fields(formula)}
+        self.mentioned |= entries(formula)
         if scope in (PARAMETERS, FIXED_PARAMETERS):
             try:
                 self.value(formula)

@@ -63,9 +63,8 @@ def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
     large = np.flatnonzero(np.abs(p) > _IMPROBABLE).tolist()
     if not large:
         return []
-    description, names = model.description, tuple(model.parameters)
-    normal = {name for item in description.inputs if item.random is not None for name in item.random.variables}
-    normal |= {name for waves in description.waves for name in waves.variables}
+    names = tuple(model.parameters)
+    normal = {item.name for item in model.description.parameters if item.standard_normal}
     result = [(names[k], abs(float(p[k]))) for k in large if names[k] in normal]
     if not result:
         return []

@@ -66,7 +66,7 @@ def variables_as_parameters(process: RandomProcess) -> list[Parameter]:
     names = process.own_variables
     values = standard_normals(process.seed, len(names), process.name).tolist()
     return [
-        Parameter(name, value, True, "1", f"standard normal variable of mode {k} of {process.name}")
+        Parameter(name, value, True, "1", f"standard normal variable of mode {k} of {process.name}", True)
         for k, (name, value) in enumerate(zip(names, values, strict=True), 1)
     ]
 

@@ -57,7 +57,7 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
         captured = process.captured[-1]
         result.append(Process(process.name, process.kind, len(process.variables), captured, tuple(process.eigenvalues)))
         variables += [name for name in process.variables if name not in variables]
-    for waves in model.description.waves:
+    for waves in model.description.parts.get("waves", ()):
         names = list(waves.variables)
         if names:
             energies = [wave.amplitude**2 for wave in waves.components[: waves.free]]
@@ -66,7 +66,7 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
             variables += names
     if not variables:
         hint = '[random.force] type = "squared_exponential", correlation_time = "1 s", and force in a formula'
-        if seas := [waves.name for waves in model.description.waves]:
+        if seas := [waves.name for waves in model.description.parts.get("waves", ())]:
             hint = f"variables = true in [waves.{seas[0]}], if it has a spectrum"
         raise UsageError(Problem(model.name, "the scene has no random process", hint))
     return tuple(result), variables

@@ -227,7 +227,7 @@ def _hold(name: str, written: tuple[Expr, Expr], derived: tuple[Expr, Expr]) -> 
             raise ArithmeticError(f"{name} at the {where} of phases is not what the equations say")
 
 
-_HEAD = f'''"""Kernels of a pair of waves by SymPy, so that nothing that runs imports it: written by
+_HEAD = f'''"""Kernels of a pair of waves by SymPy, so that no run imports it: written by
 ``{COMMAND}``."""
 
 # fmt: off

@@ -1,4 +1,4 @@
-"""Kernels of a pair of waves by SymPy, so that nothing that runs imports it: written by
+"""Kernels of a pair of waves by SymPy, so that no run imports it: written by
 ``python -m eomgen.products.waves.second_order.derivation eomgen/products/waves/second_order/derived.py``."""
 
 # fmt: off

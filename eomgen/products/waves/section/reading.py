@@ -13,7 +13,7 @@ from eomgen.base.text import key_of
 from eomgen.errors import UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
-from eomgen.formula.wave_fields import WaveComponent, WaveField
+from eomgen.products.waves.formula.fields import WaveComponent, WaveField
 from eomgen.products.waves.sea_states.bound_waves import beyond_second_order, bound_waves, members_of_bound_waves
 from eomgen.products.waves.sea_states.components import Components
 from eomgen.products.waves.sea_states.spectra import (
@@ -121,7 +121,7 @@ def variables_as_parameters(waves: WaveField) -> list[Parameter]:
     names = waves.variables
     made = zip(names, standard_normals(waves.seed, len(names), WAVES).tolist(), strict=True)
     return [
-        Parameter(name, value, True, "1", f"standard normal variable of wave {k // 2 + 1} of {waves.name}")
+        Parameter(name, value, True, "1", f"standard normal variable of wave {k // 2 + 1} of {waves.name}", True)
         for k, (name, value) in enumerate(made)
     ]
 

@@ -27,10 +27,10 @@ class _Waves(Section):
         return fault_of_variables("sea", name, count, document, rows)
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
-        return {"waves": {}}
+        return {"entries": {"waves": {}}}
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
-        document, values, fields = reading.document, reading.values, reading.tables["waves"]
+        document, values, fields = reading.document, reading.values, reading.tables["entries"]["waves"]
         if document.section("waves") or document.section("hulls"):
             # by a reader of its own: problems, notes and requirements of the key follow when the base is read
             aside = reading.aside().values
@@ -46,12 +46,14 @@ class _Waves(Section):
         fields |= {name: no_waves(name) for name in sorted(reading.refused["waves"])}
         return {name: fields[name] for name in document.section("waves")}
 
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return {"parts": {"waves": tuple(reading.items["waves"].values())}}
+
 
 WAVES = _Waves(
     key="waves",
     behind="random",
     entry=SeaWaves,
-    scene_field="waves",
     method="waves",
     after=("random",),
     before=("bodies",),

@@ -24,7 +24,7 @@ def motion_claims(space: Space, engine: Engine, scene: object) -> list[Claim]:
     place, which no kinetic energy gives: then inertia is not asked to follow from M.
     """
     there = set(engine.functions)
-    by_energy = not (isinstance(scene, Scene) and any(element.moves_water for element in scene.elements))
+    by_energy = not (isinstance(scene, Scene) and any(element.adds_mass_to for element in scene.elements))
     claims: list[Claim] = []
     if {"mass", "energy"} <= there:
         claims.append(_mass(space, engine))

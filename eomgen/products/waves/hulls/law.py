@@ -6,8 +6,9 @@ Morison, O'Brien, Johnson and Schaaf (Petroleum Transactions 189, 1950, 149) in 
     rho V c (a_w - g) + rho C_a V (a_w - a_b)_n + 1/2 rho C_d D ds c |u_n| u_n,  u = u_w - u_b,
 
 n being the part across the axis. The first term is the pressure of undisturbed water, integrated over the slice, so
-the pressure on flat ends is in it. The inertia of the water, rho C_a V a_b, is in the inertia matrix
-(``tree/added_mass``), with a constant wet length.
+the pressure on flat ends is in it. The inertia of the water, rho C_a V a_b, is in the inertia matrix,
+with a constant wet length: the inertia of a uniform member across its axis is a second moment, so two places by Gauss
+and Legendre's rule, each with half of it, have the same inertia as the member.
 
 In water at rest the first term and its moment are the gradient of one energy, rho times the integral over the slice
 of max(G.(surface - r), 0), G = -g. With s along the axis d and y across it, G.r of points of the slice varies by
@@ -21,21 +22,35 @@ the derivative along the axis: gradients of accelerations are symmetric if water
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
-from eomgen.formula.nodes import ZERO_VECTOR, given_to
-from eomgen.formula.wave_fields import WaveField
-from eomgen.formula.wave_recording import wave_quantity
+from eomgen.formula.nodes import ZERO_VECTOR, Formula
 from eomgen.mechanics.forces.cosserat_beams import LoopInputs
 from eomgen.mechanics.forces.forces import add_load
 from eomgen.mechanics.forces.loads import Law, Loads
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.tree.added_mass import Member, member_of
-from eomgen.scene.forces.hulls import Hull
+from eomgen.mechanics.tree.inertia import AddedMass
+from eomgen.products.waves.formula.fields import WaveField
+from eomgen.products.waves.formula.recording import wave_quantity
+from eomgen.products.waves.hulls.section import Hull
 from eomgen.symbolic.calculus.loops import compact
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, multiply, plus, scaled
+from eomgen.symbolic.scalar import (
+    Algebra,
+    Scalar,
+    Vector,
+    apply,
+    cross,
+    dot,
+    matrix_plus,
+    minus,
+    multiply,
+    outer,
+    plus,
+    scaled,
+)
 from eomgen.symbolic.tape import Tape
 
 #: Added in squares to velocities, m/s, so that drag has a derivative at rest.
@@ -46,6 +61,81 @@ _UNIFORM = 3.0 / (4.0 * math.pi)
 _THIN = 1e-5
 #: Acceleration added for the upward direction, m/s^2, which is then defined without gravity, too.
 _SLIGHT = 1e-9
+#: Places of added mass in parts of a length.
+_GAUSS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
+
+
+@dataclass(frozen=True)
+class Member:
+    """A hull in numbers.
+
+    Attributes
+    ----------
+    start : (3,) of its axis, in the body's frame
+    axis : (3,) unit vector, in the body's axes
+    length, diameter, area, density, added, drag : of the hull; the last two are coefficients
+    wet : length that moves water at rest
+    across, along : added mass across the axis, in all, and along it, at the start, kg
+    """
+
+    start: Vector
+    axis: Vector
+    length: Scalar
+    diameter: Scalar
+    area: Scalar
+    density: Scalar
+    added: Scalar
+    drag: Scalar
+    wet: Scalar
+    across: Scalar
+    along: Scalar
+
+    @property
+    def places(self) -> tuple[Scalar, Scalar]:
+        """Distances from the start at which half of the added mass across the axis is, each."""
+        return _GAUSS[0] * self.wet, _GAUSS[1] * self.wet
+
+
+def member_of(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar]) -> Member:
+    """Return a hull in numbers; ``number`` evaluates a formula of parameters."""
+    start, end = (algebra.vector([number(part) for part in place]) for place in (hull.start, hull.end))
+    span = minus(end, start)
+    length = algebra.call(Op.SQRT, dot(span, span))
+    diameter, density, added = number(hull.diameter), number(hull.density), number(hull.added_mass)
+    area = number(hull.area) if hull.area is not None else (0.25 * math.pi) * (diameter * diameter)
+    wet = number(hull.wet) if hull.wet is not None else length
+    return Member(
+        start=start,
+        axis=scaled(algebra.one / length, span),
+        length=length,
+        diameter=diameter,
+        area=area,
+        density=density,
+        added=added,
+        drag=number(hull.drag),
+        wet=wet,
+        across=density * added * area * wet,
+        along=number(hull.axial_added_mass),
+    )
+
+
+def added_masses(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar]) -> tuple[AddedMass, ...]:
+    """Return the added mass of a hull, in the frame of its body."""
+    member = member_of(algebra, hull, number)
+    result: list[AddedMass] = []
+    along = outer(member.axis, member.axis)
+    across = matrix_plus(algebra.identity, outer(scaled(-1.0, member.axis), member.axis))
+    if not member.across.is_zero:
+        half = 0.5 * member.across
+        matrix = tuple(scaled(half, row) for row in across)
+        result += [
+            AddedMass(plus(member.start, scaled(place, member.axis)), (matrix[0], matrix[1], matrix[2]))
+            for place in member.places
+        ]
+    if not member.along.is_zero:
+        rows = tuple(scaled(member.along, row) for row in along)
+        result.append(AddedMass(member.start, (rows[0], rows[1], rows[2])))
+    return tuple(result)
 
 
 def add_hulls(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> Sequence[Hull]:
@@ -263,7 +353,7 @@ def surface_over(quantities: Quantities, item: Hull, here: Vector) -> Scalar:
     """Return z of the surface of the water at a place, m."""
     if item.waves is None:
         return quantities.formula(item.level)
-    at = [here[0], here[1], quantities.input("t"), *map(quantities.formula, given_to(item.waves))]
+    at = [here[0], here[1], quantities.input("t"), *map(quantities.formula, item.waves.given)]
     return wave_quantity(quantities.algebra, item.waves, "elevation", 0, at) + item.waves.level
 
 
@@ -272,7 +362,7 @@ def water_at(quantities: Quantities, item: Hull, here: Vector) -> tuple[Vector, 
     algebra, waves = quantities.algebra, item.waves
     if waves is None:
         return algebra.zero_vector, algebra.zero_vector
-    at = [*here, quantities.input("t"), *map(quantities.formula, given_to(waves))]
+    at = [*here, quantities.input("t"), *map(quantities.formula, waves.given)]
     u, a = (
         algebra.vector([wave_quantity(algebra, waves, name, k, at) for k in range(3)])
         for name in ("water_velocity", "water_acceleration")

@@ -12,21 +12,16 @@ with a potential that does not follow from the amplitude.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: Quantities of waves for formulas: the arguments before the time, and the number of components.
-QUANTITIES: Mapping[str, tuple[int, int]] = {
-    "elevation": (2, 1),
-    "slope": (2, 2),
-    "water_velocity": (3, 3),
-    "water_acceleration": (3, 3),
-}
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.words import Word
+
 Stretching = Literal["wheeler", "none"]
 #: From k h on the bottom is too deep to be felt: exp(-2 k h) is below the last digit.
 _DEEP = 20.0
@@ -73,7 +68,7 @@ class WaveField:
     ramp: float
     stretching: Stretching
     free: int | None = None
-    factor: Any = None  # nodes of formulas hold waves, not these them
+    factor: Formula | None = None
     variables: tuple[str, ...] = ()
     drawn: tuple[tuple[int, int, int], ...] = ()
     seed: int = 0
@@ -82,6 +77,12 @@ class WaveField:
     def bound(self) -> NDArray[np.bool_]:
         """Whether each component is a bound wave."""
         return np.arange(len(self.components)) >= (len(self.components) if self.free is None else self.free)
+
+    @property
+    def given(self) -> tuple[Formula, ...]:
+        """Arguments of quantities behind the time: the factor of amplitudes, and the variables."""
+        factor = () if self.factor is None else (self.factor,)
+        return (*factor, *(Symbol("parameter", name) for name in self.variables))
 
     def __str__(self) -> str:
         return f"{len(self.components)} waves"
@@ -119,7 +120,7 @@ class WaveField:
         """Return a quantity at x, y, z if it has one, and t, with ``given`` parameters, of their broadcast shape,
         in numbers."""
         numbers = [np.asarray(argument, dtype=float) for argument in arguments]
-        count = QUANTITIES[name][0]
+        count = len(WORDS[name].arguments)
         place, t, given = numbers[:count], numbers[count], numbers[count + 1 :]
         grown, growing = self._growth(t)
         rest: NDArray[np.float64] = grown * self._full(name, component, place, t, given)
@@ -180,3 +181,34 @@ class WaveField:
 def in_quadrature(name: str, component: int) -> bool:
     """Return whether a quantity goes with the sine of a component's angle, not with its cosine."""
     return name == "slope" or (name.startswith("water") and (name == "water_velocity") == (component == 2))
+
+
+def _added(waves: WaveField) -> tuple[Formula, ...]:
+    """Return the arguments of a quantity of waves behind the place: the time, and parameters of the waves."""
+    return (Symbol("time"), *waves.given)
+
+
+def _word(name: str, arguments: tuple[str, ...], components: int, unit: str) -> Word:
+    return Word(
+        name,
+        "waves",
+        arguments,
+        WaveField.value,
+        "eomgen.products.waves.formula.recording:wave_quantity",
+        _added,
+        components,
+        unit,
+        # waves that grow are three times differentiable at both ends of the ramp, and motion of the water bends at the
+        # surface and at the bottom
+        smooth=len(arguments) < 3,
+        # sums of harmonics: comparison runs show errors that occur in all steps
+        fast=False,
+    )
+
+
+ELEVATION = _word("elevation", ("x", "y"), 1, "m")
+SLOPE = _word("slope", ("x", "y"), 2, "1")
+WATER_VELOCITY = _word("water_velocity", ("x", "y", "z"), 3, "m/s")
+WATER_ACCELERATION = _word("water_acceleration", ("x", "y", "z"), 3, "m/s^2")
+#: Words of waves in formulas by name.
+WORDS = {word.name: word for word in (ELEVATION, SLOPE, WATER_VELOCITY, WATER_ACCELERATION)}

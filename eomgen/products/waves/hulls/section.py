@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula, Number, Vector
-from eomgen.formula.wave_fields import WaveField
+from eomgen.products.waves.formula.fields import WaveField
 from eomgen.scene.forces.element import Attach, ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS
@@ -57,7 +57,8 @@ class Hull(ForceElement):
     """
 
     section: ClassVar[str] = "hulls"
-    law: ClassVar[str] = "eomgen.mechanics.forces.hulls:LAW"
+    law: ClassVar[str] = "eomgen.products.waves.hulls.law:LAW"
+    added_masses: ClassVar[str] = "eomgen.products.waves.hulls.law:added_masses"
 
     body: str
     start: Vector  # body frame, formulas of parameters
@@ -78,8 +79,8 @@ class Hull(ForceElement):
         return None
 
     @property
-    def moves_water(self) -> bool:
-        return any(value != Number(0.0) for value in (self.added_mass, self.axial_added_mass))
+    def adds_mass_to(self) -> str:
+        return self.body if any(value != Number(0.0) for value in (self.added_mass, self.axial_added_mass)) else ""
 
     def lengths(self) -> tuple[Formula, ...]:
         return (self.diameter,)
@@ -134,7 +135,7 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
         check_reference(f"{key}.body", entry.body, site.bodies, "body", report)
     waves = None
     if entry.waves:
-        known = values.names.waves
+        known = values.names.entries["waves"]
         if check_reference(f"{key}.waves", entry.waves, known, "wave", report):
             waves = known[entry.waves]
         values.mentioned.add(("waves", entry.waves))
@@ -178,6 +179,7 @@ _BOUNDS = {
 }
 SECTION = ElementSection(
     key="hulls",
+    behind="efforts",
     entry=HullEntry,
     model=Hull,
     reader=read_hull,

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula, Number
-from eomgen.scene.forces.hulls import Hull
+from eomgen.products.waves.hulls.section import Hull
+from eomgen.scene.document.notes import Facts, Note
 from eomgen.scene.reading.values import Values
 
 #: Of a liquid, kg/m^3, below which a number is one of other units.
@@ -21,14 +22,11 @@ _DIFFRACTING = 0.2
 _APART = 4.0
 
 
-def doubtful_hulls(hulls: Sequence[Hull], places: Mapping[str, tuple[Array, Array]], values: Values) -> list[str]:
-    """Return a note on each thing about hulls that hardly anyone means.
-
-    Parameters
-    ----------
-    places : of bodies at the start, as far as they are known
-    """
-    return [f"{key_of('hulls', hull.name)}: {text}" for hull in hulls for text in _doubts(hull, places, values)]
+def doubtful_hulls(facts: Facts) -> Iterator[str]:
+    """Yield a note on each thing about hulls that hardly anyone means."""
+    for hull in facts.elements(Hull):
+        for text in _doubts(hull, facts.places, facts.values):
+            yield f"{key_of('hulls', hull.name)}: {text}"
 
 
 def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Values) -> Iterator[str]:
@@ -59,10 +57,11 @@ def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Value
     level = values.value(hull.level) if hull.waves is None else hull.waves.level
     if low - 0.5 * diameter >= level:
         yield f"it begins {low - level:.4g} m above the water at rest, where no water acts on it"
-    elif hull.wet is None and hull.moves_water and high - low > diameter and high - level > 0.05 * (high - low):
+    elif hull.wet is None and hull.adds_mass_to and high - low > diameter and high - level > 0.05 * (high - low):
         part = (level - low) / (high - low) * float(np.linalg.norm(end - start))
         note = f"all of its {np.linalg.norm(end - start):.4g} m move water, and {high - level:.4g} m of it begin above"
         yield f"{note} the water at rest; wet = {part:.4g} counts those below"
 
 
+NOTE = Note("doubtful hulls", doubtful_hulls, behind="doubtful beams")
 _NONE: tuple[Formula | None, ...] = (None, Number(0.0))

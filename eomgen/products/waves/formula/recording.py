@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.formula.wave_fields import LEAST, QUANTITIES, WaveField, in_quadrature
+from eomgen.products.waves.formula.fields import LEAST, WORDS, WaveField, in_quadrature
 from eomgen.symbolic.harmonics import harmonic_sum
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op
@@ -16,7 +16,7 @@ from eomgen.symbolic.tape import Tape
 
 def wave_quantity(algebra: Algebra, waves: WaveField, name: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
     """Return a quantity of waves at x, y, z if it has one, and t, and at given parameters."""
-    count = QUANTITIES[name][0]
+    count = len(WORDS[name].arguments)
     place, t, given = arguments[:count], arguments[count], arguments[count + 1 :]
     grown, growing = _growth(algebra, waves, t)
     result = grown * _full(algebra, waves, name, component, place, t, given)
