@@ -322,6 +322,6 @@ def test_water_at_rest_is_level_in_z() -> None:
 
 def test_the_level_is_that_of_the_waves() -> None:
     with pytest.raises(
-        DescriptionError, match=r"level\): the level is that of the waves; try: level of \[waves\.sea\]"
+        DescriptionError, match=r"level\): the waves have a level of their own; try: level of \[waves\.sea\]"
     ):
         from_data(_data(waves={"regular": [{"amplitude": 1, "period": 8}]}, hulls={"column": COLUMN | {"level": 1}}))

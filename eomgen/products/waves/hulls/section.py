@@ -140,7 +140,7 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
             waves = known[entry.waves]
         values.mentioned.add(("waves", entry.waves))
         if entry.level != 0.0:
-            report.add(f"{key}.level", "the level is that of the waves", f"level of [waves.{entry.waves}]")
+            report.add(f"{key}.level", "the waves have a level of their own", f"level of [waves.{entry.waves}]")
     start, end = (values.vector(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in ("start", "end"))
     area = values.formula(f"{key}.area", entry.area, PARAMETERS) if entry.area is not None else None
     wet = values.formula(f"{key}.wet", entry.wet, PARAMETERS) if entry.wet is not None else None

@@ -416,7 +416,7 @@ class Sea:
             labels[open_], off[open_] = tried, found
         bad = wanted[np.argmax(np.hypot(*off.T))]
         fault = f"no single particle of the surface is above x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g} s"
-        hint = "waves that are less steep: where the Jacobian of surface(labels, t) is negative, the water folds over"
+        hint = "waves that are less steep: water folds over with a negative Jacobian of surface(labels, t)"
         raise NumericalError(Problem("Sea.labels_at", fault, hint))
 
     def at(self, points: ArrayLike, time: float) -> Motion:
