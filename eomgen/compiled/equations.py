@@ -17,10 +17,13 @@ from eomgen.base.calls import ByName
 from eomgen.compiled.arguments import numbers
 from eomgen.compiled.lost_digits import check_digits
 from eomgen.compiled.terms import Evaluated, Inputs, Parameters, States, check_derivatives
+from eomgen.system.patterns import unpacked_places
 
 #: Residual of constraints at accelerations, relative to the size of the cancelling summands, from which on it is
 #: reported.
 _BROKEN = 1e-6
+#: Velocity components up to which whole matrices are made of nonzeros.
+_MOST_WHOLE = 200
 #: Results of the function ``energy``, in order: J, J, W, W.
 ENERGIES = ("kinetic", "potential", "power", "base_power")
 
@@ -220,6 +223,41 @@ def partials(
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
     K, C, M = model.evaluator.call("partials", **given, multipliers=multipliers, parameters=parameters)
     return K, C, M
+
+
+def has_residual_partials(model: Evaluated) -> bool:
+    """Return whether ``residual_partials`` gives whole matrices: by their term, or by nonzeros of a small scene."""
+    functions = model.evaluator.functions
+    if "partials" in functions:
+        return True
+    patterns = functions.library.layout["patterns"]
+    known = {"M", "K"} <= patterns.keys() and not ("X" in patterns and unpacked_places(patterns["X"]).size)
+    return "iteration" in functions and known and functions.sizes["v"] <= _MOST_WHOLE
+
+
+def residual_partials(
+    model: Evaluated,
+    q: Array,
+    v: Array,
+    a: Array,
+    t: float,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    multipliers: ArrayLike | None = None,
+    parameters: Parameters = None,
+) -> tuple[Array, Array, Array]:
+    """Return K, C, M as ``partials`` does at one state, of models for runs from the nonzeros of ``iteration``."""
+    given: dict[str, Any] = {"t": t, "u": u, "z": z, "multipliers": multipliers, "parameters": parameters}
+    functions = model.evaluator.functions
+    if "partials" in functions:
+        return partials(model, q, v, a, **given)
+    entries = evaluate(model, "iteration", q, v, a, **given)
+    whole: dict[str, Array] = {name: np.zeros((len(v), len(v))) for name in "KCM"}
+    for name in whole.keys() & entries.keys():
+        places = unpacked_places(functions.library.layout["patterns"][name])
+        np.add.at(whole[name], (places[0], places[1]), entries[name])
+    return whole["K"], whole["C"], whole["M"]
 
 
 def evaluate(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.equations import accelerations
+from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.integrators.families.register import BUILT_IN
@@ -113,18 +113,18 @@ def largest_eigenvalue(model: CompiledModel, state: InitialState, t: float, p: A
     """Return the largest modulus of the eigenvalues of the equations about a state, 1/s: of M, C and K across the
     constraints, and of the internal states; None if terms are missing or not finite."""
     q, v, z = state.q, state.v, state.z
-    if "partials" not in model.functions:
+    if not has_residual_partials(model):
         return None
     try:
         if model.multipliers:
             a, multipliers = model.constrained_dynamics(q, v, t, z=z, parameters=p)
-            K, C, M = model.partials(q, v, a, t, z=z, parameters=p, multipliers=multipliers)
+            K, C, M = residual_partials(model, q, v, a, t, z=z, parameters=p, multipliers=multipliers)
             rows = np.atleast_2d(next(iter(model.evaluate("constraint_jacobian", q, t=t, parameters=p).values())))
             _, sizes, directions = np.linalg.svd(rows)
             free = directions[int(np.sum(sizes > _RANK * sizes[0])) :].T
         else:
             a = accelerations(model, q, v, t, z=z, parameters=p)
-            K, C, M = model.partials(q, v, a, t, z=z, parameters=p)
+            K, C, M = residual_partials(model, q, v, a, t, z=z, parameters=p)
             free = np.eye(model.nv)
         K, C, M = (free.T @ matrix @ free for matrix in (K, C, M))
         count = len(M)

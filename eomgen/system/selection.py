@@ -34,12 +34,14 @@ class Selection:
         ----------
         called : by the steps of the method
         implicit : whether these are implicit: motions that they do not resolve are then found by partials of the
-            residual; else states that decay too fast, by partials of the internal states
+            residual, of which steps have nonzeros or the whole; else states that decay too fast, by partials of the
+            internal states
         """
         if not self.start:
             return list(derived)
         accelerations = "forward_dynamics" if "forward_dynamics" in derived else "residual"
-        needed = {*called, *PURPOSES["run"], accelerations, "partials" if implicit else "internal_partials"}
+        of_residual = "iteration" if "iteration" in derived and "iteration" in called else "partials"
+        needed = {*called, *PURPOSES["run"], accelerations, of_residual if implicit else "internal_partials"}
         if self.start == "equilibrium":
             needed |= {*PURPOSES["equilibrium"], *(() if "partials" in derived else ("iteration",))}
         return [name for name in derived if name in needed or name not in TERMS or TERMS[name].of_events]

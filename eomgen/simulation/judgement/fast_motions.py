@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.equations import accelerations
+from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
 from eomgen.errors import EomgenError
 from eomgen.lie import product
 from eomgen.simulation.accuracy.motion_size import reach_of
@@ -75,7 +75,7 @@ def unresolved_motion(run: Run, rows: Array, step: float, events: Events | None,
     events, acting : of the run, and times of the events that changed the motion
     jumps : times of known jumps, s
     """
-    if not run.method.implicit or "partials" not in run.model.functions or not run.model.nv:
+    if not run.method.implicit or not has_residual_partials(run.model) or not run.model.nv:
         return ""  # explicit methods do not damp the fast motions of a stable step: runs at other steps differ
     first = 1 + run.model.nq + run.model.nv
     accelerations = rows[:, first : first + run.model.nv]
@@ -167,7 +167,7 @@ class _Modes:
         u = self._inputs(t)
         a, multipliers = self._accelerations((q, v, z, p), t)
         held = {"multipliers": multipliers} if model.multipliers else {}
-        K, C, M = model.partials(q, v, a, t, u, z=z, parameters=p, **held)
+        K, C, M = residual_partials(model, q, v, a, t, u, z=z, parameters=p, **held)
         mass = 0.5 * (M + M.T)
         free = np.eye(model.nv)
         if model.multipliers:
