@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from eomgen.results.solution import Solution
     from eomgen.scene.scene import Scene
 
-_OF_SCENES = ("strict", "coordinates", *all_options())
+SCENE_OPTIONS = ("strict", "coordinates", *all_options())
 #: Options of a run that may be given again when it is resumed.
 _OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every", "error_estimate")
 
@@ -39,7 +39,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
 
     changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
     starts = assignments("--initial", options["initial"])
-    scene = pipeline.load_scene(path, **{name: options.pop(name) for name in _OF_SCENES})
+    scene = pipeline.load_scene(path, **{name: options.pop(name) for name in SCENE_OPTIONS})
     say_notes(scene)
     robot = source_of(Path(path)) is all_options()["actuated"][0]
     check_assigned(scene, changes, signals, robot=robot)

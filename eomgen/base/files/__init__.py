@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from eomgen.base.files.archives import read_arrays, write_arrays
 from eomgen.base.files.csv_reading import read_cells, read_table
-from eomgen.base.files.csv_tables import write_table
+from eomgen.base.files.csv_tables import write_rows, write_table
 from eomgen.base.files.journal import Journal
 from eomgen.base.files.nearby import nearby
 from eomgen.base.files.writing import check_writable, make_folder, temporary_file, write_bytes, write_text
@@ -21,6 +21,7 @@ __all__ = [
     "temporary_file",
     "write_arrays",
     "write_bytes",
+    "write_rows",
     "write_table",
     "write_text",
 ]

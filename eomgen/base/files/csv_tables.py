@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import IO
 
 from eomgen.base.arrays import Array
-from eomgen.base.files.writing import write_file
+from eomgen.base.files.writing import write_file, write_text
 
 #: Rows that are written at once.
 _ROWS = 4096
@@ -34,3 +34,10 @@ def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: s
         text.detach()
 
     write_file(path, 24 * columns.size, fill)
+
+
+def write_rows(path: Path, rows: Iterable[Sequence[object]]) -> None:
+    """Write texts and numbers as ``.csv``, the names of columns first. Raises FileError."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_text(path, text.getvalue())

@@ -6,9 +6,7 @@ from eomgen.base.verbs import Verb
 __all__ = ["linearise"]
 
 PRODUCT = Product(
-    rows={
-        "eomgen.verbs": (Verb("sensitivities", methods=("eomgen.products.derivatives.linearise:sensitivities",)),),
-    },
+    rows={"eomgen.verbs": (Verb("sensitivities", methods=("eomgen.products.derivatives.linearise:sensitivities",)),)}
 )
 #: Open to the other parts of ``products`` as well.
 WITHIN = ["crossings", "functionals", "run_sensitivities", "stationary_run"]

@@ -114,14 +114,7 @@ class AlphaRun(LinearRun[AlphaPart]):
     inverse_inertia : W = 1/M_ii of the start, by which multipliers move positions; empty if there is none
     """
 
-    def __init__(
-        self,
-        motion: Motion,
-        method: LinearStep,
-        start: Start,
-        by: By,
-        rows: Sequence[int],
-    ) -> None:
+    def __init__(self, motion: Motion, method: LinearStep, start: Start, by: By, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
         model, begun = self.run.model, motion.start
         self.coefficients = (self.run.grid.step, *method)

@@ -292,14 +292,7 @@ class GalerkinPart(LinearPart):
 class GalerkinRun(LinearRun[GalerkinPart]):
     """A run of a time-discontinuous Galerkin method with its linear steps."""
 
-    def __init__(
-        self,
-        motion: Motion,
-        method: LinearPasses,
-        start: Start,
-        by: By,
-        rows: Sequence[int],
-    ) -> None:
+    def __init__(self, motion: Motion, method: LinearPasses, start: Start, by: By, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
         self.method = method
         self.along = self.asked

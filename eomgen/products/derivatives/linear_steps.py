@@ -84,11 +84,7 @@ class LinearSteps:
     """
 
     def __init__(
-        self,
-        sizes: Mapping[str, int],
-        factors: Sequence[Factor],
-        coefficients: Sequence[float],
-        eta: int,
+        self, sizes: Mapping[str, int], factors: Sequence[Factor], coefficients: Sequence[float], eta: int
     ) -> None:
         self._ffi, self._lib = routine(("generalized_alpha.c",), _CDEF)
         self._nv, self._nz, self._nl, self._nh = sizes["v"], sizes["z"], sizes["lam"], eta

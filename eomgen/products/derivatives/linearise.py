@@ -280,12 +280,7 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
     return places if of is None else {name: places[name] for name in of}
 
 
-def _check(
-    model: CompiledModel,
-    chosen: ChosenStepper,
-    grid: TimeGrid,
-    initial: Mapping[str, Any] | None,
-) -> None:
+def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial: Mapping[str, Any] | None) -> None:
     """Raise UsageError for runs without derivatives here, and say why."""
     layout = chosen.library.layout
     if "events" in layout["method"]:

@@ -43,13 +43,7 @@ from eomgen.lie.groups import Group, group_named
 from eomgen.lie.product import Factor, difference
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
 from eomgen.products.derivatives.functionals import Weights
-from eomgen.products.derivatives.start import (
-    Directions,
-    Rest,
-    StartDerivatives,
-    inertia_partials,
-    on_constraints,
-)
+from eomgen.products.derivatives.start import Directions, Rest, StartDerivatives, inertia_partials, on_constraints
 
 #: An imaginary increment with a square below rounding: exact derivatives (Squire and Trapp 1998).
 _TINY = 1e-100

@@ -426,12 +426,7 @@ def on_constraints(start: Beginning, along: Directions, inverse_inertia: Array) 
     equations = start.equations
     nv, nz, nh = equations.nv, equations.nz, equations.holonomic
     states = States(
-        np.array([start.t]),
-        start.q[None],
-        start.v[None],
-        np.zeros((1, nv)),
-        np.zeros((1, equations.nl)),
-        start.z[None],
+        np.array([start.t]), start.q[None], start.v[None], np.zeros((1, nv)), np.zeros((1, equations.nl)), start.z[None]
     )
     given = start.prescribed_at(0.0)
     values = equations.values(states, given)

@@ -102,7 +102,7 @@ PRODUCT = Product(
                 "eomgen.products.studies.commands.extremes:extremes",
                 behind="tune",
             ),
-        ),
+        )
     },
     needs=("derivatives",),
 )
@@ -115,10 +115,4 @@ def __getattr__(name: str) -> object:
 
 
 #: Open to the other parts of ``products`` as well.
-WITHIN = [
-    "identification",
-    "ladders",
-    "savings",
-    "tuning",
-    "work_precision",
-]
+WITHIN = ["identification", "ladders", "savings", "tuning", "work_precision"]

@@ -61,9 +61,7 @@ FACTS: Mapping[str, MethodFacts] = {
     ),
     "generalized_alpha_index3": replace(_ALPHA, compared={"rho_inf": (0.5, 0.8, 0.9)}, ladders=("all", "damped")),
     "generalized_alpha_adaptive": replace(
-        _ALPHA,
-        compared={"tolerance": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7), "rho_inf": (0.5, 0.8, 0.9)},
-        ladders=_ALL,
+        _ALPHA, compared={"tolerance": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7), "rho_inf": (0.5, 0.8, 0.9)}, ladders=_ALL
     ),
     "generalized_alpha_spatial": _ALPHA,
     "wbz": replace(_ALPHA, ladders=("damped",)),

@@ -238,12 +238,7 @@ class _FieldReader(Entries):
         return made
 
     def operator(
-        self,
-        key: str,
-        name: str,
-        entry: Mapping[str, Any],
-        data: Sequence[str],
-        above: Sequence[str],
+        self, key: str, name: str, entry: Mapping[str, Any], data: Sequence[str], above: Sequence[str]
     ) -> Operator | None:
         kind = self.kind_of(key, entry, OPERATOR_KINDS, ("of", "where"))
         of = entry.get("of", "")

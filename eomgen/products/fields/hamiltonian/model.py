@@ -126,12 +126,7 @@ class HamiltonianModel:
         return dq, dp
 
     def hessian_product(
-        self,
-        q: ArrayLike,
-        p: ArrayLike,
-        dq: ArrayLike,
-        dp: ArrayLike,
-        parameters: Mapping[str, float] | None = None,
+        self, q: ArrayLike, p: ArrayLike, dq: ArrayLike, dp: ArrayLike, parameters: Mapping[str, float] | None = None
     ) -> tuple[Array, Array]:
         """Return the product of the Hessian of H with a direction: the changes of dH/dq and dH/dp along dq, dp.
 

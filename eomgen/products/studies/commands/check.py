@@ -34,13 +34,7 @@ _option = arguments_of("eomgen.products.studies:check")
 @json_option
 @debug_option
 def check(
-    scene: str,
-    states: int,
-    seed: int,
-    only: tuple[str, ...],
-    folder: str | None,
-    as_json: bool,
-    **reading: Any,
+    scene: str, states: int, seed: int, only: tuple[str, ...], folder: str | None, as_json: bool, **reading: Any
 ) -> int:
     """Check every closed form of a SCENE, as compiled, against finite differences, complex steps and second
     derivations.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,27 +13,27 @@ import click
 
 from eomgen.base.progress import terminal_bar
 from eomgen.base.text import counted, listed
-from eomgen.cli.options import arguments_of, debug_option, json_option, scene_options
+from eomgen.cli.options import arguments_of, debug_option, json_option, names_of, scene_options
 from eomgen.cli.printing import print_json, say
+from eomgen.cli.running import SCENE_OPTIONS
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.scene.sources.register import all_options
 
 if TYPE_CHECKING:
     from eomgen.products.studies import Cell, Extremes
 
 #: Cells and ladders that are left out for one reason are named up to so many.
 _NAMED = 8
-_OF_SCENES = ("strict", "coordinates", *all_options())
 
 _option = arguments_of("eomgen.products.studies:extremes")
+_names = partial(click.option, default=None, callback=names_of, metavar="NAME,NAME")
 
 
 @click.command()
 @scene_options
 @click.option("--out", "folder", default=None, metavar="DIR", help="Folder for table, JSON and picture.")
-@click.option("--ladders", default=None, metavar="NAME,NAME", help="step, stiffness, length, ...; all by default.")
-@click.option("--methods", default=None, metavar="NAME,NAME", help="In place of all methods that suit the scene.")
+@_names("--ladders", help="step, stiffness, length, ...; all by default.")
+@_names("--methods", help="In place of all methods that suit the scene.")
 @click.option("--cell", "cells", multiple=True, metavar="LADDER:VALUE[:METHOD]", help="This cell alone; repeatable.")
 @_option("--budget", type=float, metavar="S")
 @_option("--limit", type=float, metavar="S")
@@ -47,7 +48,7 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     """
     from eomgen.products.studies import extremes as studied  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    reading = {name: options.pop(name) for name in _OF_SCENES}
+    reading = {name: options.pop(name) for name in SCENE_OPTIONS}
     if folder is not None and not folder.strip():
         raise UsageError(Problem("--out", "the name of the folder is empty", "--out . for this folder"))
     for name in ("budget", "limit"):
@@ -57,8 +58,8 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     with _bar(Path(scene).stem) as progress:
         result = studied(
             scene,
-            ladders=_words(options["ladders"]),
-            methods=_words(options["methods"]),
+            ladders=options["ladders"] or (),
+            methods=options["methods"] or (),
             cells=options["cells"],
             budget=options["budget"],
             limit=options["limit"],
@@ -123,7 +124,3 @@ def _lines(done: int, total: int, cell: str) -> None:
     """Report every tenth of the cells, if there is no terminal for a bar."""
     if total and done and done % max(1, total // 10) == 0:
         say(f"{done} of {total} cells; now {cell}")
-
-
-def _words(text: str | None) -> list[str]:
-    return [] if text is None else [word.strip() for word in text.split(",") if word.strip()]

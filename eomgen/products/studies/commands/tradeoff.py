@@ -20,19 +20,18 @@ from eomgen.cli.options import (
     in_units,
     input_option,
     json_option,
+    names_of,
     scene_options,
     set_option,
 )
 from eomgen.cli.printing import print_json, say
-from eomgen.cli.running import say_notes
+from eomgen.cli.running import SCENE_OPTIONS, say_notes
 from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.sources.register import all_options
 
 if TYPE_CHECKING:
     from eomgen.products.studies import Point, Tradeoff
 
-_OF_SCENES = ("strict", "coordinates", *all_options())
 #: A measured order that is off its declared one by more than this is told.
 _OFF = 0.15
 #: So many of these are named.
@@ -52,11 +51,12 @@ _option = arguments_of("eomgen.products.studies:tradeoff")
 @click.option(
     "--axes",
     default=None,
+    callback=names_of,
     metavar="NAME,NAME",
     help="Varied axes: formulation, method, parameters, resolution, policy, arithmetic, profile, fidelity; by"
     " default all but fidelity.",
 )
-@_option("--methods", default=None, metavar="NAME,NAME")
+@_option("--methods", default=None, callback=names_of, metavar="NAME,NAME")
 @click.option("--steps", default=None, metavar="S,S", help="Steps in s; each must divide the largest.")
 @end_option
 @_option("--budget", type=float, metavar="S")
@@ -74,7 +74,7 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies import tradeoff as studied  # noqa: PLC0415
 
-    reading = {name: options.pop(name) for name in _OF_SCENES}
+    reading = {name: options.pop(name) for name in SCENE_OPTIONS}
     described = pipeline.load_scene(scene, **reading)
     say_notes(described)
     parameters = in_units("--set", assignments("--set", options["parameters"]), described.parameters)
@@ -84,8 +84,8 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
             scene,
             outputs=options["outputs"],
             measure=options["measure"],
-            axes=_words(options["axes"]),
-            methods=_words(options["methods"]),
+            axes=options["axes"] or (),
+            methods=options["methods"] or (),
             steps=_numbers(options["steps"]),
             t_end=options["t_end"],
             parameters=parameters or None,
@@ -115,13 +115,9 @@ def _bar(name: str) -> Iterator[Callable[[int, int, str], None] | None]:
         yield None if bar is None else lambda done, total, _: bar(done, total)
 
 
-def _words(text: str | None) -> list[str]:
-    return [] if text is None else [word.strip() for word in text.split(",") if word.strip()]
-
-
 def _numbers(text: str | None) -> list[float]:
     try:
-        return [float(word) for word in _words(text)]
+        return [float(word) for word in (text or "").split(",") if word.strip()]
     except ValueError:
         raise UsageError(Problem(f"--steps {text}", "these are not numbers of seconds", "--steps 1e-3,5e-4")) from None
 
@@ -143,12 +139,7 @@ def _print(study: Tradeoff) -> None:
 
 
 def _cells(study: Tradeoff, point: Point) -> tuple[str, str, str, str]:
-    return (
-        point.configuration.label,
-        _resolution(point),
-        f"{study.error(point):.1e}",
-        _time(point.seconds),
-    )
+    return (point.configuration.label, _resolution(point), f"{study.error(point):.1e}", _time(point.seconds))
 
 
 def _next(other: Point | None, best: Point) -> tuple[str, str]:

@@ -20,24 +20,24 @@ from eomgen.cli.options import (
     in_units,
     input_option,
     json_option,
+    names_of,
     scene_options,
     set_option,
 )
 from eomgen.cli.printing import console, print_json, say
-from eomgen.cli.running import say_notes
+from eomgen.cli.running import SCENE_OPTIONS, say_notes
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.scene.sources.register import all_options
 
 if TYPE_CHECKING:
     from eomgen.products.studies import RealTime, Tuned
 
-_OF_SCENES = ("strict", "coordinates", *all_options())
 _UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
 #: Rivals that are named.
 _RIVALS = 5
 
 _option = arguments_of("eomgen.products.studies:tune")
+_NAMES: dict[str, Any] = {"default": None, "callback": names_of, "metavar": "NAME,NAME"}
 
 
 @click.command()
@@ -50,8 +50,8 @@ _option = arguments_of("eomgen.products.studies:tune")
 @click.option("--iterations", type=int, default=None, metavar="N", help="With --real-time: most iterations of a step.")
 @_option("--output", metavar="NAME")
 @_option("--measure", metavar="largest|rms|final")
-@click.option("--axes", default=None, metavar="NAME,NAME", help="Settings to vary, as of tradeoff; all by default.")
-@_option("--methods", default=None, metavar="NAME,NAME")
+@click.option("--axes", help="Settings to vary, as of tradeoff; all by default.", **_NAMES)
+@_option("--methods", **_NAMES)
 @end_option
 @_option("--budget", type=float, metavar="S")
 @set_option
@@ -69,7 +69,7 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     from eomgen.products.studies import Tuned  # noqa: PLC0415
     from eomgen.products.studies import tune as tuned  # noqa: PLC0415
 
-    reading = {name: options.pop(name) for name in _OF_SCENES}
+    reading = {name: options.pop(name) for name in SCENE_OPTIONS}
     described = pipeline.load_scene(scene, **reading)
     say_notes(described)
     if file is not None and Path(file).suffix != ".toml":
@@ -86,8 +86,8 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
             iterations=options["iterations"],
             output=options["output"],
             measure=options["measure"],
-            axes=[] if options["axes"] is None else [n for n in options["axes"].split(",") if n],
-            methods=[] if options["methods"] is None else [n for n in options["methods"].split(",") if n],
+            axes=options["axes"] or (),
+            methods=options["methods"] or (),
             t_end=options["t_end"],
             parameters=in_units("--set", assignments("--set", options["parameters"]), described.parameters) or None,
             inputs=in_units("--input", assignments("--input", options["inputs"]), described.inputs) or None,

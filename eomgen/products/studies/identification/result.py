@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +13,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName
 from eomgen.base.figures import new_figure, saved
-from eomgen.base.files import make_folder, write_table, write_text
+from eomgen.base.files import make_folder, write_rows, write_table, write_text
 from eomgen.base.text import json_text
 from eomgen.products.studies.identification.estimation import Combination
 
@@ -170,14 +168,10 @@ class Identification:
         place = make_folder(Path(folder))
         files = [place / "identification.json", place / "estimates.csv"]
         write_text(files[0], json_text(self.to_dict()) + "\n")
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(("name", "unit", "value", "deviation", "low", "high", "bias", "start", "state"))
-        writer.writerows(vars(one).values() for one in self.estimates)
-        writer.writerows(
-            (one.text, "", one.value, one.deviation, one.low, one.high, "", "", one.form) for one in self.combinations
-        )
-        write_text(files[1], stream.getvalue())
+        head = ("name", "unit", "value", "deviation", "low", "high", "bias", "start", "state")
+        unknowns = (tuple(vars(one).values()) for one in self.estimates)
+        combined = ((c.text, "", c.value, c.deviation, c.low, c.high, "", "", c.form) for c in self.combinations)
+        write_rows(files[1], [head, *unknowns, *combined])
         for record in self.records:
             table = {"t": record.t}
             for name in record.data:

@@ -13,13 +13,11 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.files import write_text
-from eomgen.base.text import nearest, shown
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
-from eomgen.pipeline import pipeline
 from eomgen.products.studies.tuning.result import with_settings
 from eomgen.products.studies.work_precision.axes import Configuration, candidates, one_of_each, reason
 from eomgen.products.studies.work_precision.formulations import Formulations
-from eomgen.products.studies.work_precision.observation import Observation, errors, quantities
+from eomgen.products.studies.work_precision.observation import Observation, check_output, errors
 from eomgen.products.studies.work_precision.reference import Reference, reference
 from eomgen.products.studies.work_precision.running import REACHED, Grid, Runner, machine
 from eomgen.simulation.timing import Repeated, one_core
@@ -125,8 +123,7 @@ def real_time(
     NumericalError
         No configuration ends in time, or none converges within the bound: with the needed iterations.
     """
-    document, front_end = pipeline.as_document(formulations.scenes[formulations.own])
-    defaults = front_end.describe(document).simulation
+    defaults = formulations.simulation
     end = defaults.duration if t_end is None else t_end
     if not (math.isfinite(cycle) and 0.0 < cycle <= end):
         raise UsageError(Problem("real_time", f"a cycle lies within the run of {end:g} s, not {cycle:g} s", "1e-3"))
@@ -134,10 +131,7 @@ def real_time(
     runner = Runner(formulations, Grid(cycle, rows), parameters, inputs, limit=max(1.0, 0.3 * budget))
     name = formulations.own
     model = runner.model(name)
-    if output not in quantities(model):
-        raise UsageError(
-            Problem("output", f"the scene has no output {shown(output)}", nearest(output, quantities(model)))
-        )
+    check_output("output", output, model)
     refused: dict[str, str] = {}
     every = candidates(name, model, methods, refused)
     fixed = [c for c in one_of_each(every) if not c.method.chooses_steps]

@@ -11,9 +11,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.text import nearest, shown
+from eomgen.base.text import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.pipeline import pipeline
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, Verified, conditions, verified
 from eomgen.products.studies.tuning.race import Contender, Entries, Race, Tried
@@ -22,7 +21,7 @@ from eomgen.products.studies.tuning.real_time import real_time as in_real_time
 from eomgen.products.studies.tuning.result import Rival, Tuned
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
 from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
-from eomgen.products.studies.work_precision.observation import MEASURES, quantities
+from eomgen.products.studies.work_precision.observation import MEASURES, check_output
 from eomgen.products.studies.work_precision.running import MOST_TIMES, REACHED, Runner, machine, timed, tuning_grid
 
 #: Rounds of verification: conditions missed in one are tuned on in the next.
@@ -147,8 +146,7 @@ class _Tuning:
         budget: float,
         say: Callable[[str], None],
     ) -> None:
-        document, front_end = pipeline.as_document(formulations.scenes[formulations.own])
-        self.defaults = front_end.describe(document).simulation
+        self.defaults = formulations.simulation
         end = self.defaults.duration if t_end is None else t_end
         if not (math.isfinite(end) and end > 0.0):
             raise UsageError(Problem("t_end", f"a run needs a later end than {end:g} s", "10"))
@@ -162,10 +160,7 @@ class _Tuning:
         """Return the configuration that meets a demand at the least cost."""
         began = time.process_time()
         model = self.runner.model(self.own)
-        known = quantities(model)
-        if demand.quantity not in known:
-            fault = f"the scene has no output {shown(demand.quantity)}"
-            raise UsageError(Problem("output", fault, nearest(demand.quantity, known)))
+        check_output("output", demand.quantity, model)
         own = candidates(self.own, model, self.methods, self.left_out)
         if not own:
             why = "; ".join(self.left_out.values())

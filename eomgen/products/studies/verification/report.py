@@ -3,10 +3,8 @@ by step."""
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from eomgen.base.figures import new_figure, saved
-from eomgen.base.files import write_text
+from eomgen.base.files import write_rows, write_text
 from eomgen.base.text import json_text
 from eomgen.errors import FileError, Problem
 from eomgen.products.studies.verification.differences import LADDER
@@ -231,7 +229,7 @@ def write(report: CheckReport, folder: Path) -> list[Path]:
     make(folder)
     data, table, figure = folder / "check.json", folder / "check.csv", folder / "check.png"
     write_text(data, json_text(report.to_dict()) + "\n")
-    write_text(table, _table(report))
+    write_rows(table, _table(report))
     drawn = [form for form in report.forms if any(math.isfinite(error) for error in form.errors)]
     if drawn:
         verdict = report.summary if report.passed else f"failed: {', '.join(form.name for form in report.failures[:4])}"
@@ -248,12 +246,9 @@ def make(folder: Path) -> None:
         raise FileError(Problem(str(folder), f"cannot be made ({error.strerror or error})", "another folder")) from None
 
 
-def _table(report: CheckReport) -> str:
-    """Return the errors of finite differences as CSV, one row per step."""
+def _table(report: CheckReport) -> Iterator[list[str]]:
+    """Yield the rows of check.csv: the errors of finite differences, one row per step."""
     forms = [form for form in report.forms if form.errors]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["step", *(form.name for form in forms)])
+    yield ["step", *(form.name for form in forms)]
     for number, step in enumerate(LADDER.tolist()):
-        writer.writerow([f"{step:.17g}", *(f"{form.errors[number]:.17g}" for form in forms)])
-    return text.getvalue()
+        yield [f"{step:.17g}", *(f"{form.errors[number]:.17g}" for form in forms)]

@@ -27,6 +27,7 @@ from eomgen.pipeline import pipeline
 from eomgen.pipeline.model import Model
 from eomgen.scene.load import load as load_file
 from eomgen.scene.scene import Scene
+from eomgen.system.description import Simulation
 
 #: Gauss-Newton's steps at most, and the largest change at which they end, rad and m.
 MOST_STEPS, SETTLED = 50, 1e-14
@@ -201,6 +202,12 @@ class Formulations:
     def own(self) -> str:
         """The name of the scene's own formulation."""
         return next(iter(self.scenes))
+
+    @property
+    def simulation(self) -> Simulation:
+        """Settings of the scene's own runs."""
+        document, front_end = pipeline.as_document(self.scenes[self.own])
+        return front_end.describe(document).simulation
 
 
 def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fidelity: bool = False) -> Formulations:

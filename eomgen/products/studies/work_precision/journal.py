@@ -23,10 +23,7 @@ _POINTS, _REFERENCE = "points.jsonl", "reference.npz"
 
 
 def identity(
-    formulations: Formulations,
-    grid: Grid,
-    parameters: Mapping[str, float] | None,
-    inputs: Mapping[str, Any] | None,
+    formulations: Formulations, grid: Grid, parameters: Mapping[str, float] | None, inputs: Mapping[str, Any] | None
 ) -> str:
     """Return a text by which points of one study are known: points of other scenes, times or parameters are not its
     own."""

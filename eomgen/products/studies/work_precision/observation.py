@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.text import nearest, shown
+from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
@@ -100,10 +102,12 @@ def observed(model: Model, solution: Solution) -> Observation:
     )
 
 
-def quantities(model: Model) -> tuple[str, ...]:
-    """Return the names of quantities in runs of a model."""
+def check_output(argument: str, name: str, model: Model) -> None:
+    """Check that runs of a model have a quantity. Raises UsageError, which names the argument."""
     own = tuple(name for name in OWN if name != MULTIPLIERS or model.multipliers)
-    return (*own, *(output.name for output in model.description.outputs))
+    known = (*own, *(output.name for output in model.description.outputs))
+    if name not in known:
+        raise UsageError(Problem(argument, f"the scene has no output {shown(name)}", nearest(name, known)))
 
 
 def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:

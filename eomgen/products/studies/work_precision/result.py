@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.figures import new_figure, saved
-from eomgen.base.files import make_folder, write_text
+from eomgen.base.files import make_folder, write_rows, write_text
 from eomgen.base.text import json_text
 from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.observation import ErrorSize
@@ -267,17 +265,16 @@ class Tradeoff:
         place = make_folder(Path(folder))
         data, table = place / "tradeoff.json", place / "tradeoff.csv"
         write_text(data, json_text(self.to_dict()) + "\n")
-        write_text(table, self._table())
+        write_rows(table, self._table())
         return [data, table, self.plot(place / "tradeoff.png")]
 
-    def _table(self) -> str:
+    def _table(self) -> Iterator[list[Any]]:
+        """Yield the rows of tradeoff.csv."""
         quantities = list(dict.fromkeys(name for p in self.points for name in p.error))
         counted = list(dict.fromkeys(name for p in self.points for name in p.stats))
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
         own = ("formulation", "method", "parameters", "policy", "real", "profile", "kind", "value")
         sizes = [f"{name} {measure}" for name in quantities for measure in ("largest", "rms", "final")]
-        writer.writerow([*own, "verdict", "seconds", "least_seconds", "repeats", *sizes, *counted, "said"])
+        yield [*own, "verdict", "seconds", "least_seconds", "repeats", *sizes, *counted, "said"]
         for p in self.points:
             c = p.configuration
             given = " ".join(f"{name}={value:g}" for name, value in c.parameters.items())
@@ -287,8 +284,7 @@ class Tradeoff:
                 size = p.error.get(name)
                 row += ["", "", ""] if size is None else [_cell(x) for x in asdict(size).values()]
             row += [_cell(p.stats.get(name)) for name in counted]
-            writer.writerow([*row, p.said])
-        return text.getvalue()
+            yield [*row, p.said]
 
 
 def _number(value: float | None) -> float:

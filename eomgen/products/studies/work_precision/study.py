@@ -11,9 +11,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.text import nearest, shown
+from eomgen.base.text import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.pipeline import pipeline
 from eomgen.products.studies.defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
 from eomgen.products.studies.method_facts import facts_of
 from eomgen.products.studies.work_precision.axes import (
@@ -24,9 +23,9 @@ from eomgen.products.studies.work_precision.axes import (
     checked_axes,
     reason,
 )
-from eomgen.products.studies.work_precision.formulations import JOINT, formulations
+from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
 from eomgen.products.studies.work_precision.journal import Journal, identity
-from eomgen.products.studies.work_precision.observation import MEASURES, STATE, quantities
+from eomgen.products.studies.work_precision.observation import MEASURES, STATE, check_output
 from eomgen.products.studies.work_precision.reference import reference
 from eomgen.products.studies.work_precision.result import NOT_BUILT, Point, Tradeoff
 from eomgen.products.studies.work_precision.running import (
@@ -179,7 +178,7 @@ class _Study:
 
     def __init__(
         self,
-        formulations: Any,
+        formulations: Formulations,
         axes: tuple[str, ...],
         methods: tuple[str, ...],
         t_end: float | None,
@@ -195,8 +194,7 @@ class _Study:
         #: Whether absolute coordinates of a scene without constraints are asked for.
         self.absolute = False
         self.announce: Callable[[str], None] | None = None
-        document, front_end = pipeline.as_document(formulations.scenes[formulations.own])
-        self.defaults = front_end.describe(document).simulation
+        self.defaults = formulations.simulation
         end = self.defaults.duration if t_end is None else t_end
         if not (math.isfinite(end) and end > 0.0):
             raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s", "10"))
@@ -215,11 +213,8 @@ class _Study:
         """Return the study's result."""
         self.journal = journal
         every = self._candidates()
-        known = quantities(self.runner.model(self.runner.formulations.own))
         for name in outputs:
-            if name not in known:
-                fault = f"the scene has no output {shown(name)}"
-                raise UsageError(Problem("outputs", fault, nearest(name, known)))
+            check_output("outputs", name, self.runner.model(self.runner.formulations.own))
         self.quantity, self.measure = (outputs or (STATE,))[0], measure
         ladders = [self._own(), *self._ladders(every)]
         if self.announce is not None:
@@ -242,10 +237,7 @@ class _Study:
         self._time_front()
         runner = self.runner
         return replace(
-            self._tradeoff(),
-            machine=machine(),
-            compiled=dict(runner.compiled),
-            seconds=time.perf_counter() - began,
+            self._tradeoff(), machine=machine(), compiled=dict(runner.compiled), seconds=time.perf_counter() - began
         )
 
     def _tradeoff(self) -> Tradeoff:
