@@ -24,8 +24,7 @@ from benchmarks.measure import figure, machine, pin_to_core, table
 from eomgen.compiled.consistent_states import consistent_samples
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.products.ensembles.lane_code import stepper_in_lanes
-from eomgen.simulation.stepping.lane_stepper import LaneStepper
-from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.stepper import LaneStepper, Stepper
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CASES = (

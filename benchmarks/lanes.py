@@ -25,8 +25,7 @@ import eomgen
 from benchmarks.measure import figure, machine, table
 from benchmarks.robots import ROBOTS, Array, scene
 from eomgen.base.threads import THREADS_VARIABLE
-from eomgen.compiled.functions import Functions
-from eomgen.compiled.lanes import LANES_VARIABLE
+from eomgen.compiled.functions import LANES_VARIABLE, Functions
 from eomgen.pipeline.model import Model
 from eomgen.toolchain.compiler import Running
 

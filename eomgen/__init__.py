@@ -99,7 +99,7 @@ class _PublicModules:
         package, _, name = fullname.partition(".")
         if package != __name__ or not name or "." in name or name.startswith("_"):
             return None
-        from eomgen.base.public_modules import spec_of  # noqa: PLC0415  # most imports are of files
+        from eomgen.base.products import spec_of  # noqa: PLC0415  # most imports are of files
 
         return spec_of(name)
 

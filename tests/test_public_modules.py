@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from eomgen.base.products import products, public_modules, public_names
-from eomgen.base.public_modules import OF_THE_CORE
+from eomgen.base.products import OF_THE_CORE, products, public_modules, public_names
 
 MODULES = OF_THE_CORE | public_modules()
 STUB = Path(eomgen.__file__).parent / "products" / "exported.pyi"

@@ -6,6 +6,7 @@ __all__ = [
     "buckling",
     "campbell",
     "definiteness",
+    "eigenvalue_loci",
     "equilibrium",
     "equilibrium_path",
     "linearize",

@@ -15,7 +15,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.solvers.independent_columns import NoGap, independent_columns
+from eomgen.solvers.redundancy import NoGap, independent_columns
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.analysis.equilibrium_warnings import Measures
-from eomgen.analysis.off_axis import off_axis_hint
+from eomgen.analysis.equilibrium_warnings import Measures, off_axis_hint
 from eomgen.base.arrays import Array
 from eomgen.base.text import distinct
 from eomgen.compiled.terms import Inputs

@@ -12,8 +12,7 @@ from eomgen.analysis.driven_rest import check_lasting, check_rates, driven_veloc
 from eomgen.analysis.equilibrium_warnings import SAME, Measures, equilibrium_notes
 from eomgen.analysis.loaded_statics import check_partials, loaded_statics
 from eomgen.analysis.sampled import check_continuous
-from eomgen.analysis.soft_modes import soft_modes
-from eomgen.analysis.sparse_partials import SparsePartials, dense, sparse_partials
+from eomgen.analysis.sparse_partials import SparsePartials, dense, soft_modes, sparse_partials
 from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state

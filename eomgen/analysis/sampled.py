@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem
-from eomgen.linear.sampled_loop import SampledPart
+from eomgen.linear.sampling import SampledPart
 
 #: Changes for differences, relative to values or to 1; the weights of f(h) - f(-h) and f(2 h) - f(-2 h).
 _CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)

@@ -11,6 +11,7 @@ __all__ = [
     "products",
     "progress",
     "public_modules",
+    "random_inputs",
     "random_roads",
     "resources",
     "road_classes",

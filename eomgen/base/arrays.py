@@ -6,5 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 Numbers = float | Array
 Flags = bool | np.bool_ | NDArray[np.bool_]

@@ -93,7 +93,7 @@ CORE: tuple[Verb, ...] = (
         (
             "eomgen.analysis.equilibrium:equilibrium",
             "eomgen.analysis.path_following:equilibrium_path",
-            "eomgen.analysis.buckling:buckling_loads",
+            "eomgen.analysis.path_following:buckling_loads",
         ),
     ),
     Verb(
@@ -102,8 +102,8 @@ CORE: tuple[Verb, ...] = (
         "eomgen.cli.linearize:linearize",
         (
             "eomgen.analysis.linearize:linearize",
-            "eomgen.analysis.root_locus:root_locus",
-            "eomgen.analysis.campbell:campbell",
+            "eomgen.analysis.eigenvalue_loci:root_locus",
+            "eomgen.analysis.eigenvalue_loci:campbell",
             "eomgen.analysis.road_excitation:road_excitation",
         ),
     ),

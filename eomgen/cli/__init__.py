@@ -193,4 +193,4 @@ def _show_warning(
     click.echo(f"warning: {message}", err=True)
 
 
-__all__ = ["info_part", "options", "printing", "running", "tables"]
+__all__ = ["info", "info_part", "options", "printing", "running", "tables"]

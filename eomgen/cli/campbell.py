@@ -9,7 +9,7 @@ from eomgen.base.text import counted
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.linear.campbell import Campbell
+    from eomgen.linear.eigenvalue_loci import Campbell
     from eomgen.pipeline.model import Model
 
 

@@ -7,8 +7,7 @@ import dataclasses
 import click
 
 from eomgen.cli.options import debug_option, json_option
-from eomgen.cli.printing import print_json, say
-from eomgen.cli.tables import print_table
+from eomgen.cli.printing import print_json, print_table, say
 from eomgen.errors import ToolchainError
 
 

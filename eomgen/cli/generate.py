@@ -9,9 +9,9 @@ from typing import Any
 import click
 
 from eomgen.base.text import counted
-from eomgen.cli.assigned import check_assigned
 from eomgen.cli.options import (
     assignments,
+    check_assigned,
     debug_option,
     folder_option,
     in_units,

@@ -1,4 +1,6 @@
-"""``eomgen info``: requirements of a scene, simplifications, and the cost of each function."""
+"""``eomgen info``: requirements of a scene, simplifications, and the cost of each function; products add parts by rows
+of the group ``eomgen.info``.
+"""
 
 from __future__ import annotations
 
@@ -6,22 +8,40 @@ import dataclasses
 import itertools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from eomgen.base.products import rows_of
 from eomgen.base.text import counted
-from eomgen.cli.info_part import GROUP, InfoPart
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
-from eomgen.cli.printing import console, print_json
+from eomgen.cli.printing import console, print_json, print_table
 from eomgen.cli.running import say_stand_in
-from eomgen.cli.tables import print_table
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
     from eomgen.system.system import Discontinuity, System
+
+
+GROUP = "eomgen.info"
+
+
+@dataclass(frozen=True)
+class InfoPart:
+    """A part of the information about a scene.
+
+    Attributes
+    ----------
+    describe : returns its data, as JSON types by key
+    show : prints its data
+    hidden : returns the parameters in its data that the table of parameters leaves out
+    """
+
+    describe: Callable[[Scene], Mapping[str, Any]]
+    show: Callable[[Mapping[str, Any]], None]
+    hidden: Callable[[Mapping[str, Any]], Iterable[str]]
 
 
 @click.command()
@@ -45,7 +65,7 @@ def info(
 ) -> None:
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
-    from eomgen.pipeline.file_kinds import file_kinds  # noqa: PLC0415
+    from eomgen.pipeline.front_end import file_kinds  # noqa: PLC0415
     from eomgen.pipeline.pipeline import derive, load_scene, method_of  # noqa: PLC0415
     from eomgen.pipeline.step_operations import joined_coordinates, operations_of_step  # noqa: PLC0415
 

@@ -26,14 +26,13 @@ from eomgen.cli.options import (
     set_option,
     time_option,
 )
-from eomgen.cli.printing import building, print_json, say
+from eomgen.cli.printing import building, print_json, print_table, say
 from eomgen.cli.ride import RideRequest
 from eomgen.cli.running import read_scene
-from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.linear.campbell import Campbell
+    from eomgen.linear.eigenvalue_loci import Campbell
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.modes import Modes
     from eomgen.pipeline.model import Model
@@ -161,7 +160,7 @@ class _Request:
                 error_estimate=False,
             )
             return run.linearize(self.at)
-        from eomgen.analysis.root_locus import state_of  # noqa: PLC0415
+        from eomgen.analysis.eigenvalue_loci import state_of  # noqa: PLC0415
 
         initial: Any = self.initial
         if before is not None and self.at != "initial":
@@ -199,7 +198,7 @@ class _Request:
 
         from eomgen.base.files import make_folder, write_text  # noqa: PLC0415
         from eomgen.linear import plots  # noqa: PLC0415
-        from eomgen.linear.root_locus import root_locus  # noqa: PLC0415
+        from eomgen.linear.eigenvalue_loci import root_locus  # noqa: PLC0415
         from eomgen.results import linear_files  # noqa: PLC0415
 
         name, modes = self.model.name, lin.modes()

@@ -1,4 +1,6 @@
-"""Options that several verbs share, and the parser of ``name=value``."""
+"""Options that several verbs share: the parser of ``name=value``, and the parameters, inputs, states and joints of
+a scene that ``--set``, ``--input`` and ``--initial`` name.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ from eomgen.scene.sources.source import Option, Source
 from eomgen.toolchain.profiles import PROFILES, STANDARD_PROFILE
 
 if TYPE_CHECKING:
+    from eomgen.scene.scene import Scene
     from eomgen.system.signals import Input, Output, Parameter, State
+
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 #: A further name and value behind a comma; a call in place of a number.
@@ -312,3 +316,48 @@ def _folder(context: click.Context, parameter: click.Parameter, value: str) -> s
 def names_of(context: click.Context, parameter: click.Parameter, value: str | None) -> list[str] | None:
     """Return names that commas separate."""
     return None if value is None else [name.strip() for name in value.split(",") if name.strip()]
+
+
+_PARTS = {"q": "position", "v": "velocity"}
+
+
+def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping[str, object], *, robot: bool) -> None:
+    """Raise UsageError for a parameter or an input that another option gives.
+
+    Parameters
+    ----------
+    changes, signals : of ``--set`` and of ``--input``, by name
+    robot : whether the scene was read from a URDF, whose options make inputs and tunable parameters
+    """
+    inputs, tunable = [item.name for item in scene.inputs], [item.name for item in scene.parameters if item.tunable]
+    joints, links = [item.name for item in scene.joints], [item.name for item in scene.bodies]
+    for name, value in changes.items():
+        if name in inputs and name not in tunable:
+            raise UsageError(Problem(f"--set {name}", f"{name} is an input", f"--input {name}={_said(value)}"))
+        body = max((link for link in links if name == link or name.startswith(f"{link}_")), key=len, default="")
+        if robot and body and name not in tunable:
+            fault = f"the mass, the centre of mass and the inertia of {body} are fixed in the code"
+            raise UsageError(Problem(f"--set {name}", fault, f"--tunable {body}, which makes them parameters"))
+    for name, value in signals.items():
+        if name in tunable and name not in inputs:
+            raise UsageError(Problem(f"--input {name}", f"{name} is a parameter", f"--set {name}={_said(value)}"))
+        if robot and name in joints and name not in inputs:
+            fault = f"{name} is a joint, which no input drives"
+            raise UsageError(Problem(f"--input {name}", fault, "--actuated, for an effort of every joint"))
+
+
+def _said(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def starts_of(starts: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
+    """Return ``initial`` of a run: ``q.JOINT`` and ``v.JOINT`` are position and velocity of a joint."""
+    joints = {joint.name for joint in scene.joints}
+    parts = {name: name.partition(".") for name in starts}
+    of_joints = {name: joint for name, (letter, _, joint) in parts.items() if letter in _PARTS and joint in joints}
+    result = {name: value for name, value in starts.items() if name not in of_joints}
+    for name, joint in of_joints.items():
+        whole = result.get(joint, {})
+        known = whole if isinstance(whole, dict) else {"position": whole}
+        result[joint] = {**known, _PARTS[parts[name][0]]: starts[name]}
+    return result

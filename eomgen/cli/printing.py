@@ -1,14 +1,16 @@
-"""Output besides tables: consoles, JSON to stdout, messages to stderr."""
+"""Output: consoles, tables and JSON to stdout, messages to stderr."""
 
 from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import click
 from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
 from eomgen.base.text import json_text
 
@@ -47,3 +49,24 @@ def print_json(data: Any) -> None:
 def say(text: str) -> None:
     """Print a line of talk to stderr."""
     click.echo(text, err=True)
+
+
+def print_table(
+    title: str,
+    header: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    *,
+    numeric: Sequence[int] = (),
+    whole: Sequence[int] = (),
+) -> None:
+    """Print a table to stdout; columns in ``numeric`` are aligned to the right, and neither these nor ``whole`` ones
+    fold."""
+    table = Table(
+        title=title, title_justify="left", box=None, pad_edge=False, header_style="bold", show_header=any(header)
+    )
+    for index, name in enumerate(header):
+        unfolded = index in numeric or index in whole
+        table.add_column(name, justify="right" if index in numeric else "left", no_wrap=unfolded, overflow="fold")
+    for row in rows:
+        table.add_row(*(escape(str(cell)) for cell in row))  # names are the user's text
+    console().print(table)

@@ -32,7 +32,7 @@ class RideRequest:
                 if given is not None:
                     raise UsageError(Problem(option, "it belongs to a ride", "--ride body_acceleration"))
             return None
-        from eomgen.base.road_classes import ROUGHNESS  # noqa: PLC0415
+        from eomgen.base.random_inputs import ROUGHNESS  # noqa: PLC0415
         from eomgen.linear.spectra import WEIGHTINGS  # noqa: PLC0415
 
         outputs: dict[str, str | None] = {}

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
-from eomgen.cli.assigned import check_assigned, starts_of
-from eomgen.cli.options import assignments, in_units
+from eomgen.cli.options import assignments, check_assigned, in_units, starts_of
 from eomgen.cli.printing import building, say
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.scene.sources.register import all_options, source_of

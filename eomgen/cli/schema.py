@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from eomgen.cli.options import debug_option
-from eomgen.pipeline.file_kinds import file_kinds
+from eomgen.pipeline.front_end import file_kinds
 
 _OTHERS = {word: schema for kind in file_kinds() for word, schema in kind.schemas.items()}
 
@@ -24,6 +24,6 @@ def schema(kind: str) -> None:
     if kind in _OTHERS:
         click.echo(_OTHERS[kind][1](), nl=False)
         return
-    from eomgen.scene.document.json_schema import json_schema  # noqa: PLC0415  # pydantic comes with it
+    from eomgen.scene.document.reference import json_schema  # noqa: PLC0415  # pydantic comes with it
 
     click.echo(json_schema(), nl=False)

@@ -9,9 +9,8 @@ import click
 
 from eomgen.base.text import counted, json_text
 from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
-from eomgen.cli.printing import print_json, say
+from eomgen.cli.printing import print_json, print_table, say
 from eomgen.cli.running import outcome_code, read_scene, run
-from eomgen.cli.tables import print_table
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
@@ -39,8 +38,8 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
     Ctrl-C, and a run that fails, leave the partial result; the exit code is then 130 or 6.
     """
     from eomgen.base.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
-    from eomgen.pipeline.file_kinds import file_kinds  # noqa: PLC0415
-    from eomgen.results.largest_section_loads import largest_section_loads  # noqa: PLC0415  # likewise
+    from eomgen.pipeline.front_end import file_kinds  # noqa: PLC0415
+    from eomgen.results.section_loads import largest_section_loads  # noqa: PLC0415  # likewise
 
     for kind in file_kinds():
         code = kind.simulate(scene, folder, {**options, "timing": timing}, plots, as_json)
@@ -86,7 +85,7 @@ def _write(solution: Solution, folder: Path, plots: bool, beams: list[str], time
 
         files += draw(solution, folder)
         if beams:
-            from eomgen.results.section_plots import draw_sections  # noqa: PLC0415
+            from eomgen.results.section_loads import draw_sections  # noqa: PLC0415
 
             files += draw_sections(solution, beams, folder)
     summary = folder / "summary.json"

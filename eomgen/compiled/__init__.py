@@ -2,6 +2,7 @@
 
 __all__ = [
     "arguments",
+    "beams",
     "consistent_states",
     "constraints",
     "coordinates",

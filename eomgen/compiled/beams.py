@@ -1,18 +1,26 @@
-"""The geometrically exact beams of a compiled model, as assembly takes them; states with their nodes in place."""
+"""The geometrically exact beams of a compiled model: as assembly takes them, states with their nodes in place, strains
+and loads of their sections along the axes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import Protocol, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
+from eomgen.base.calls import ByName
 from eomgen.compiled.functions import Functions
+from eomgen.compiled.terms import Extensible, Inputs, Parameters, States
+from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.rigid_beams import RigidBeams
 from eomgen.system.description import Description
+from eomgen.system.terms import PURPOSES
 
 
 class ModelWithBeams(Protocol):
@@ -85,3 +93,138 @@ def placed_nodes(
     q = np.where(kept_q, after[0], rigid.placed(after[0]))
     along = rigid.velocities(q, after[1][np.newaxis])[0]
     return q, np.where(kept_v | rigid.free, after[1], before[1] - at_start + along)
+
+
+#: Signs of the loads on halves: added to the transmitted load at the first node, already included at the second node.
+_SIGNS = np.array([[1.0], [-1.0]])
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class SectionLoads:
+    """Strains and loads of one beam, of n elements, in the axes of its sections.
+
+    Strains refer to the section in the middle of an element. A load is exerted by the part of the beam beyond a
+    section, of larger x, on the part before it, so pulling and stretching are positive: stiffness times strains, plus
+    damping times their rates, is its mean over an element. Loads at the ends of an element differ by the distributed
+    loads, the weight and the inertia forces of its halves; they jump at nodes by concentrated loads alone.
+
+    Attributes
+    ----------
+    x : (n,) m, middle of each element along the axis at rest
+    curvature : (..., n, 3) 1/m; changes from rest of twist, curvature about y and curvature about z
+    strain : (..., n, 3); stretch, shear along y and along z
+    moment : (..., n, 3) N m; torque, bending moment about y and about z; mean of the element
+    force : (..., n, 3) N; axial force, shear force along y and along z; mean of the element
+    moment_at_ends, force_at_ends : (..., n, 2, 3), of the first and the last section of each element
+    """
+
+    x: Array
+    curvature: Array
+    strain: Array
+    moment: Array
+    force: Array
+    moment_at_ends: Array
+    force_at_ends: Array
+
+    def __repr__(self) -> str:
+        return f"<SectionLoads: {len(self.x)} elements; {', '.join(field.name for field in fields(self))}>"
+
+    @property
+    def nodes(self) -> Array:
+        """x of the nodes at rest, (n + 1,), m."""
+        result = [0.0]
+        for middle in self.x.tolist():
+            result.append(2.0 * middle - result[-1])
+        return np.array(result)
+
+    def at(self, x: float) -> tuple[Array, Array]:
+        """Return moment, N m, and force, N, of the section at x, (..., 3) each, linear between the ends of an element.
+
+        At a node the loads are taken on the element beyond it, at the end on the last element.
+
+        Raises
+        ------
+        UsageError
+            x is not on the beam.
+        """
+        nodes = self.nodes
+        if not 0.0 <= x <= nodes[-1] * (1.0 + 1e-9):
+            fault = f"x = {x:.6g} m is not on the beam, which goes from 0 m to {nodes[-1]:.6g} m"
+            raise UsageError(Problem("at", fault, "a place on the beam at rest"))
+        element = min(int(np.searchsorted(nodes, x + 1e-9 * nodes[-1], side="right")) - 1, len(self.x) - 1)
+        share = (x - nodes[element]) / (nodes[element + 1] - nodes[element])
+        moment, force = (
+            (1.0 - share) * ends[..., element, 0, :] + share * ends[..., element, 1, :]
+            for ends in (self.moment_at_ends, self.force_at_ends)
+        )
+        return moment, force
+
+    def named(self) -> dict[str, Array]:
+        """Return the arrays by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+def section_loads(
+    model: Extensible,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    a: ArrayLike | None = None,
+    z: States = None,
+    multipliers: ArrayLike | None = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Mapping[str, SectionLoads]:
+    """Return strains and loads along each geometrically exact beam by its name.
+
+    Parameters
+    ----------
+    q, v : (..., nq), (..., nv)
+        At rest if no v is given.
+    a : (..., nv), optional
+        Accelerations for the inertia forces on the elements: by default zero at rest, and computed by forward dynamics
+        if v is given.
+    multipliers : (..., constraints), optional
+        Constraint forces of suppressed strains; by default computed by forward dynamics.
+
+    Raises
+    ------
+    UsageError
+        The model has no geometrically exact beam.
+    """
+    beams = model.evaluator.description.exact_beams
+    if not beams:
+        hint = 'model = "cosserat" of an entry of [beams]'
+        raise UsageError(Problem("section_loads", "the model has no geometrically exact beam", hint))
+    model = model.having(("section_loads",))
+    rest = np.zeros(model.evaluator.functions.sizes["v"])
+    if multipliers is None and "lam" in model.evaluator.functions.inputs("section_loads"):
+        a = None  # both are of the dynamics
+    elif v is None and a is None:
+        a = rest
+    if a is None:
+        model = model.having(("section_loads", *PURPOSES["accelerations"]))
+    v = rest if v is None else v
+    names = model.evaluator.functions.output_names("section_loads")
+    values = model.evaluator.call(
+        "section_loads", q=q, v=v, a=a, t=t, u=u, z=z, multipliers=multipliers, parameters=parameters, base=base
+    )
+    return by_beam(beams, dict(zip(names, values, strict=True)))
+
+
+def by_beam(beams: Sequence[Sequence[str]], values: Mapping[str, Array]) -> Mapping[str, SectionLoads]:
+    """Return the blocks of the term ``section_loads`` by beams, which are given by the names of their nodes."""
+    result, start = {}, 0
+    for nodes in beams:
+        here = slice(start, start + len(nodes) - 1)
+        strain, load = values["strain"][..., here, :], values["load"][..., here, :]
+        ends = values["load_at_ends"][..., here, :, :] + _SIGNS * values["load_on_halves"][..., here, :, :]
+        x = values["x"][..., here]
+        result[nodes[0]] = SectionLoads(
+            x.reshape(-1, x.shape[-1])[0],
+            strain[..., :3], strain[..., 3:], load[..., :3], load[..., 3:], ends[..., :3], ends[..., 3:],
+        )  # fmt: skip  # one line for the parts
+        start = here.stop
+    return ByName("beam", result)

@@ -1,9 +1,12 @@
-"""Names and units of the components of q and v, as formulas spell them: ``q.hinge``, ``v.ball[2]``."""
+"""Names and units of the components of q and v, as formulas spell them: ``q.hinge``, ``v.ball[2]``; one state of
+a run.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -83,3 +86,13 @@ def with_unit_quaternions(factors: Sequence[Factor], q: Array) -> Array:
             part = slice(factor.q_start, factor.q_start + 4)
             result[..., part] = unit(q[..., part])
     return result
+
+
+class State(NamedTuple):
+    """Time (...), configuration (..., nq), velocity and acceleration (..., nv), internal states (..., nz)."""
+
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    z: Array

@@ -19,13 +19,11 @@ from eomgen.compiled import (
     configurations,
     display,
     equations,
-    frames,
-    parameter_partials,
+    parameter_derivatives,
     prescribed,
-    regressor,
-    section_loads,
     time_derivatives,
 )
+from eomgen.compiled import beams as exact_beams
 from eomgen.compiled.arguments import components, read_only
 from eomgen.compiled.beams import beams_at
 from eomgen.compiled.coordinates import configuration_rate, with_unit_quaternions
@@ -190,10 +188,10 @@ class CompiledModel:
     constrained_dynamics, partials = equations.constrained_dynamics, equations.partials
     evaluate, energy, outputs = equations.evaluate, equations.energy, equations.outputs
     internal_rates, internal_partials = equations.internal_rates, equations.internal_partials
-    output_parameter_partials = parameter_partials.output_parameter_partials
-    parameter_partials = parameter_partials.parameter_partials
-    regressor_parameters = regressor.regressor_parameters
-    regressor = regressor.regressor
+    output_parameter_partials = parameter_derivatives.output_parameter_partials
+    parameter_partials = parameter_derivatives.parameter_partials
+    regressor_parameters = parameter_derivatives.regressor_parameters
+    regressor = parameter_derivatives.regressor
     rates, forward_rates, coriolis = time_derivatives.rates, time_derivatives.forward_rates, time_derivatives.coriolis
     mass_rates, coupling_rates = time_derivatives.mass_rates, time_derivatives.coupling_rates
     force_rates, base_motion_rates = time_derivatives.force_rates, time_derivatives.base_motion_rates
@@ -201,9 +199,9 @@ class CompiledModel:
     discontinuity_times, jumps_between = prescribed.discontinuity_times, prescribed.jumps_between
     pose, twist, point = bodies.pose, bodies.twist, bodies.point
     body_jacobian, point_jacobian = bodies.body_jacobian, bodies.point_jacobian
-    jacobian, jacobian_rate, drift = frames.jacobian, frames.jacobian_rate, frames.drift
-    operational_inertia = frames.operational_inertia
-    section_loads = section_loads.section_loads
+    jacobian, jacobian_rate, drift = bodies.jacobian, bodies.jacobian_rate, bodies.drift
+    operational_inertia = bodies.operational_inertia
+    section_loads = exact_beams.section_loads
     actuator_efforts = actuators.actuator_efforts
     integrate, difference = configurations.integrate, configurations.difference
     neutral, random = configurations.neutral, configurations.random

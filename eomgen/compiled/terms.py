@@ -9,11 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.arguments import WHERE, by_name, check_finite, check_quaternions, components, numbers, read_only
+from eomgen.compiled.arguments import (
+    WHERE,
+    Requirements,
+    by_name,
+    check_finite,
+    check_quaternions,
+    components,
+    numbers,
+    read_only,
+)
 from eomgen.compiled.constraints import accelerations, blocks_of, solvable
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.functions import Functions
-from eomgen.compiled.requirements import Requirements
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.lie.product import Factor

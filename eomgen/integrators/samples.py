@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from eomgen.integrators.families.family import Field, Status
-from eomgen.system.samples import SampledController, SampleRow
+from eomgen.system.signals import SampledController, SampleRow
 
 #: How far a sample may be moved onto a point of the time grid, as a part of the shortest period.
 CLOSEST = 1e-5

@@ -6,6 +6,7 @@ __all__ = [
     "campbell",
     "campbell_search",
     "control",
+    "eigenvalue_loci",
     "freedom",
     "linearization",
     "modes",
@@ -13,6 +14,7 @@ __all__ = [
     "plots",
     "root_locus",
     "sampled_loop",
+    "sampling",
     "spectra",
     "state_space",
 ]

@@ -17,13 +17,12 @@ import scipy.linalg
 from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.progress import Progress
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
-from eomgen.linear.campbell import Campbell, Crossing
+from eomgen.linear.eigenvalue_loci import Campbell, Crossing
 from eomgen.linear.linearization import Linearization
 
-Complex = NDArray[np.complex128]
 #: Relative accuracy of critical speeds.
 _ACCURACY = 1e-12
 #: An orbit with a ratio of axes below this is a line: it whirls in no sense.
@@ -111,110 +110,152 @@ def campbell(
         Errors of ``linearized`` if the call is wrong, or if fewer than two values have a linear model: with the
         first value at which it did.
     """
-
-    doubts = _Doubts(parameter)
-
-    def at(value: float, before: Linearization | None) -> Linearization:
-        try:
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
-                model = linearized(value, before)
-            doubts.add(value, caught)
-            return model
-        except EomgenError as error:
-            problems = [
-                Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems
-            ]
-            raise type(error)(problems) from None
-
-    nodes: list[_Node] = []
-    failures: dict[float, ModelError | NumericalError] = {}
+    search = _Search(parameter, linearized, pairs)
     all_steps = (2 if orders else 1) * len(values)
-
-    def look_at_values() -> None:
-        for number, value in enumerate(map(float, values), 1):
-            try:
-                model = at(value, nodes[-1].model if nodes else None)
-                node = _Node(value, model, _oscillations(model, pairs, value), wanted=True)
-                nodes.extend([*_between(nodes[-1], node, at, pairs, _DEPTH), node] if nodes else [node])
-            except (ModelError, NumericalError) as error:
-                failures[value] = error
-            if report is not None:
-                report(number, all_steps)
-
     interrupted = False
     try:
-        look_at_values()
+        for number, value in enumerate(map(float, values), 1):
+            search.look_at(value)
+            if report is not None:
+                report(number, all_steps)
     except KeyboardInterrupt:
-        if sum(node.wanted for node in nodes) < _FEWEST:
+        if search.wanted < _FEWEST:
             raise
         interrupted = True
-    if failures and sum(node.wanted for node in nodes) < _FEWEST:
-        raise next(iter(failures.values()))
-    for kind in _alike([str(failure) for failure in failures.values()]):
-        more = f", and {len(kind) - 1} more values for the same reason" if len(kind) > 1 else ""
-        warnings.warn(f"Campbell diagram: left out: {kind[0]}{more}", RuntimeWarning, stacklevel=4)
-    columns, count = _followed(nodes)
-    oscillations = [node.oscillations for node in nodes]
-    eigenvalues = np.full((len(oscillations), count), complex(np.nan, np.nan))
-    whirl = np.zeros((len(oscillations), count), dtype=int)
-    for row, (item, numbers) in enumerate(zip(oscillations, columns, strict=True)):
-        eigenvalues[row, numbers], whirl[row, numbers] = item.eigenvalues, item.whirl
-    order_of_modes = np.argsort([column[~np.isnan(column)][0].imag for column in eigenvalues.T], kind="stable")
-    eigenvalues, whirl = eigenvalues[:, order_of_modes], whirl[:, order_of_modes]
-    places = {int(old): new for new, old in enumerate(order_of_modes)}
-
-    def crossing(order: float, row: int, number: int) -> Crossing | None:
-        """Return the crossing between two values, found on the model itself."""
-        ends = [(oscillations[place], columns[place].index(number)) for place in (row, row + 1)]
-        last: dict[str, Any] = {}
-
-        def excess(value: float) -> float:
-            here = _oscillations(at(value, nodes[row].model), pairs, value)
-            nearest = int(np.argmin(sum(_costs(end, here)[k] for end, k in ends)))
-            last.update(value=value, eigenvalue=here.eigenvalues[nearest], whirl=here.whirl[nearest])
-            return float(here.eigenvalues[nearest].imag - order * abs(value))
-
-        low, high = nodes[row].value, nodes[row + 1].value
-        try:
-            if np.sign(excess(low)) == np.sign(excess(high)):
-                return None  # another mode is nearer there
-            speed = float(brentq(excess, low, high, xtol=_ACCURACY * max(abs(low), abs(high)), rtol=_ACCURACY))
-            excess(speed)
-        except (ModelError, NumericalError) as error:
-            warnings.warn(f"Campbell diagram: a crossing with {order:g}x is left out: {error}", RuntimeWarning, 5)
-            return None
-        word = {1: "forward", -1: "backward"}.get(int(last["whirl"]), "")
-        return Crossing(order, speed, float(last["eigenvalue"].imag), places[number], word)
-
-    candidates: list[tuple[float, int, int]] = []
-    for order in orders:
-        for old, new in places.items():
-            above = eigenvalues[:, new].imag - order * np.abs([node.value for node in nodes])
-            with np.errstate(invalid="ignore"):
-                changes = np.flatnonzero((above[1:] <= 0.0) != (above[:-1] <= 0.0))
-            for place in changes.tolist():
-                if not np.isnan(above[place : place + 2]).any():
-                    candidates.append((float(order), place, old))
-    crossings: list[Crossing | None] = []
+    search.check_failures(stacklevel=5)
+    curves = _Curves.through(search.nodes)
+    candidates = () if interrupted else curves.candidates(orders)
+    crossings: list[Crossing] = []
     try:
-        for number, candidate in enumerate(() if interrupted else candidates, 1):
-            crossings.append(crossing(*candidate))
+        for number, candidate in enumerate(candidates, 1):
+            crossings += search.crossing(*candidate, curves, stacklevel=5)
             if report is not None:
                 report(len(values) + len(values) * number // len(candidates), all_steps)
     except KeyboardInterrupt:
         interrupted = True
-    doubts.warn(stacklevel=5)
-    kept = sorted((item for item in crossings if item is not None), key=lambda item: (item.order, item.speed))
-    wanted = [row for row, node in enumerate(nodes) if node.wanted]
-    given = np.array([nodes[row].value for row in wanted])
-    stability = tuple(oscillations[row].stability for row in wanted)
-    eigenvalues, whirl = eigenvalues[wanted], whirl[wanted]
-    left_out = {value: str(failure) for value, failure in failures.items()}
-    multiples = tuple(map(float, orders))
-    return Campbell(
-        parameter, unit, given, eigenvalues, whirl, multiples, tuple(kept), stability, left_out, interrupted
-    )
+    search.doubts.warn(stacklevel=5)
+    kept = tuple(sorted(crossings, key=lambda item: (item.order, item.speed)))
+    wanted = [row for row, node in enumerate(search.nodes) if node.wanted]
+    given = np.array([search.nodes[row].value for row in wanted])
+    stability = tuple(search.nodes[row].oscillations.stability for row in wanted)
+    left_out = {value: str(failure) for value, failure in search.failures.items()}
+    eigenvalues, whirl, multiples = curves.eigenvalues[wanted], curves.whirl[wanted], tuple(map(float, orders))
+    return Campbell(parameter, unit, given, eigenvalues, whirl, multiples, kept, stability, left_out, interrupted)
+
+
+class _Search:
+    """Oscillations at values of a parameter, and crossings between them, by linear models at any value."""
+
+    def __init__(
+        self,
+        parameter: str,
+        linearized: Callable[[float, Linearization | None], Linearization],
+        pairs: Sequence[tuple[str, str]],
+    ) -> None:
+        self.parameter, self.linearized, self.pairs = parameter, linearized, pairs
+        self.doubts = _Doubts(parameter)
+        self.nodes: list[_Node] = []
+        self.failures: dict[float, ModelError | NumericalError] = {}
+
+    @property
+    def wanted(self) -> int:
+        """Number of values of the caller that have a linear model."""
+        return sum(node.wanted for node in self.nodes)
+
+    def at(self, value: float, before: Linearization | None) -> Linearization:
+        """Return the linear model at a value. Raises EomgenError with the value in its messages."""
+        try:
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                model = self.linearized(value, before)
+            self.doubts.add(value, caught)
+            return model
+        except EomgenError as error:
+            place = f"at {self.parameter} = {value:.6g}"
+            problems = [Problem(f"{place}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems]
+            raise type(error)(problems) from None
+
+    def look_at(self, value: float) -> None:
+        """Add the node of a value, after nodes between it and the last one by which modes can be told apart."""
+        nodes = self.nodes
+        try:
+            model = self.at(value, nodes[-1].model if nodes else None)
+            node = _Node(value, model, _oscillations(model, self.pairs, value), wanted=True)
+            nodes.extend([*_between(nodes[-1], node, self.at, self.pairs, _DEPTH), node] if nodes else [node])
+        except (ModelError, NumericalError) as error:
+            self.failures[value] = error
+
+    def check_failures(self, stacklevel: int) -> None:
+        """Raise the first failure if too few values have a linear model, else warn of the values without one."""
+        if self.failures and self.wanted < _FEWEST:
+            raise next(iter(self.failures.values()))
+        for kind in _alike([str(failure) for failure in self.failures.values()]):
+            more = f", and {len(kind) - 1} more values for the same reason" if len(kind) > 1 else ""
+            warnings.warn(f"Campbell diagram: left out: {kind[0]}{more}", RuntimeWarning, stacklevel=stacklevel)
+
+    def crossing(self, order: float, row: int, mode: int, curves: _Curves, stacklevel: int) -> list[Crossing]:
+        """Return the crossing of a mode with an order between two nodes, found on the model itself."""
+        low, high = self.nodes[row : row + 2]
+        ends = [(self.nodes[place].oscillations, curves.column(place, mode)) for place in (row, row + 1)]
+        last: dict[str, Any] = {}
+
+        def excess(value: float) -> float:
+            here = _oscillations(self.at(value, low.model), self.pairs, value)
+            nearest = int(np.argmin(sum(_costs(end, here)[k] for end, k in ends)))
+            last.update(value=value, eigenvalue=here.eigenvalues[nearest], whirl=here.whirl[nearest])
+            return float(here.eigenvalues[nearest].imag - order * abs(value))
+
+        try:
+            if np.sign(excess(low.value)) == np.sign(excess(high.value)):
+                return []  # another mode is nearer there
+            accuracy = _ACCURACY * max(abs(low.value), abs(high.value))
+            speed = float(brentq(excess, low.value, high.value, xtol=accuracy, rtol=_ACCURACY))
+            excess(speed)
+        except (ModelError, NumericalError) as error:
+            text = f"Campbell diagram: a crossing with {order:g}x is left out: {error}"
+            warnings.warn(text, RuntimeWarning, stacklevel)
+            return []
+        word = {1: "forward", -1: "backward"}.get(int(last["whirl"]), "")
+        return [Crossing(order, speed, float(last["eigenvalue"].imag), mode, word)]
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """Modes followed over nodes: eigenvalues and whirl (nodes, modes), by frequency at their first node."""
+
+    values: Array
+    eigenvalues: Complex
+    whirl: NDArray[np.int_]
+    #: For each node the modes of its oscillations, in their order.
+    modes: Sequence[Sequence[int]]
+
+    @classmethod
+    def through(cls, nodes: Sequence[_Node]) -> _Curves:
+        """Return the curves through nodes."""
+        columns, count = _followed(nodes)
+        eigenvalues = np.full((len(nodes), count), complex(np.nan, np.nan))
+        whirl = np.zeros((len(nodes), count), dtype=int)
+        for row, (node, numbers) in enumerate(zip(nodes, columns, strict=True)):
+            eigenvalues[row, numbers], whirl[row, numbers] = node.oscillations.eigenvalues, node.oscillations.whirl
+        order = np.argsort([column[~np.isnan(column)][0].imag for column in eigenvalues.T], kind="stable")
+        places = np.argsort(order).tolist()
+        modes = [[places[number] for number in numbers] for numbers in columns]
+        return cls(np.array([node.value for node in nodes]), eigenvalues[:, order], whirl[:, order], modes)
+
+    def column(self, row: int, mode: int) -> int:
+        """Return the place of a mode among the oscillations of a node."""
+        return self.modes[row].index(mode)
+
+    def candidates(self, orders: Sequence[float]) -> list[tuple[float, int, int]]:
+        """Return orders, nodes and modes with a change of sign of frequency - order speed behind the node."""
+        result: list[tuple[float, int, int]] = []
+        for order in orders:
+            for mode, eigenvalues in enumerate(self.eigenvalues.T):
+                above = eigenvalues.imag - order * np.abs(self.values)
+                with np.errstate(invalid="ignore"):
+                    changes = np.flatnonzero((above[1:] <= 0.0) != (above[:-1] <= 0.0))
+                result += [(float(order), k, mode) for k in changes.tolist() if not np.isnan(above[k : k + 2]).any()]
+        return result
 
 
 def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: float) -> _Oscillations:

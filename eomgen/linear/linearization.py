@@ -15,23 +15,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.linear.display import linearization_html
-from eomgen.linear.freedom import Freedom
+from eomgen.linear.freedom import Freedom, Partials
 from eomgen.linear.modes import Modes, modes
-from eomgen.linear.partials import Partials
 from eomgen.linear.plots import plot_response
-from eomgen.linear.random_response import densities, root_mean_squares
-from eomgen.linear.sampled_loop import SampledPart, over_a_period
+from eomgen.linear.random_response import densities, root_mean_squares, white_noise_road
+from eomgen.linear.sampling import SampledPart, over_a_period
 from eomgen.linear.spectra import Excitation, PowerSpectrum, RideTable, RoadExcitation, check_excitation
 from eomgen.linear.state_space import FirstOrder, StateSpace, first_order, spelled
-from eomgen.linear.white_noise_road import white_noise_road
-
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,5 @@
-"""Modes of a state-space matrix: frequency, damping ratio and complex shape, with bounds of their rounding errors.
+"""Modes of a state-space matrix: frequency, damping ratio and complex shape, with bounds of their rounding errors, in
+balanced units.
 
 An eigenvalue is known to machine precision times the norm of the balanced matrix times its condition 1 / |y^H x|
 (Wilkinson 1965). For the double zero of a rigid-body motion it is the square root of the precision.
@@ -14,13 +15,23 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
-from eomgen.linear.balancing import balance
 from eomgen.linear.display import modes_html
 from eomgen.linear.plots import plot_modes
 
-Complex = NDArray[np.complex128]
+
+def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
+    """Return B = T^-1 A T and T, (n, n) both; T is diagonal, and permuted if ``permute`` is true.
+
+    SciPy converts the scales to whole numbers, too, for it looks for permutations among them. Of scales above 2^63 that
+    is none and they are not used, so its warning is left out.
+    """
+    with np.errstate(invalid="ignore"):
+        balanced, T = scipy.linalg.matrix_balance(A, permute=permute, separate=False)
+    return np.asarray(balanced), np.asarray(T)
+
+
 #: Rounding errors are this many times the bound's unit.
 _MARGIN = 16.0
 _EPSILON = float(np.finfo(float).eps)

@@ -12,13 +12,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.display import ShownModes
 from eomgen.linear.spectra import PowerSpectrum
 
-Complex = NDArray[np.complex128]
 #: DrawnModes and coordinates in one figure: more of them cannot be told apart.
 _MODES, _COORDINATES = 12, 14
 #: Roots of neighbouring values are joined by a line if they are nearer than this part of the figure.

@@ -14,18 +14,14 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.text import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.linear.display import state_space_html
-from eomgen.linear.freedom import Freedom
-from eomgen.linear.partials import Partials
-
-Complex = NDArray[np.complex128]
-
+from eomgen.linear.freedom import Freedom, Partials
 
 #: Kinds of signals of a linear model.
 KINDS = ("states", "inputs", "disturbances", "outputs")

@@ -19,14 +19,13 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
 from eomgen.formula.nodes import Symbol
-from eomgen.linear.balancing import balance
 from eomgen.linear.control import placement, second_order_regulator
 from eomgen.linear.control import weights as costs
 from eomgen.linear.control.modal import ModalFeedback, modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
 from eomgen.linear.control.plant import Plant
 from eomgen.linear.control.regulator import lqr, place
 from eomgen.linear.control.weights import Weights
-from eomgen.linear.modes import modes
+from eomgen.linear.modes import balance, modes
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import Input, Output

@@ -1,4 +1,5 @@
-"""Front ends: interface to the derivation of a System and a Description from documents of one class.
+"""Front ends, which derive a System and a Description from documents of one class, and the register of kinds of files
+beside mechanical scenes, each with its own reader, models and answers on the command line.
 
 Only a front end knows its documents. Mechanics is one, for Scenes; other distributions name theirs as entry
 points of the group ``eomgen.front_ends``. A document may also say itself who derives its equations: its attribute
@@ -7,9 +8,13 @@ points of the group ``eomgen.front_ends``. A document may also say itself who de
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
+
+from eomgen.base.products import rows_of
+from eomgen.scene.sources.register import KINDS, OtherKind, all_options
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Gains, Start
@@ -17,6 +22,7 @@ if TYPE_CHECKING:
     from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.description import Description
     from eomgen.system.system import System
+
 
 #: Builds the model of a document with some terms, the same bits everywhere.
 Build = Callable[[Any, Sequence[str]], "Model"]
@@ -59,3 +65,57 @@ class FrontEnd:
     gains: Callable[[Any, Build], Gains | None] = lambda _, __: None
     every_row: Callable[[Any], EveryRow] | None = None
     content: Callable[[Any], bytes] = lambda document: cast("bytes", document.content)
+
+
+@dataclass(frozen=True)
+class FileKind(OtherKind):
+    """A kind of file with the functions of its documents.
+
+    Attributes
+    ----------
+    front_end : of the documents of such files
+    read : returns the document of a path, of nested data or of itself; None for anything else. Raises
+        DescriptionError, and UsageError for options of mechanical scenes
+    build : returns the compiled model of a document, for a method and a profile
+    generate : writes a document with a method as a folder of C, and returns the paths
+    show : prints the answer of ``info`` to a path, for a method, options and whether as JSON; False for other files
+    simulate : runs the document of a path into a folder and returns the exit code, for options, whether with plots,
+        and whether as JSON; None for other files
+    schemas : help text and JSON Schema by the word of ``eomgen schema --kind``
+    """
+
+    front_end: FrontEnd
+    read: Callable[[object, Mapping[str, Any] | None], Any]
+    build: Callable[[Any, str | None, str], Any]
+    generate: Callable[[Any, str | Path, str | None], list[Path]]
+    show: Callable[[str, str | None, Mapping[str, Any], bool], bool]
+    simulate: Callable[[str, str, Mapping[str, Any], bool, bool], int | None]
+    schemas: Mapping[str, tuple[str, Callable[[], str]]] = field(default_factory=dict)
+
+
+def file_kinds() -> tuple[FileKind, ...]:
+    """Return the kinds of files of all products."""
+    return rows_of(KINDS, FileKind)
+
+
+def other_document(described: object, options: Mapping[str, Any] | None = None) -> tuple[FileKind, Any] | None:
+    """Return kind and document of a description that is no mechanical scene; None for others.
+
+    Raises
+    ------
+    DescriptionError
+        With all faults of its content.
+    UsageError
+        An option of mechanical scenes.
+    """
+    for kind in file_kinds():
+        document = kind.read(described, options)
+        if document is not None:
+            return kind, document
+    return None
+
+
+def given_options(options: Mapping[str, Any]) -> list[str]:
+    """Return the options that are neither empty nor the defaults of a source of scenes."""
+    defaults = {name: option.default for name, (_, option) in all_options().items()}
+    return sorted(name for name, value in options.items() if value and value != defaults.get(name))

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.compiled.consistent_states import corrected_start
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
-from eomgen.compiled.corrected_start import corrected_start
 from eomgen.errors import ModelError
 from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.consistency import assemble

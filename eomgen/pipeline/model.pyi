@@ -2,13 +2,13 @@
 ``python -m tests.model_stub eomgen/pipeline/model.pyi``."""
 
 from eomgen.analysis.base_parameters import base_parameters as _base_parameters
-from eomgen.analysis.buckling import buckling_loads as _buckling_loads
-from eomgen.analysis.campbell import campbell as _campbell
+from eomgen.analysis.eigenvalue_loci import campbell as _campbell
+from eomgen.analysis.eigenvalue_loci import root_locus as _root_locus
 from eomgen.analysis.equilibrium import equilibrium as _equilibrium
 from eomgen.analysis.linearize import linearize as _linearize
+from eomgen.analysis.path_following import buckling_loads as _buckling_loads
 from eomgen.analysis.path_following import equilibrium_path as _equilibrium_path
 from eomgen.analysis.road_excitation import road_excitation as _road_excitation
-from eomgen.analysis.root_locus import root_locus as _root_locus
 from eomgen.analysis.steady_motion import steady_motion as _steady_motion
 from eomgen.compiled.model import CompiledModel
 from eomgen.products.derivatives.linearise import sensitivities as _sensitivities
@@ -20,13 +20,13 @@ from eomgen.simulation.start import start as _start
 
 class Model(CompiledModel):
     base_parameters = _base_parameters
-    buckling_loads = _buckling_loads
     campbell = _campbell
+    root_locus = _root_locus
     equilibrium = _equilibrium
     linearize = _linearize
+    buckling_loads = _buckling_loads
     equilibrium_path = _equilibrium_path
     road_excitation = _road_excitation
-    root_locus = _root_locus
     steady_motion = _steady_motion
     sensitivities = _sensitivities
     simulate_many = _simulate_many

@@ -19,8 +19,7 @@ from eomgen.base.text import shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
 from eomgen.pipeline.collection import without_search_for_circles
 from eomgen.pipeline.content import fingerprint, library_content
-from eomgen.pipeline.file_kinds import file_kinds, other_document
-from eomgen.pipeline.front_end import Document, FrontEnd
+from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, other_document
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.load import from_data, named_method
 from eomgen.scene.scene import Scene
@@ -203,7 +202,7 @@ def generate(
     given = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
     program = replace(program, defaults={**program.defaults, **given})
     if program.defaults["start"] == "equilibrium":
-        from eomgen.pipeline.equilibrium_start import with_equilibrium_start  # noqa: PLC0415
+        from eomgen.pipeline.generated_defaults import with_equilibrium_start  # noqa: PLC0415
 
         program = with_equilibrium_start(program, partial(_reproducible, document), parameters)
     files = chosen.files(program)
@@ -572,7 +571,7 @@ def _program(
     chosen = _method(described, method, for_runs=for_runs)
     prepared = front_end.prepared(document, _reproducible)
     if parameters:
-        from eomgen.pipeline.parameter_defaults import with_parameters  # noqa: PLC0415
+        from eomgen.pipeline.generated_defaults import with_parameters  # noqa: PLC0415
 
         prepared = with_parameters(prepared, described, parameters)
     system = derive(prepared, selection.terms)

@@ -12,6 +12,7 @@ __all__ = [
     "plots",
     "sample_errors",
     "scenery",
+    "section_loads",
     "section_plots",
     "shapes",
     "solution",

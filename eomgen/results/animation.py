@@ -21,8 +21,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.files import write_text
 from eomgen.base.resources import template_folder
 from eomgen.errors import FileError, Problem, UsageError
-from eomgen.results.beam_curves import frames_along, pieces_of
-from eomgen.results.beam_stations import nearest_station, stations
+from eomgen.results.beam_curves import frames_along, nearest_station, pieces_of, stations
 from eomgen.results.recorded import Recorded
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD

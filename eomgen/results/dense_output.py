@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_finite, numbers
-from eomgen.compiled.state import State
+from eomgen.compiled.coordinates import State
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
 from eomgen.lie.interpolation import cubic, group_curve

@@ -7,17 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.files import write_arrays, write_table, write_text
-from eomgen.linear.campbell import Campbell
+from eomgen.linear.eigenvalue_loci import Campbell, RootLocus
 from eomgen.linear.linearization import Linearization
 from eomgen.linear.modes import Modes
-from eomgen.linear.root_locus import RootLocus
 from eomgen.linear.spectra import PowerSpectrum, RideTable
-
-Complex = NDArray[np.complex128]
 
 
 def described(lin: Linearization, scene: str) -> dict[str, Any]:

@@ -1,11 +1,16 @@
-"""Sources from which a ``Solution`` is evaluated, and its parts for tables, plots and notebooks."""
+"""Sources from which a ``Solution`` is evaluated, its parts for tables and plots, and how it shows itself in a
+notebook: its outcome, and start, end and range of each column.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
+import numpy as np
+
 from eomgen.base.arrays import Array
+from eomgen.base.html import page, paragraph, table
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.finding import Finding
@@ -55,3 +60,34 @@ class Recorded(EvaluatedLater, Protocol):
     def columns(self) -> dict[str, Array]: ...
 
     def units(self) -> dict[str, str]: ...
+
+
+#: Columns that are rates of others and constraint forces: they are in ``columns()``, and would fill the page.
+_LEFT_OUT = ("a.", "multipliers")
+
+
+def html(solution: Recorded) -> str:
+    """Return the message of a run, its method, its estimated error, and its columns."""
+    data = solution.metadata
+    settings = ", ".join(f"{name} {value:.4g}" for name, value in data.get("settings", {}).items())
+    outcome = [
+        ("outcome", solution.message),
+        ("method", f"{data.get('method', '')}: {settings}" if settings else data.get("method", "")),
+        ("estimated error", str(solution.error.largest or solution.error)),
+        ("energy balance", str(data.get("energy_balance", ""))),
+    ]
+    return page(
+        f"Solution of {data.get('scene', 'a scene')}",
+        paragraph("" if solution.success else "The run is not a success."),
+        table(("", ""), ((name, text) for name, text in outcome if text)),
+        table(("column", "unit", "at the start", "at the end", "least", "largest"), _columns(solution)),
+    )
+
+
+def _columns(solution: Recorded) -> Iterator[tuple[str, ...]]:
+    units = solution.units()
+    for name, values in solution.columns().items():
+        if name.startswith(_LEFT_OUT) or not len(values):
+            continue
+        numbers = values[0], values[-1], np.min(values), np.max(values)
+        yield name, units.get(name, ""), *(f"{value:.6g}" for value in numbers)

@@ -15,8 +15,7 @@ from eomgen.base.calls import ByName, UnknownName
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.results.beam_curves import drawn_beams
-from eomgen.results.beam_stations import axes_of
+from eomgen.results.beam_curves import axes_of, drawn_beams
 from eomgen.system.description import BASE, WORLD, Description
 
 if TYPE_CHECKING:

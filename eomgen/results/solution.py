@@ -15,22 +15,30 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName, UnknownAttribute, checked_calls, unknown_attribute
 from eomgen.base.text import shown
 from eomgen.compiled.arguments import number_of
-from eomgen.compiled.section_loads import SectionLoads
-from eomgen.compiled.state import State
+from eomgen.compiled.beams import SectionLoads
+from eomgen.compiled.coordinates import State
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.linear.spectra import PowerSpectrum
-from eomgen.results.columns import column_named, columns_of, units_of
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
-from eomgen.results.display import html
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import NO_EVENTS, Events
 from eomgen.results.finding import Finding
-from eomgen.results.other_formats import to_pandas, to_xarray, write_matlab, write_parquet
 from eomgen.results.plots import plot
-from eomgen.results.recorded import EvaluatedLater
+from eomgen.results.recorded import EvaluatedLater, html
 from eomgen.results.scenery import Poses, PosesAndScenery
-from eomgen.results.section_plots import plot_sections
-from eomgen.results.solution_files import read_all, write_all, write_columns
+from eomgen.results.section_loads import plot_sections
+from eomgen.results.solution_files import (
+    column_named,
+    columns_of,
+    read_all,
+    to_pandas,
+    to_xarray,
+    units_of,
+    write_all,
+    write_columns,
+    write_matlab,
+    write_parquet,
+)
 from eomgen.results.spectrum import psd
 from eomgen.system.description import component_names
 

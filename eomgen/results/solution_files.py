@@ -1,23 +1,99 @@
-"""The files of a solution: all of it as ``.npz``, which can be read again, and its columns as ``.csv``."""
+"""Columns of a solution, its files (``.npz``, which can be read again, and ``.csv``), and formats of others: tables of
+pandas, data sets of xarray, files of MATLAB.
+"""
 
 from __future__ import annotations
 
+import difflib
+import io
+import re
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.files import read_arrays, write_arrays, write_table
-from eomgen.compiled.section_loads import SectionLoads
-from eomgen.errors import FileError, Problem
-from eomgen.results.columns import STATES
+from eomgen.base.calls import UnknownName
+from eomgen.base.files import read_arrays, write_arrays, write_bytes, write_table
+from eomgen.base.text import shown
+from eomgen.compiled.beams import SectionLoads
+from eomgen.errors import FileError, Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate
-from eomgen.results.events import NO_EVENTS, events_from
+from eomgen.results.events import BLOCKS, NO_EVENTS, Events, events_from
 from eomgen.results.finding import Finding
 from eomgen.results.recorded import Recorded
 from eomgen.results.scenery import PosesAndScenery
+from eomgen.system.description import component_names
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+
+#: Blocks of a state, each (nt, components).
+STATES = ("q", "v", "a", "z", "multipliers")
+
+
+def columns_of(solution: Recorded) -> dict[str, Array]:
+    """Return all columns; see ``Solution.columns``."""
+    names: Mapping[str, list[str]] = solution.metadata.get("names", {})
+    columns = {"t": solution.t}
+    for letter in STATES:
+        array = getattr(solution, letter)
+        labels = names.get(letter) or component_names("", letter, array.shape[1])
+        if len(labels) != array.shape[1]:
+            labels = [f"{letter}[{index}]" for index in range(array.shape[1])]
+        columns |= {label: array[:, index] for index, label in enumerate(labels)}
+    columns |= {f"input.{name}": array for name, array in solution.inputs.items()}
+    for name, array in solution.outputs.items():
+        table = array[:, np.newaxis] if array.ndim == 1 else array
+        columns |= {
+            label: table[:, index] for index, label in enumerate(component_names("output", name, table.shape[1]))
+        }
+    return columns | {f"energy.{name}": array for name, array in solution.energy.items()}
+
+
+def column_named(solution: Recorded, name: str) -> Array:
+    """Return a column, or an output, (nt,) or (nt, size). Raises UnknownName."""
+    if name in solution.outputs:
+        return solution.outputs[name]
+    columns = solution.columns()
+    if name not in columns:
+        close = difflib.get_close_matches(str(name), [*columns, *solution.outputs], n=3, cutoff=0.5)
+        hint = " or ".join(map(repr, close)) or f"one of {', '.join(list(columns)[:8])}, ...: solution.columns()"
+        if isinstance(name, int):
+            hint = "t, q and v by their names: solution.q[0] is the first row, solution.q[:, 0] the first coordinate"
+        raise UnknownName(Problem("", f"there is no column {shown(name)}", hint))
+    return columns[name]
+
+
+def units_of(solution: Recorded) -> dict[str, str]:
+    """Return the units of the columns; see ``Solution.units``."""
+    known = solution.metadata.get("units", {})
+    of_v = list(known.get("v", []))
+    blocks = {
+        "q": known.get("q", []),
+        "v": of_v,
+        "a": [_per_second(unit) for unit in of_v],
+        "z": known.get("z", []),
+    }
+    names = solution.metadata.get("names", {})
+    units = {"t": "s"}
+    for letter, of_block in blocks.items():
+        units |= dict(zip(names.get(letter, []), of_block, strict=False))
+    units |= {f"input.{name}": known.get("inputs", {}).get(name, "") for name in solution.inputs}
+    for name, array in solution.outputs.items():
+        size = 1 if array.ndim == 1 else array.shape[1]
+        units |= dict.fromkeys(component_names("output", name, size), known.get("outputs", {}).get(name, ""))
+    return units | {f"energy.{name}": "W" if "power" in name else "J" for name in solution.energy}
+
+
+def _per_second(unit: str) -> str:
+    """Return the unit of a rate: ``m/s`` -> ``m/s^2``, ``rad`` -> ``rad/s``."""
+    return f"{unit}^2" if unit.endswith("/s") else f"{unit}/s"
+
 
 _OUTCOME = ("stats", "message", "success", "interrupted")
 #: Fields with arrays of their own by name.
@@ -110,3 +186,153 @@ def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> di
             fault = f"this is not a solution written by eomgen: the section loads of {beam} do not fit to its times"
             raise FileError(Problem(str(path), fault))
     return result
+
+
+T = TypeVar("T")
+
+#: Letters of a name in MATLAB's files.
+_MATLAB_NAME = 31
+
+
+def to_pandas(solution: Recorded) -> pandas.DataFrame:
+    """Return all columns over ``t``; see ``Solution.to_pandas``."""
+    columns = solution.columns()
+    time = columns.pop("t")
+    package = _package("pandas", "to_pandas")
+    frame: pandas.DataFrame = package.DataFrame(columns, index=package.Index(time, name="t"))
+    frame.attrs |= {"units": solution.units(), "scene": _scene(solution), "message": solution.message}
+    return frame
+
+
+def to_xarray(solution: Recorded) -> xarray.Dataset:
+    """Return the solution over ``t``; see ``Solution.to_xarray``."""
+    package = _package("xarray", "to_xarray")
+    units = solution.units()
+    variables: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {"t": ("t", solution.t, {"units": "s"})}
+    names = _names(solution)
+    for letter in STATES:
+        array = getattr(solution, letter)
+        if array.shape[1]:
+            along = f"{letter}_component"
+            variables[letter] = (("t", along), array)
+            coordinates[along] = names[letter]
+            coordinates[f"{letter}_units"] = (along, [units.get(name, "") for name in names[letter]])
+    for name, array in solution.inputs.items():
+        variables[f"input.{name}"] = ("t", array, {"units": units[f"input.{name}"]})
+    of_outputs = solution.metadata.get("units", {}).get("outputs", {})
+    for name, array in solution.outputs.items():
+        dimensions = ("t",) if array.ndim == 1 else ("t", f"{name}_component")
+        variables[f"output.{name}"] = (dimensions, array, {"units": of_outputs.get(name, "")})
+    for name, array in solution.energy.items():
+        variables[f"energy.{name}"] = ("t", array, {"units": units[f"energy.{name}"]})
+    attributes = {"scene": _scene(solution), "message": solution.message, "success": int(solution.success)}
+    dataset: xarray.Dataset = package.Dataset(variables, coordinates, attributes)
+    return dataset
+
+
+def write_matlab(solution: Recorded, path: Path) -> None:
+    """Write a file of MATLAB's version 5. Raises FileError if it cannot be written."""
+    from scipy.io import savemat  # noqa: PLC0415  # slow to import
+
+    stream = io.BytesIO()
+    arrays = {name: getattr(solution, name) for name in ("t", *STATES)}
+    described = {
+        "names": {letter: np.array(list_, dtype=object) for letter, list_ in _names(solution).items()},
+        "units": {
+            **{letter: np.array(list_, dtype=object) for letter, list_ in _units(solution).items()},
+            **{name: _struct(labels) for name, labels in _labels(solution).items()},
+        },
+        "message": solution.message,
+        "scene": _scene(solution),
+    }
+    savemat(
+        stream,  # type: ignore[arg-type]  # the stubs do not know that it takes streams
+        {
+            **arrays,
+            "inputs": _struct(solution.inputs),
+            "outputs": _struct(solution.outputs),
+            "energy": _struct(solution.energy),
+            **({"events": _events(solution.events)} if solution.events.counts else {}),
+            **described,
+        },
+        oned_as="column",
+    )
+    write_bytes(path, stream.getvalue())
+
+
+def write_parquet(solution: Recorded, path: Path) -> None:
+    """Write the columns as a Parquet file, ``t`` first, with units, scene and message as metadata.
+
+    Raises
+    ------
+    UsageError
+        ``pyarrow`` is not installed.
+    FileError
+        The file cannot be written.
+    """
+    arrow = _package("pyarrow", "save")
+    parquet = _package("pyarrow.parquet", "save")
+    units = solution.units()
+    columns = solution.columns()
+    fields = [arrow.field(name, arrow.float64(), metadata={"unit": units.get(name, "")}) for name in columns]
+    about = {"scene": _scene(solution), "message": solution.message, "success": str(solution.success)}
+    schema = arrow.schema(fields, metadata=about)
+    table = arrow.table([np.ascontiguousarray(array, dtype=float) for array in columns.values()], schema=schema)
+    stream = io.BytesIO()
+    parquet.write_table(table, stream)
+    write_bytes(path, stream.getvalue())
+
+
+def _labels(solution: Recorded) -> dict[str, dict[str, str]]:
+    """Return the units of inputs, outputs and energies by their names."""
+    units = solution.units()
+    of_outputs = solution.metadata.get("units", {}).get("outputs", {})
+    return {
+        "inputs": {name: units.get(f"input.{name}", "") for name in solution.inputs},
+        "outputs": {name: of_outputs.get(name, "") for name in solution.outputs},
+        "energy": {name: units.get(f"energy.{name}", "") for name in solution.energy},
+    }
+
+
+def _events(events: Events) -> dict[str, Any]:
+    """Return events as one struct of blocks, with a row for each; ``counts`` includes events that are only counted."""
+    blocks = {name: getattr(events, name) for name in ("t", *BLOCKS)}
+    return {"names": np.array(events.names, dtype=object), **blocks, "counts": _struct(events.counts)}
+
+
+def _struct(arrays: Mapping[str, T]) -> dict[str, T]:
+    """Return values by names that MATLAB takes as fields."""
+    named: dict[str, T] = {}
+    for name, array in arrays.items():
+        field = re.sub(r"\W", "_", name)[:_MATLAB_NAME]
+        named[field if field[0].isalpha() else f"f{field}"[:_MATLAB_NAME]] = array
+    return named
+
+
+def _names(solution: Recorded) -> dict[str, list[str]]:
+    """Return the names of the components of each block, as ``columns`` has them."""
+    every = [name for name in solution.columns() if name != "t"]
+    names: dict[str, list[str]] = {}
+    start = 0
+    for letter in STATES:
+        size = getattr(solution, letter).shape[1]
+        names[letter] = every[start : start + size]
+        start += size
+    return names
+
+
+def _units(solution: Recorded) -> dict[str, list[str]]:
+    units = solution.units()
+    return {letter: [units.get(name, "") for name in names] for letter, names in _names(solution).items()}
+
+
+def _scene(solution: Recorded) -> str:
+    return str(solution.metadata.get("scene", ""))
+
+
+def _package(name: str, call: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError:
+        raise UsageError(Problem(call, f"{name} is not installed", f"pip install {name}")) from None

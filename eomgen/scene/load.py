@@ -11,8 +11,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
-from eomgen.scene.sources.other_kinds import fault_of_kind
-from eomgen.scene.sources.register import checked_options, readable, source_of
+from eomgen.scene.sources.register import checked_options, fault_of_kind, readable, source_of
 from eomgen.scene.sources.source import Read
 from eomgen.scene.sources.text import read_text, shown_file
 from eomgen.scene.sources.toml import TOML

@@ -1,4 +1,5 @@
-"""The Scene: a validated description in SI units, the input of mechanics.
+"""The Scene: a validated description in SI units, the input of mechanics; its digest for caches, and how it shows
+itself.
 
 All vectors are tuples of formulas; a plain number is a ``Number``. Comments at fields give the symbols that formulas
 may have. Frames: the *world* is inertial; the *base* is the frame that carries the tree and moves as prescribed (it is
@@ -7,35 +8,182 @@ the world when ``Scene.base`` is None). A body's frame coincides with its joint'
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
+import hashlib
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass
+from fractions import Fraction
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, TypeVar, cast
+
+import numpy as np
 
 from eomgen.base.calls import checked_calls, not_assigned_to, unknown_attribute
+from eomgen.base.html import page, paragraph, table
 from eomgen.formula.curves import AnyCurve
-from eomgen.formula.nodes import ZERO_VECTOR, Number, Vector
+from eomgen.formula.infix import infix
+from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number, Vector
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, Reference, StateFeedback
-from eomgen.scene.digest import digest_of
-from eomgen.scene.display import html, line
 from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.scene.joints.constraint_model import Constraint, Reaction
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.joints.reaction_model import Reaction
 from eomgen.system.description import FixedFrame, Point, Requirement, Simulation
-from eomgen.system.motions import Motion
-from eomgen.system.samples import SampledController
-from eomgen.system.signals import Input, Output, Parameter, State
+from eomgen.system.signals import Input, Motion, Output, Parameter, SampledController, State
 
-if TYPE_CHECKING:  # a Scene needs no reader of files
+if TYPE_CHECKING:
     from eomgen.scene.forces.bushings import Bushing
     from eomgen.scene.forces.efforts import Effort
     from eomgen.scene.forces.forces import Force
     from eomgen.scene.forces.springs import Spring
     from eomgen.scene.forces.torsion_springs import TorsionSpring
     from eomgen.scene.forces.tyres import Tyre
+
+
+def digest_of(data: Mapping[str, Any]) -> bytes:
+    """Return SHA-256 of named data of a Scene, to the last bit of each number.
+
+    Raises
+    ------
+    TypeError
+        For a value of a class that no Scene has: its unread parts could differ between two scenes.
+    """
+    parts: list[bytes] = []
+    _add(data, parts)
+    parts.append(b"")
+    return hashlib.sha256(b"\0".join(parts)).digest()
+
+
+def _add(value: Any, parts: list[bytes]) -> None:
+    """Add bytes that differ for any two different values of the classes in a Scene."""
+    kind = type(value)
+    if kind is float or kind is str or kind is int:  # most values
+        parts.append(f"{kind.__name__}:{value!r}".encode())
+    elif kind is tuple or kind is list:
+        parts.append(f"of {len(value)}".encode())
+        for item in value:
+            _add(item, parts)
+    elif value is None or isinstance(value, bool | int | float | complex | Fraction | str | bytes):
+        parts.append(f"{kind.__name__}:{value!r}".encode())
+    elif isinstance(value, np.ndarray):
+        parts.append(f"array:{value.dtype.str}{value.shape}".encode())
+        parts.append(np.ascontiguousarray(value).tobytes())
+    elif isinstance(value, Mapping):
+        _add(list(value.items()), parts)
+    elif isinstance(value, tuple | list):
+        _add(list(value), parts)
+    elif isinstance(value, frozenset | set):
+        _add_sorted(value, parts)
+    elif is_dataclass(value) and not isinstance(value, type):
+        parts.append(kind.__qualname__.encode())
+        for name in _field_names(cast("Hashable", kind)):
+            _add(getattr(value, name), parts)
+    elif callable(value) and hasattr(value, "__qualname__"):  # the rules of requirements
+        parts.append(f"{value.__module__}.{value.__qualname__}".encode())
+    else:
+        raise TypeError(f"a {kind.__qualname__} in a scene has no digest")
+
+
+def _add_sorted(values: Iterable[Any], parts: list[bytes]) -> None:
+    """Add the items of a set, in an order of their own."""
+    items: list[bytes] = []
+    for item in values:
+        own: list[bytes] = []
+        _add(item, own)
+        items.append(b"\0".join(own))
+    _add(sorted(items), parts)
+
+
+@cache
+def _field_names(kind: Hashable) -> tuple[str, ...]:
+    """Return the names of the fields of a class of data."""
+    return tuple(item.name for item in fields(cast("Any", kind)))
+
+
+#: Parts of a scene in the order of the summary, with their singular and plural.
+_PARTS = (
+    ("bodies", "body", "bodies"), ("joints", "joint", "joints"), ("constraints", "constraint", "constraints"),
+    ("elements", "force element", "force elements"), ("controllers", "controller", "controllers"),
+    ("inputs", "input", "inputs"), ("motions", "motion", "motions"), ("states", "internal state", "internal states"),
+    ("events", "event", "events"),
+    ("parameters", "parameter", "parameters"), ("outputs", "output", "outputs"),
+)  # fmt: skip  # a table
+
+
+class Shown(Protocol):
+    """The fields of a ``Scene`` that its summary shows."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def description(self) -> str: ...
+    @property
+    def bodies(self) -> tuple[Body, ...]: ...
+    @property
+    def joints(self) -> tuple[Joint, ...]: ...
+    @property
+    def constraints(self) -> tuple[Constraint, ...]: ...
+    @property
+    def elements(self) -> tuple[ForceElement, ...]: ...
+    @property
+    def inputs(self) -> tuple[Input, ...]: ...
+    @property
+    def motions(self) -> tuple[Motion, ...]: ...
+    @property
+    def states(self) -> tuple[State, ...]: ...
+    @property
+    def outputs(self) -> tuple[Output, ...]: ...
+    @property
+    def parameters(self) -> tuple[Parameter, ...]: ...
+
+
+def line(scene: Shown) -> str:
+    """Return ``<Scene four_bar: 3 bodies, 3 joints, 1 constraint>``."""
+    return f"<Scene {scene.name}: {', '.join(_counted(scene))}>"
+
+
+def _counted(scene: Shown) -> Iterator[str]:
+    for part, one, several in _PARTS:
+        if count := len(getattr(scene, part)):
+            yield f"{count} {one if count == 1 else several}"
+
+
+def html(scene: Shown) -> str:
+    """Return the scene as tables: bodies with their joints, constraints, force elements, signals and parameters."""
+    carried = dict(zip((body.name for body in scene.bodies), scene.joints, strict=True))
+    bodies = (
+        (body.name, infix(body.mass), _vector(body.center_of_mass), joint.name, joint.type, joint.parent)
+        for body in scene.bodies
+        for joint in (carried[body.name],)
+    )
+    constraints = (
+        (item.name, item.type, item.first.body, item.second.body, infix(item.drive) if item.drive else "")
+        for item in scene.constraints
+    )
+    signals = (
+        *((item.name, "input", item.unit, item.description) for item in scene.inputs),
+        *((item.name, "motion", item.unit, item.description) for item in scene.motions),
+        *((item.name, "internal state", item.unit, item.description) for item in scene.states),
+        *((item.name, "output", item.unit, item.description) for item in scene.outputs),
+    )
+    parameters = (
+        (item.name, f"{item.value:.9g}", item.unit, "tunable" if item.tunable else "", item.description)
+        for item in scene.parameters
+    )
+    return page(
+        f"Scene {scene.name}",
+        paragraph(scene.description),
+        table(("body", "mass, kg", "centre of mass, m", "joint", "type", "parent"), bodies),
+        table(("constraint", "type", "first", "second", "driven as"), constraints),
+        table(("force element",), ((element.label,) for element in scene.elements)),
+        table(("signal", "kind", "unit", "meaning"), signals),
+        table(("parameter", "value", "unit", "", "meaning"), parameters),
+    )
+
+
+def _vector(components: Sequence[Formula]) -> str:
+    return ", ".join(infix(component) for component in components)
+
 
 #: Default, in world axes, m/s^2.
 GRAVITY = (0.0, 0.0, -9.81)

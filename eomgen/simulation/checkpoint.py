@@ -1,4 +1,5 @@
-"""Checkpoints: the complete state of a stepper on disk, from which a run continues bit-identically.
+"""Checkpoints: the complete state of a stepper on disk, from which a run continues bit-identically, and the state of a
+simulator, without the model.
 
 State and workspace are kept as they are in memory: the state alone determines the motion up to Newton's tolerance, the
 factors and the habits of the iteration in the workspace determine the last bits. So a checkpoint belongs to one
@@ -21,6 +22,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.version import __version__
 from eomgen.compiled.arguments import count_of
+from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import FileError, ModelError, Problem, UsageError
 from eomgen.simulation.stepping.inputs import kind_of
 from eomgen.simulation.stepping.run import Run
@@ -191,3 +193,52 @@ def checkpoint_writer(
         raise UsageError(Problem("checkpoint", f"a path is needed, not {type(path).__name__}", 'checkpoint="run.ckpt"'))
     steps = None if every is None else count_of("checkpoint_every", every)
     return CheckpointWriter(Path(path), steps, lambda stepper: checkpoint_of(run, library, stepper))
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatorState:
+    """The state of a simulator at the end of one of its steps; it can be kept, pickled and restored.
+
+    Attributes
+    ----------
+    t : s
+    q, v, z : (nq,), (nv,), (nz,)
+    parameters : (np,)
+    u : (nu,) inputs at t that were given to the last step; None if they followed the start or the scene
+    begun : state at which the motion starts with its next step; None once it goes on
+    memory, workspace : the compiled stepper's, as doubles and as bytes
+    settings : of the stepper, in its order
+    scene, fingerprint, build : the library that they belong to
+    motions : position, rate and acceleration, (3,), of the motions that the last step ended with, by name
+    """
+
+    t: float
+    q: Array
+    v: Array
+    z: Array
+    parameters: Array
+    u: Array | None
+    begun: InitialState | None
+    memory: Array
+    workspace: NDArray[np.uint8]
+    settings: Array
+    scene: str
+    fingerprint: str
+    build: str
+    motions: Mapping[str, Array] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"<SimulatorState of {self.scene} at t = {self.t:.9g} s>"
+
+    def check(self, scene: str, library: Library) -> None:
+        """Raise ModelError if the state belongs to another model, method or compilation than a simulator's."""
+        hint = "the model, method and compiler that made it, or start(initial={'q': state.q, 'v': state.v})"
+        fault = ""
+        if self.scene != scene:
+            fault = f"this is a state of the scene {self.scene!r}, the simulator runs {scene!r}"
+        elif self.fingerprint != library.fingerprint:
+            fault = f"this is a state of another model {scene!r}: its scene, terms, method or C code differ"
+        elif self.build != library.digest:
+            fault = f"this is a state of another compilation of {scene!r}, whose memory may be laid out differently"
+        if fault:
+            raise ModelError(Problem("state", fault, hint))

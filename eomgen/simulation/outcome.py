@@ -1,4 +1,5 @@
-"""Outcome: attributes of a ``Solution`` of a run, each evaluated when it is first asked for.
+"""Solutions of runs: the attributes of their outcome, each evaluated when it is first asked for, the description of the
+run, and rows of a motion stepped by its caller.
 
 A sweep that reads last states alone so pays for no judgement. The source of every attribute is the run's own: its rows,
 its parameters, and the stepper as it was left.
@@ -6,17 +7,68 @@ its parameters, and the stepper as it was left.
 
 from __future__ import annotations
 
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
 
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.finding import Finding
 from eomgen.results.solution import Solution
 from eomgen.simulation.judgement.finished_run import FinishedRun
 from eomgen.simulation.judgement.register import Verdict
 from eomgen.simulation.judgement.start_checks import starts_beyond_limits
-from eomgen.simulation.run_metadata import run_metadata
-from eomgen.simulation.run_model import run_model
+from eomgen.simulation.motions import Motions
+from eomgen.simulation.run_model import RunModel, run_model
+from eomgen.simulation.stepping.inputs import kind_of
+from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
+
+
+def run_metadata(run: Run) -> dict[str, Any]:
+    """Return scene, version, method, settings, parameters, and names and units of all columns."""
+    model, settings, layout = run.model, run.settings, run.model.library.layout
+    return {
+        "scene": model.name,
+        "version": layout["version"],
+        "method": run.name,
+        "method_parameters": dict(run.method.keywords),
+        "inputs": {
+            name: kind_of(signal) if callable(signal) or isinstance(signal, np.ndarray) else signal
+            for name, signal in run.signals.given.items()
+        },
+        "dense_output": run.method.dense_output,
+        "step": settings["step"],
+        "settings": dict(settings),
+        **({"bounded_for": run.bounded_for} if run.bounded_for else {}),
+        "record_every": run.every,
+        "t_start": run.grid.start,
+        "t_end": run.grid.end,
+        "parameters": dict(zip(model.parameters, run.parameters.tolist(), strict=True)),
+        "names": {
+            "q": model.q_names,
+            "v": model.v_names,
+            "a": [f"a{name[1:]}" for name in model.v_names],
+            "multipliers": list(model.multipliers),
+            "z": model.z_names,
+        },
+        "units": {
+            "q": model.q_units,
+            "v": model.v_units,
+            "z": model.z_units,
+            "inputs": {item["name"]: item["unit"] for item in layout["inputs"]},
+            "outputs": {o["name"]: o["unit"] for o in layout["outputs"]},
+        },
+        "outputs": {
+            output.name: {"description": output.description, "quantity": output.quantity}
+            for output in model.description.outputs
+        },
+        "factors": [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors],
+        "fingerprint": layout.get("fingerprint", ""),
+    }
 
 
 class Outcome(FinishedRun):
@@ -74,3 +126,52 @@ class Outcome(FinishedRun):
 
     def _notes(self, *names: str) -> list[str]:
         return [str(finding) for name in names for finding in self._verdict.of(name)]
+
+
+@dataclass(frozen=True)
+class RecordedRow:
+    """A state of a motion, with the inputs (nu,) and parameters (np,) that it has."""
+
+    t: float
+    q: Array
+    v: Array
+    a: Array
+    z: Array
+    multipliers: Array
+    u: Array
+    p: Array
+
+
+def recorded_solution(
+    run: Run, rows: Sequence[RecordedRow], statistics: Mapping[str, Any], notes: Sequence[str], stopped: str
+) -> Solution:
+    """Return rows as a solution; between them its inputs are linear."""
+    model = run.model
+    t = np.array([row.t for row in rows])
+    q, v, a, z, multipliers, u, p = (
+        np.array([getattr(row, name) for row in rows]) for name in ("q", "v", "a", "z", "multipliers", "u", "p")
+    )
+    base = model.base(t, parameters=p) if model.evaluator.moving_base else None
+    given: dict[str, Any] = {"z": z, "multipliers": multipliers if model.multipliers else None}
+    given |= {"parameters": p, "base": base}
+    inputs = u if model.nu else None
+    between = {name: partial(np.interp, xp=t, fp=u[:, k]) for k, name in enumerate(model.inputs)}
+    signals = replace(run.signals, given=between)
+    metadata = run_metadata(replace(run, parameters=p[-1], signals=signals))
+    metadata |= {"start": "a caller's", "corrections": (), "notes": list(notes), "energy_balance": "not looked at"}
+    last = f"{len(t)} recorded rows to t = {t[-1]:.6g} s"
+    return Solution(
+        t=t,
+        q=q,
+        v=v,
+        a=a,
+        z=z,
+        multipliers=multipliers,
+        outputs=model.outputs(q, v, a, t, inputs, **given) if "outputs" in model.functions else {},
+        energy=model.energy(q, v, a, t, inputs, **given) if "energy" in model.functions else {},
+        stats=dict(statistics),
+        message=f"{last}; the motion was {stopped}" if stopped else last,
+        metadata=metadata,
+        model=RunModel(model, p[-1], signals if model.nu else None, None, motions=Motions(model).between(t, p)),
+        error=ErrorEstimate.missing("a motion that a caller steps is not run a second time"),
+    )

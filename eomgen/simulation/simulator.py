@@ -21,11 +21,11 @@ from eomgen.integrators.events import AT_EVENTS, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
 from eomgen.results.solution import Solution
-from eomgen.simulation.judgement.failed_step import failed_step
+from eomgen.simulation.checkpoint import SimulatorState
+from eomgen.simulation.judgement.diagnosis import failed_step
 from eomgen.simulation.motions import Motions, Target, read_target, refuse_as_inputs
-from eomgen.simulation.recorded_motion import RecordedRow, recorded_solution
-from eomgen.simulation.simulator_state import SimulatorState
-from eomgen.simulation.stepping.compiled_steps import CompiledSteps, between
+from eomgen.simulation.outcome import RecordedRow, recorded_solution
+from eomgen.simulation.stepping.chunks import CompiledSteps, between
 from eomgen.simulation.stepping.events import ending
 from eomgen.simulation.stepping.inputs import CheckedSignal, Signal, check_held, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs

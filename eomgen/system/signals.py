@@ -1,9 +1,17 @@
-"""Parameters, inputs, internal states and outputs of a Scene."""
+"""Signals of a system: parameters, inputs, internal states, outputs; sampled states with their functions, and motions
+that a caller gives while a model runs.
+
+A piece of the motion s is c_0 + c_1 (t - begin) + ... + c_5 (t - begin)^5, which meets position, rate and acceleration
+at both of its ends: Hermite's quintic. So all driven coordinates have rates and accelerations, as of any law of time.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from eomgen.base.arrays import Array
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.system.random_processes import RandomProcess
 
@@ -119,3 +127,121 @@ class Output:
         kinds = {value.kind if isinstance(value, Symbol) else "" for value in self.values}
         kind = kinds.pop() if len(kinds) == 1 else ""
         return kind if kind in ("position", "velocity", "acceleration") else ""
+
+
+#: Of the polynomials: three conditions at both ends.
+DEGREE = 5
+
+
+def motion_parameters(name: str) -> tuple[str, ...]:
+    """Return the names of the tunable parameters of a motion: the start of a piece, s, then its coefficients."""
+    return (f"{name}_begin", *(f"{name}_{k}" for k in range(DEGREE + 1)))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A named motion; ``initial``: its value at rest until its caller moves it."""
+
+    name: str
+    initial: float = 0.0
+    unit: str = ""
+    description: str = ""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of its tunable parameters."""
+        return motion_parameters(self.name)
+
+
+def piece(start: Array, end: Array, duration: float | Array) -> Array:
+    """Return the coefficients c_0, ..., c_5, (6, ...), of the quintics between two ends.
+
+    Parameters
+    ----------
+    start, end : (3, ...) position, rate and acceleration
+    duration : (...) s, positive
+    """
+    T = duration
+    (x, v, a), (X, V, A) = start, end
+    gap, lag, gain = X - x - T * (v + 0.5 * T * a), (V - v - T * a) * T, (A - a) * T**2
+    return np.array(
+        [
+            x,
+            v,
+            0.5 * a,
+            (10.0 * gap - 4.0 * lag + 0.5 * gain) / T**3,
+            (-15.0 * gap + 7.0 * lag - gain) / T**4,
+            (6.0 * gap - 3.0 * lag + 0.5 * gain) / T**5,
+        ]
+    )
+
+
+def at_time(coefficients: Array, since: float | Array) -> Array:
+    """Return position, rate and acceleration, (3, ...), of pieces with coefficients (6, ...), times (...) in s after
+    they began."""
+    value, rate, acceleration = np.zeros((3, *np.shape(since)))
+    for coefficient in coefficients[::-1]:
+        acceleration = acceleration * since + 2.0 * rate
+        rate = rate * since + value
+        value = value * since + coefficient
+    return np.array([value, rate, acceleration])
+
+
+@dataclass(frozen=True)
+class SampleRow:
+    """One sampled state of a System, in the order of the term ``samples``, which gives the values.
+
+    Attributes
+    ----------
+    state : its number in z
+    period, offset : s; samples are at offset + k period, k = 0, 1, ...
+    quantum : values are rounded to whole multiples of it; 0: they are not
+    level : of states sampled at the same time, lower levels are set first
+    controller : number of the controller that returns the value in place of the term; -1: none
+    """
+
+    state: int
+    period: float
+    offset: float = 0.0
+    quantum: float = 0.0
+    level: int = 0
+    controller: int = -1
+
+
+@dataclass(frozen=True)
+class CSource:
+    """A C file that a scene brings along.
+
+    Attributes
+    ----------
+    name : of the file, without its folder
+    text : all of it
+    """
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class SampledController:
+    """A function called at samples: maps signals and its own memory to values that are held.
+
+    Attributes
+    ----------
+    name : of its entry
+    signals, outputs : their names in the scene
+    signal_states, value_states, memory_states : names of the internal states that hold them; all are sampled together
+    declared : whether its memory is declared to be all that it keeps
+    function : name of its C function; empty: its caller gives one
+    source : the file with that
+    """
+
+    name: str
+    signals: tuple[str, ...]
+    outputs: tuple[str, ...]
+    signal_states: tuple[str, ...]
+    value_states: tuple[str, ...]
+    memory_states: tuple[str, ...] = ()
+    declared: bool = True
+    function: str = ""
+    source: CSource | None = None

@@ -25,8 +25,8 @@ from eomgen.symbolic.periodic import periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.display import equation, html, line
 from eomgen.system.events import EventRow, Mode
-from eomgen.system.samples import SampledController, SampleRow
 from eomgen.system.second_blocks import SecondBlocks, second_blocks
+from eomgen.system.signals import SampledController, SampleRow
 from eomgen.system.terms import TERMS, nearest_term
 
 if TYPE_CHECKING:

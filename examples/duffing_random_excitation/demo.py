@@ -16,7 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import eomgen
-from eomgen.base.standard_normals import standard_normals
+from eomgen.base.random_inputs import standard_normals
 
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"  # Okabe and Ito
 FOLDER = Path(__file__).parent

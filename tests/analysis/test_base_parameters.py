@@ -9,7 +9,7 @@ import eomgen
 from eomgen.errors import UsageError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import load
-from eomgen.solvers.independent_columns import NoGap, independent_columns, short
+from eomgen.solvers.redundancy import NoGap, independent_columns, short
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.states import random_states

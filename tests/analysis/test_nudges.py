@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.solvers import damped_motion
+from eomgen.solvers import equilibrium_search
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -25,11 +25,11 @@ def test_the_way_down_is_that_of_the_lowest_stiffness(
         basis=np.eye(3), dual=np.eye(3),
     )  # fmt: skip  # a table
     statics: Any = SimpleNamespace(sizes=np.ones(3))
-    monkeypatch.setattr(damped_motion, "moved", lambda statics, point, change: change)
-    change: Any = damped_motion._nudged(statics, point)
+    monkeypatch.setattr(equilibrium_search, "moved", lambda statics, point, change: change)
+    change: Any = equilibrium_search._nudged(statics, point)
     assert (change is not None) == leaves
     if leaves:
         lowest = axes[:, int(np.argmin(stiffnesses))]
         assert np.abs(change).max() == pytest.approx(1e-3)
         assert abs(change @ lowest) == pytest.approx(np.linalg.norm(change))
-        assert damped_motion._nudged(statics, SimpleNamespace(**{**vars(point), "rates": np.zeros(1)})) is None
+        assert equilibrium_search._nudged(statics, SimpleNamespace(**{**vars(point), "rates": np.zeros(1)})) is None

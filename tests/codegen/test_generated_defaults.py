@@ -15,7 +15,7 @@ import pytest
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
-from eomgen.pipeline.parameter_defaults import with_parameters
+from eomgen.pipeline.generated_defaults import with_parameters
 from tests.codegen.test_stand_alone import compiled, run
 from tests.models.cache import shared_cache
 from tests.models.lattice import Lattice, describe

@@ -14,9 +14,8 @@ import pytest
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.compiled import functions, lanes
-from eomgen.compiled.functions import Functions
-from eomgen.compiled.lanes import Lanes
+from eomgen.compiled import functions
+from eomgen.compiled.functions import Functions, Lanes
 from eomgen.errors import ToolchainError, UsageError
 from eomgen.pipeline.model import Model
 from tests.models.scenes import pendulum_scene
@@ -29,7 +28,7 @@ TERMS = ["mass", "inverse_dynamics", "forward_dynamics", "partials", "poses"]
 def model(monkeypatch: pytest.MonkeyPatch) -> Iterator[Model]:
     """Return a model whose companions are forgotten afterwards."""
     built = eomgen.build(pendulum_scene(), TERMS, profile="fast")
-    monkeypatch.setattr(lanes, "LEAST", 1)
+    monkeypatch.setattr(functions, "LEAST", 1)
     built.library.kept.pop("lanes", None)
     yield built
     built.library.kept.pop("lanes", None)
@@ -158,7 +157,7 @@ def test_threads_share_lanes_to_the_same_bits(
 def test_a_companion_is_compiled_in_the_background_once_it_pays(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator, caplog: pytest.LogCaptureFixture
 ) -> None:
-    caplog.set_level(logging.INFO, lanes.__name__)
+    caplog.set_level(logging.INFO, functions.__name__)
     monkeypatch.delenv("EOMGEN_LANES", raising=False)
     make, allowed, threads = model.library.companion, threading.Event(), []
     assert make is not None
@@ -199,7 +198,7 @@ def test_a_companion_in_the_cache_is_taken_without_a_compiler(
     expected = called(model, "poses", blocks)
     model.library.kept.pop("lanes")
     monkeypatch.delenv("EOMGEN_LANES")
-    monkeypatch.setattr(lanes, "_LOOK", 0.0)
+    monkeypatch.setattr(functions, "_LOOK", 0.0)
     same(expected, called(model, "poses", blocks))
     companion = Lanes.of(model.library)._found["poses"]
     assert companion.library is not None and companion.judged and not companion.begun
@@ -208,7 +207,7 @@ def test_a_companion_in_the_cache_is_taken_without_a_compiler(
 def test_a_companion_of_other_bits_is_left_out(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator, caplog: pytest.LogCaptureFixture
 ) -> None:
-    caplog.set_level(logging.INFO, lanes.__name__)
+    caplog.set_level(logging.INFO, functions.__name__)
     make = model.library.companion
     assert make is not None
 
@@ -239,7 +238,7 @@ def test_a_companion_of_other_bits_is_left_out(
 def test_a_compiler_that_fails_changes_nothing(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator, caplog: pytest.LogCaptureFixture
 ) -> None:
-    caplog.set_level(logging.INFO, lanes.__name__)
+    caplog.set_level(logging.INFO, functions.__name__)
     blocks = blocks_of(model, 20, rng)
     monkeypatch.setenv("EOMGEN_LANES", "off")
     expected = called(model, "poses", blocks)

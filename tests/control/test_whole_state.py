@@ -15,7 +15,7 @@ from scipy.linalg import expm, solve_discrete_lyapunov
 from eomgen.control import OutputFeedback, kalman, lqr, place, place_observer
 from eomgen.errors import EomgenError, ModelError, UsageError
 from eomgen.linear.augmentation import delay, delay_line, driven_by, shaping_filter
-from eomgen.linear.control.white_noise import root_mean_squares, stationary_covariance
+from eomgen.linear.control.stationary import root_mean_squares, stationary_covariance
 from eomgen.linear.sampling import discretized
 from eomgen.linear.state_space import StateSpace
 

@@ -18,7 +18,7 @@ from eomgen.cli import INTERRUPTED, VERBS, commands
 from eomgen.formula.words import FUNCTIONS
 from eomgen.integrators.methods import METHOD_NAMES
 from eomgen.mechanics.derive import derive
-from eomgen.scene.document.json_schema import schema
+from eomgen.scene.document.reference import schema
 from eomgen.scene.document.schema import SECTIONS
 from eomgen.scene.formula.scope import ENERGIES
 from eomgen.scene.load import from_data, load_toml

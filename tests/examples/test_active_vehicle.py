@@ -15,7 +15,7 @@ from scipy.integrate import simpson
 
 import eomgen
 from eomgen import Model, Solution
-from eomgen.base.random_roads import road_harmonics
+from eomgen.base.random_inputs import road_harmonics
 
 FOLDER = Path(__file__).parents[2] / "examples" / "active_vehicle"
 BODY, ROLL, PITCH, WHEEL, FRONT, REAR, HALF_TRACK = 1500.0, 460.0, 2160.0, 59.0, 1.4, 1.7, 0.75

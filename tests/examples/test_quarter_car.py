@@ -11,7 +11,7 @@ from scipy.integrate import simpson
 
 import eomgen
 from eomgen import Model, Solution
-from eomgen.base.random_roads import road_harmonics
+from eomgen.base.random_inputs import road_harmonics
 
 SCENE = Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml"
 SPRUNG, UNSPRUNG, SPRING, DAMPER, TYRE = 240.0, 36.0, 16000.0, 980.0, 160000.0

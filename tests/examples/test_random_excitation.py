@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.base.road_classes import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
+from eomgen.base.random_inputs import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

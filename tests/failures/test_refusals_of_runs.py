@@ -30,7 +30,7 @@ from tests.models.scenes import absolute
 #: Rooms that refuse runs, or end them.
 ROOMS = ("simulation", "integrators", "compiled", "formula", "solvers", "pipeline", "studies/ladders")
 #: Files of these that no run calls.
-NO_RUN = ("compiled/actuators.py", "compiled/frames.py", "pipeline/calibration.py")
+NO_RUN = ("compiled/actuators.py", "compiled/bodies.py", "pipeline/calibration.py")
 
 
 def texts_of_runs() -> list[Refusal]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.base.random_roads import road_harmonics
+from eomgen.base.random_inputs import road_harmonics
 from eomgen.integrators.harmonics import LEAST, PAIRS, harmonics_data
 from eomgen.pipeline.model import Model
 from tests.models.cache import shared_cache

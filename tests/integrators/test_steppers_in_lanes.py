@@ -10,8 +10,7 @@ import pytest
 import eomgen
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.products.ensembles.lane_code import stepper_in_lanes
-from eomgen.simulation.stepping.lane_stepper import LaneStepper
-from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.stepper import LaneStepper, Stepper
 from eomgen.toolchain.lane_library import LaneLibrary
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

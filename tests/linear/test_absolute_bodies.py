@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eomgen.linear.freedom import Measures, freedom
+from eomgen.linear.freedom import Measures, Partials, freedom
 from eomgen.linear.linearization import Linearization, Names, Reference
-from eomgen.linear.partials import Partials
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe, joint_factors
 from eomgen.scene.joints.model import Joint

@@ -7,8 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from eomgen.linear.balancing import balance
-from eomgen.linear.modes import modes
+from eomgen.linear.modes import balance, modes
 
 
 @pytest.mark.parametrize("permute", [False, True])

@@ -13,7 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import eomgen
-from eomgen.analysis import campbell as campbell_module
+from eomgen.analysis import eigenvalue_loci as campbell_module
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.campbell_search import campbell
 from eomgen.linear.linearization import Linearization

@@ -16,8 +16,7 @@ from eomgen.mechanics.describe import describe
 from eomgen.mechanics.forces.applied import law_of, laws_of, offered_by
 from eomgen.results.scenery import scenery
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.json_schema import schema
-from eomgen.scene.document.reference import tables
+from eomgen.scene.document.reference import schema, tables
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.forces.register import ELEMENTS, STRUCTURE
 from eomgen.scene.load import from_data

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import kstest
 
-from eomgen.base.standard_normals import standard_normals
+from eomgen.base.random_inputs import standard_normals
 
 SEED_0 = [float.fromhex("-0x1.383741d50dd27p+1"), float.fromhex("-0x1.12c5fe15d2adcp-1")]
 

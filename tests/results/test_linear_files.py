@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import cast
 
-from eomgen.linear.campbell import Campbell, Crossing
+from eomgen.linear.eigenvalue_loci import Campbell, Crossing
 from eomgen.results.linear_files import described_campbell
 
 

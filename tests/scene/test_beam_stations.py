@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.bodies.element_lengths import widths_between
+from eomgen.scene.bodies.cosserat_reading import widths_between
 from eomgen.scene.load import from_data
 from tests.models.cosserat import beam_scene
 from tests.scene.test_cosserat_beams import beam_of, numbers

@@ -17,7 +17,7 @@ from eomgen.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.json_schema import schema
+from eomgen.scene.document.reference import schema
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 

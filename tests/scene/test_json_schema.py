@@ -11,7 +11,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from eomgen.scene.document.json_schema import json_schema
+from eomgen.scene.document.reference import json_schema
 from eomgen.scene.document.schema import Document
 from eomgen.scene.reading.key_metadata import fields_of, tables_of
 from tests.scene.test_scene_files import FREE, PENDULUM

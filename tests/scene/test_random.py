@@ -16,7 +16,7 @@ from scipy.stats import norm, skew
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.base.standard_normals import standard_normals
+from eomgen.base.random_inputs import standard_normals
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.curves import Curve

@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
-from eomgen.compiled.requirements import Requirements
+from eomgen.compiled.arguments import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.describe import describe
 from eomgen.scene.joints.moved_inertia import Movable

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from eomgen.base.random_roads import Harmonic, road_harmonics
+from eomgen.base.random_inputs import Harmonic, road_harmonics
 from eomgen.errors import DescriptionError
 from eomgen.formula.unit_circle import unit_circle
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.json_schema import schema
+from eomgen.scene.document.reference import schema
 from eomgen.scene.load import from_data, load
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate

@@ -13,7 +13,7 @@ from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.json_schema import json_schema
+from eomgen.scene.document.reference import json_schema
 from eomgen.scene.geometry.rotations import frame_about, is_rotation
 from eomgen.scene.joints.constraint_model import Constraint, Frame
 from eomgen.scene.load import load, load_toml

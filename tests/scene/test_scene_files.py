@@ -13,7 +13,7 @@ import pytest
 
 from eomgen.errors import DescriptionError, FileError, UsageError
 from eomgen.formula.nodes import Number, Operation, Symbol
-from eomgen.scene.document.json_schema import json_schema
+from eomgen.scene.document.reference import json_schema
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene

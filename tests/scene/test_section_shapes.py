@@ -16,7 +16,7 @@ import pytest
 from eomgen.errors import DescriptionError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Number
-from eomgen.scene.bodies.section_shapes import SHAPES, ShapeValues
+from eomgen.scene.bodies.cross_sections import SHAPES, ShapeValues
 from eomgen.scene.load import from_data
 from tests.oracles.evaluation import Array
 

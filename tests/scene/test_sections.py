@@ -13,8 +13,7 @@ import eomgen
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.json_schema import schema
-from eomgen.scene.document.reference import renewed
+from eomgen.scene.document.reference import renewed, schema
 from eomgen.scene.document.schema import Document, document_for, every_document
 from eomgen.scene.load import load_toml
 from eomgen.scene.section import in_reading_order

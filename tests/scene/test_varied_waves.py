@@ -11,7 +11,7 @@ import pytest
 
 import eomgen
 from eomgen import random_vibration
-from eomgen.base.standard_normals import WAVES, standard_normals
+from eomgen.base.random_inputs import WAVES, standard_normals
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch

@@ -15,7 +15,7 @@ from scipy.integrate import quad
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.compiled.requirements import Requirements
+from eomgen.compiled.arguments import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.infix import infix

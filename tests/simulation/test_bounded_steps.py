@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.cli import main
-from eomgen.simulation import bounded_steps
+from eomgen.simulation import simulate
 from eomgen.simulation.accuracy import unseen_laws
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.simulation.test_laws_between_steps import LAWS, off, sliders
@@ -96,7 +96,7 @@ def test_a_bound_with_which_the_run_fails_is_named_and_not_taken(tmp_path: Path)
 
 
 def test_a_bounded_run_that_takes_many_more_steps_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bounded_steps, "_GIVEN_UP", 0.01)
+    monkeypatch.setattr(simulate, "_GIVEN_UP", 0.01)
     given, _, _ = LAWS["linear table over place"]
     kept = tmp_path / "run.ckpt"
     run = sliders().simulate(2.0, 0.1, method="rk45", parameters=given, checkpoint=kept)

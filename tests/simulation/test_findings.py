@@ -21,14 +21,13 @@ from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
 from eomgen.simulation.judgement import doubts, remarks, start_checks
-from eomgen.simulation.judgement.check import ANY_FAILURE, Check
 from eomgen.simulation.judgement.constraint_violation import Violation
 from eomgen.simulation.judgement.energy_balance import Balance
-from eomgen.simulation.judgement.fast_decay import Fastest
-from eomgen.simulation.judgement.finished_run import FACTS, FinishedRun
+from eomgen.simulation.judgement.finished_run import ANY_FAILURE, FACTS, Check, FinishedRun
 from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.judgement.momentum import Drift
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS, Verdict, message_of
+from eomgen.simulation.judgement.start_checks import Fastest
 from tests.models.scenes import pendulum
 
 DOCS = Path(__file__).parents[2] / "docs"

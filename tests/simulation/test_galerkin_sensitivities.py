@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.compiled.lanes import Lanes
+from eomgen.compiled.functions import Lanes
 from eomgen.products.derivatives import galerkin_sweeps, motion
 from eomgen.products.derivatives.motion import Motion
 from eomgen.products.derivatives.run_sensitivities import Sensitivities

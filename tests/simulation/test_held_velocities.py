@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.simulation.accuracy import step_rows
+from eomgen.simulation.accuracy import step_path
 from eomgen.simulation.accuracy.comparison_runs import comparison_run
 from tests.simulation.test_laws_between_steps import DOUBTS
 
@@ -169,8 +169,8 @@ def test_runs_of_thousands_of_steps_to_a_row_are_examined_in_part(monkeypatch: p
         repeated.append(len(piece.rows))
         return piece
 
-    monkeypatch.setattr(step_rows, "comparison_run", repeat)
-    monkeypatch.setattr(step_rows, "_MOST", 400)
+    monkeypatch.setattr(step_path, "comparison_run", repeat)
+    monkeypatch.setattr(step_path, "_MOST", 400)
     rubbing = model("2*sin(t) - F*tanh(v.x/0.0001)", "F")
     options = {"method": "rk45", "tolerance": 1e-6, "parameters": {"F": 10.0}}
     run = rubbing.simulate(0.5, 0.05, error_estimate=False, **options)

@@ -17,7 +17,7 @@ import pytest
 import eomgen
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.results.solution import Solution
-from eomgen.simulation.judgement.failed_controller import failed_controller
+from eomgen.simulation.judgement.diagnosis import failed_controller
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
 from tests.simulation.test_sampled_states import CART, ENCODER

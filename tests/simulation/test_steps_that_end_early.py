@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.simulation.stepping.step_parts import StepParts, step_parts
+from eomgen.simulation.stepping.time_grid import StepParts, step_parts
 from tests.simulation.test_error_estimate import good
 
 pytestmark = pytest.mark.slow

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from eomgen.simulation.judgement.unbounded_growth import unbounded_growth
+from eomgen.simulation.judgement.instability import unbounded_growth
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import States
 

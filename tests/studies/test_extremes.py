@@ -18,7 +18,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.cli.tables import print_table
+from eomgen.cli.printing import print_table
 from eomgen.products.studies.ladders.register import LADDERS
 from eomgen.products.studies.ladders.result import VERDICTS, verdict
 from eomgen.products.studies.ladders.runs import (

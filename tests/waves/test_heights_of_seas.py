@@ -56,7 +56,7 @@ def test_directions_of_fixed_amplitudes_follow_the_spreading() -> None:
 
 def test_other_seas_keep_the_bits_of_their_seeds() -> None:
     """Phases of fixed amplitudes without spreading, and all of Gaussian ones, are those of the normal variables."""
-    from eomgen.base.standard_normals import WAVES, standard_normals
+    from eomgen.base.random_inputs import WAVES, standard_normals
 
     for spreading in (None, SPREAD):
         parts = divided(Jonswap(2.0, 8.0), 12, spreading=spreading)

@@ -4,8 +4,7 @@ reads."""
 from __future__ import annotations
 
 from eomgen.base.files.archives import read_arrays, write_arrays
-from eomgen.base.files.csv_reading import read_cells, read_table
-from eomgen.base.files.csv_tables import write_rows, write_table
+from eomgen.base.files.csv_tables import read_cells, read_table, write_rows, write_table
 from eomgen.base.files.journal import Journal
 from eomgen.base.files.nearby import nearby
 from eomgen.base.files.writing import check_writable, make_folder, temporary_file, write_bytes, write_text

@@ -270,22 +270,28 @@ def iteration_terms(
         add(unknowns.first_z + state, unknowns.size + column, "one", number)
     terms.rate_diagonal += [(unknowns.first_z + state, unknowns.first_z + state) for state in range(unknowns.z)]
     if unknowns.eta:
-        by_column: dict[int, list[tuple[int, int]]] = {}
-        start = packing.blocks["B"][0]
-        for (constraint, column), number in packing.nonzeros["B"].items():
-            if constraint < unknowns.holonomic:
-                by_column.setdefault(column, []).append((constraint, number - start))
-        for name in ("B", "Z"):
-            for (constraint, column), number in moved[name].items():
-                equation = unknowns.velocity_row(constraint) if name == "Z" else unknowns.phi_row(constraint)
-                if equation is None:
-                    continue
-                for other, nonzero in by_column.get(column, ()):
-                    index = (equation, nv + unknowns.lam + other)
-                    terms.products.setdefault(index, []).append(
-                        (weight["one" if name == "B" else "Z"], number, nonzero)
-                    )
+        _add_products(terms, unknowns, packing, moved)
     return terms
+
+
+def _add_products(
+    terms: Terms, unknowns: Unknowns, packing: Packing, moved: Mapping[str, Mapping[MatrixIndex, int]]
+) -> None:
+    """Add the products with B^T of the rows of constraints, in the columns of eta."""
+    by_column: dict[int, list[tuple[int, int]]] = {}
+    start = packing.blocks["B"][0]
+    for (constraint, column), number in packing.nonzeros["B"].items():
+        if constraint < unknowns.holonomic:
+            by_column.setdefault(column, []).append((constraint, number - start))
+    for name in ("B", "Z"):
+        weight = WEIGHTS.index("one" if name == "B" else "Z")
+        for (constraint, column), number in moved[name].items():
+            equation = unknowns.velocity_row(constraint) if name == "Z" else unknowns.phi_row(constraint)
+            if equation is None:
+                continue
+            for other, nonzero in by_column.get(column, ()):
+                index = (equation, unknowns.v + unknowns.lam + other)
+                terms.products.setdefault(index, []).append((weight, number, nonzero))
 
 
 def _tangent_rows(

@@ -6,7 +6,7 @@ from eomgen.linear.control.margins import Margins
 from eomgen.linear.control.observer import Observer, kalman, place_observer
 from eomgen.linear.control.output_feedback import OutputFeedback
 from eomgen.linear.control.regulator import Regulator, lqr, place
-from eomgen.linear.control.white_noise import root_mean_squares, stationary_covariance
+from eomgen.linear.control.stationary import root_mean_squares, stationary_covariance
 from eomgen.linear.sampling import discretized
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "Observer",
     "OutputFeedback",
     "Regulator",
+    "cost",
     "delay",
     "delay_line",
     "discretized",

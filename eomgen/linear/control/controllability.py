@@ -18,8 +18,8 @@ import scipy.linalg
 
 from eomgen.base.arrays import Array
 from eomgen.errors import ModelError
-from eomgen.linear.balancing import balance
 from eomgen.linear.control.stabilisability import distinct, in_words
+from eomgen.linear.modes import balance
 
 #: Eigenvalues this close to the border of stability, as a share of the largest, count as on it.
 _ON_BORDER = 1e-7

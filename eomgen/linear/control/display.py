@@ -1,13 +1,19 @@
-"""Parts of how regulators, observers and output feedback show themselves in a notebook."""
+"""Regulators, observers and output feedback as users see them: parts of pages of a notebook, units and references of
+signals, open loops in the complex plane.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any, TypedDict
+
+import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.figures import axes_of_caller, pyplot_figure
 from eomgen.base.html import page, table
 from eomgen.linear.control.margins import Margins
-from eomgen.linear.state_space import StateSpace
+from eomgen.linear.state_space import KINDS, StateSpace
 
 
 def gains_html(space: StateSpace, gains: Array, columns: Sequence[str]) -> str:
@@ -46,3 +52,53 @@ def eigenvalues_html(title: str, space: StateSpace) -> str:
     unit = "1/s" if space.sample is None else "from sample to sample"
     rows = [(f"{value.real:.6g}" + (f" ± {value.imag:.6g}j" if value.imag else ""),) for value in upper]
     return page(f"{title}, {space.stability}", table((f"eigenvalue, {unit}",), rows))
+
+
+class Labels(TypedDict):
+    """Units and references of signals by kind, as of a ``StateSpace``."""
+
+    units: dict[str, tuple[str, ...]]
+    references: dict[str, Array]
+
+
+def labels(space: StateSpace, kind: str, names: Sequence[str]) -> list[tuple[str, float]]:
+    """Return the unit and the reference of each of some signals of a kind."""
+    return [(space.unit(kind, name), space.reference(kind, name)) for name in names]
+
+
+def with_more(space: StateSpace, more: Mapping[str, Sequence[tuple[str, float]]]) -> Labels:
+    """Return the labels of a model's signals with more appended to some kinds."""
+    units, references = {}, {}
+    for kind in KINDS:
+        every = [*labels(space, kind, getattr(space, kind)), *more.get(kind, ())]
+        units[kind] = tuple(unit for unit, _ in every)
+        references[kind] = np.array([reference for _, reference in every], dtype=float)
+    return {"units": units, "references": references}
+
+
+_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
+_REACH = 2.6
+
+
+def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[Any]:
+    """Draw the loop at each input, with the point -1, the unit circle and the circle of the modulus margin about -1."""
+    names = list(margins)
+    given = pyplot_figure((5.2 * len(names), 5.2)).subplots(1, len(names), squeeze=False) if axes is None else axes
+    drawn = axes_of_caller("plot", given, names)
+    turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 181))
+    for axis, (name, item) in zip(drawn, margins.items(), strict=True):
+        near = np.where(np.abs(item.loop) < 4.0 * _REACH, item.loop, np.nan)
+        axis.plot(near.real, near.imag, color="#0B62C4", linewidth=1.5)
+        axis.plot(near.real, -near.imag, color="#0B62C4", linewidth=0.8, linestyle=(0, (4, 3)))
+        axis.plot(turn.real, turn.imag, color="#999999", linewidth=0.8)
+        around = -1.0 + item.modulus_margin * turn
+        axis.plot(around.real, around.imag, color="#C4430B", linewidth=0.9)
+        axis.plot([-1.0], [0.0], marker="+", color="#C4430B", markersize=9)
+        axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal", xlabel="real part")
+        axis.set_ylabel("imaginary part")
+        gain = f"gain {item.gain_reduction:.3g} to {item.gain_margin:.3g}"
+        said = f"phase {item.phase_margin:.3g}°, delay {item.delay_margin:.3g} s, modulus {item.modulus_margin:.3g}"
+        axis.set_title(f"open loop at {name}\n{gain}, {said}", fontsize=9, loc="left")
+        axis.grid(True, **_GRID)
+        axis.set_axisbelow(True)
+    return drawn

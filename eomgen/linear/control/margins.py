@@ -12,12 +12,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 
-Complex = NDArray[np.complex128]
 _POINTS = 2000
 #: Points about each resonance, at distances in halves of its width.
 _ABOUT = np.concatenate([-np.geomspace(0.02, 20.0, 30)[::-1], [0.0], np.geomspace(0.02, 20.0, 30)])

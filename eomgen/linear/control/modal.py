@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.errors import ModelError, UsageError
-from eomgen.linear.control.plant import Complex, Plant
+from eomgen.linear.control.plant import Plant
 
 _ASYMMETRY = 1e-8
 _RANK = 1e-9

@@ -13,23 +13,19 @@ from functools import cached_property
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call, checked_calls, not_unpacked
 from eomgen.base.html import page
 from eomgen.base.text import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.control.controllability import Dynamics, check_detectable, check_driven, check_observable
-from eomgen.linear.control.cost import Weighted, controlled_by, near, number, row_of
 from eomgen.linear.control.display import deviations_html, eigenvalues_html, gains_html
 from eomgen.linear.control.regulator import optimal_gains, placed_gains
 from eomgen.linear.control.riccati_equation import sampled_solution, without_cross_terms
-from eomgen.linear.control.weights import Weights, weight
+from eomgen.linear.control.weights import Weighted, Weights, controlled_by, near, number, row_of, weight
 from eomgen.linear.sampling import discretized, noise_over_a_sample
 from eomgen.linear.state_space import HasStateSpace, StateSpace, state_space_of
-
-Complex = NDArray[np.complex128]
 
 
 @checked_calls()

@@ -10,17 +10,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.html import page, paragraph
 from eomgen.errors import Problem, UsageError
-from eomgen.linear.control.display import eigenvalues_html, margins_html
-from eomgen.linear.control.labels import labels, with_more
+from eomgen.linear.control.display import eigenvalues_html, labels, margins_html, plot_margins, with_more
 from eomgen.linear.control.margins import Margins, margins_of
 from eomgen.linear.control.observer import Observer
-from eomgen.linear.control.plots import plot_margins
 from eomgen.linear.control.regulator import Regulator
 from eomgen.linear.state_space import StateSpace
 
@@ -28,9 +25,6 @@ from eomgen.linear.state_space import StateSpace
 def _with_article(kind: type) -> str:
     """Return a class by its name, with its article."""
     return f"{'an' if kind.__name__[0] in 'AEIOUaeiou' else 'a'} {kind.__name__}"
-
-
-Complex = NDArray[np.complex128]
 
 
 @checked_calls()

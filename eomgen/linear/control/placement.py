@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.errors import NumericalError, UsageError
-from eomgen.linear.control.plant import Complex, Plant, first_order
+from eomgen.linear.control.plant import Plant, first_order
 from eomgen.linear.control.stabilisability import check_controllable
 
 _REACHED = 1e-6

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import cholesky, solve_triangular
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.errors import UsageError
-
-Complex = NDArray[np.complex128]
 
 
 def real_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> Array:

@@ -15,25 +15,21 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call, checked_calls, not_unpacked, unknown_attribute
 from eomgen.base.html import page
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.linear.balancing import balance
 from eomgen.linear.control.controllability import Dynamics, check_controllable, check_stabilisable, check_weighted
-from eomgen.linear.control.cost import Weighted, controlled_by, near, quadratic_cost
-from eomgen.linear.control.display import eigenvalues_html, gains_html, margins_html
-from eomgen.linear.control.labels import labels, with_more
+from eomgen.linear.control.display import eigenvalues_html, gains_html, labels, margins_html, plot_margins, with_more
 from eomgen.linear.control.margins import Margins, margins_of
-from eomgen.linear.control.plots import plot_margins
 from eomgen.linear.control.riccati_equation import sampled_solution, solution, whitening, without_cross_terms
-from eomgen.linear.control.weights import Weights
+from eomgen.linear.control.weights import Weighted, Weights, controlled_by, near, quadratic_cost
+from eomgen.linear.modes import balance
 from eomgen.linear.sampling import discretized, sampled_with_cost
 from eomgen.linear.state_space import HasStateSpace, StateSpace, state_space_of
 
-Complex = NDArray[np.complex128]
 #: Refuses motions, given the dynamics and their actuators or weights.
 Check = Callable[[Dynamics, Array], None]
 _REACHED = 1e-6

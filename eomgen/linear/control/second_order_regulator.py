@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.base.arrays import Array
-from eomgen.linear.control.plant import Complex, Plant, first_order
+from eomgen.base.arrays import Array, Complex
+from eomgen.linear.control.plant import Plant, first_order
 from eomgen.linear.control.riccati_equation import solution, whitening, without_cross_terms
 from eomgen.linear.control.stabilisability import check_detectable, check_stabilisable
 from eomgen.linear.control.weights import Weights

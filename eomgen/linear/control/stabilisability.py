@@ -13,9 +13,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.errors import ModelError
-from eomgen.linear.control.plant import Complex, Plant, first_order
+from eomgen.linear.control.plant import Plant, first_order
 
 #: Eigenvalues this close to the imaginary axis, as a share of the plant's rate, count as on it: a double one at zero is
 #: known to half of the digits only.

@@ -1,20 +1,26 @@
-"""Excitation: stationary random inputs by the matrix of their cross-spectra, and one input of a given spectrum."""
+"""Stationary random inputs by the matrix of their cross-spectra; random roads under several wheels.
+
+The wheel that follows by the distance d has the elevation w(t - d / V). Of two tracks at the distance b an isotropic
+road has the cross-spectrum g G with g = 2 / Gamma(w/2) (pi n b)^(w/2) K_(w/2)(2 pi n b), K the modified Bessel
+function, for a spectrum ~ n^-w (Kamash and Robson 1978, J. Sound Vib. 57(1), 89-100); 2 pi n b K_1(2 pi n b)
+for w = 2.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.text import shown
 from eomgen.errors import Problem, UsageError
-
-Complex = NDArray[np.complex128]
+from eomgen.formula.units.labels import in_label
+from eomgen.linear.spectra.road import Road
 
 
 class Excitation(Protocol):
@@ -127,4 +133,136 @@ class InputSpectrum:
             logarithms = np.log(np.where(g > 0.0, g, math.ulp(0.0)))
             values = np.exp(np.interp(np.log(np.clip(frequencies, low, high)), np.log(known), logarithms))
         result: Complex = np.where(inside, values, 0.0).astype(complex)[:, np.newaxis, np.newaxis]
+        return result
+
+
+_COHERENCES = ("isotropic", "independent", "equal")
+
+
+@dataclass(frozen=True)
+class RoadExcitation:
+    """A road under wheels that pass over it at a constant speed.
+
+    Parameters
+    ----------
+    road : Road
+    speed : float
+        m/s.
+    wheels : mapping
+        Input of each wheel's elevation -> distance in m by which it follows the first: ``{"front": 0.0, "rear": 2.7}``.
+    tracks : mapping
+        Input -> lateral position of its track, m; 0 if none is given.
+    coherence : ``isotropic``, ``independent``, ``equal``, or a number from 0 to 1
+        Between different tracks: by the distance between them, none, full, or the same at all frequencies.
+    rates : mapping
+        Input of a wheel's elevation -> input that carries its time derivative, for dampers of tyres.
+
+    Raises
+    ------
+    UsageError
+        A speed that is not positive, no wheels, distances that are not finite, an unknown coherence.
+    """
+
+    road: Road
+    speed: float
+    wheels: Mapping[str, float]
+    tracks: Mapping[str, float] = field(default_factory=dict)
+    coherence: str | float = "isotropic"
+    rates: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.speed, int | float) and 0.0 < self.speed < math.inf):
+            fault = f"the speed {ascii(self.speed)[:32]} is not a positive number"
+            raise UsageError(Problem("RoadExcitation", fault, "speed=20.0, m/s"))
+        if not self.wheels:
+            raise UsageError(Problem("RoadExcitation", "there are no wheels", 'wheels={"front": 0.0, "rear": 2.7}'))
+        for given, name in ((self.wheels, "wheels"), (self.tracks, "tracks")):
+            for wheel, value in given.items():
+                if not (isinstance(value, int | float) and math.isfinite(value)):
+                    fault = f"{ascii(value)[:32]} is not a finite distance"
+                    raise UsageError(Problem(f"RoadExcitation: {name}: {wheel}", fault, "a number in m"))
+        for named, name in ((tuple(self.tracks), "tracks"), (tuple(self.rates), "rates")):
+            for wheel in named:
+                if wheel not in self.wheels:
+                    fault = f"there is no wheel {ascii(wheel)[:64]}"
+                    raise UsageError(Problem(f"RoadExcitation: {name}", fault, f"one of {', '.join(self.wheels)}"))
+        known = self.coherence in _COHERENCES if isinstance(self.coherence, str) else 0.0 <= self.coherence <= 1.0
+        if not known:
+            fault = f"{ascii(self.coherence)[:32]} is no coherence between tracks"
+            raise UsageError(Problem("RoadExcitation", fault, f"{', '.join(_COHERENCES)}, or a number from 0 to 1"))
+        if self.coherence == "isotropic" and math.isnan(self.road.exponent) and len(self._places) > 1:
+            fault = "an isotropic road between tracks has an exponent, and a measured one has none"
+            raise UsageError(Problem("RoadExcitation: coherence", fault, 'coherence="independent", or a number'))
+        if self.coherence == "isotropic" and self.road.long_exponent is not None and len(self._places) > 1:
+            fault = "an isotropic road between tracks has one exponent, and this one has two"
+            raise UsageError(Problem("RoadExcitation: coherence", fault, 'coherence="independent", or a number'))
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the wheels' elevations."""
+        return tuple(self.wheels)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Frequencies that the road's waves have at this speed, Hz."""
+        return self.road.band[0] * self.speed, self.road.band[1] * self.speed
+
+    @property
+    def bends(self) -> Array:
+        """Frequencies at which the spectrum of the elevation bends, Hz."""
+        return self.road.bends * self.speed
+
+    @property
+    def name(self) -> str:
+        """Road and speed in words."""
+        return f"road of {self.road.name} at {self.speed:.6g} m/s"
+
+    @property
+    def delays(self) -> Array:
+        """(m,) times by which the wheels follow, s."""
+        return np.array(list(self.wheels.values()), dtype=float) / self.speed
+
+    @property
+    def lateral(self) -> Array:
+        """(m, m) distances between the wheels' tracks, m."""
+        places = np.array([self.tracks.get(wheel, 0.0) for wheel in self.wheels], dtype=float)
+        return np.asarray(np.abs(places[:, np.newaxis] - places))
+
+    @property
+    def _places(self) -> set[float]:
+        return {self.tracks.get(wheel, 0.0) for wheel in self.wheels}
+
+    def at(self, speed: float | str | None = None, road: Road | None = None) -> RoadExcitation:
+        """Return the same wheels at another speed, in m/s or as text with its unit, or on another road."""
+        if isinstance(speed, str):
+            speed = in_label("RoadExcitation: speed", speed, "m/s")
+        return replace(self, speed=self.speed if speed is None else speed, road=road or self.road)
+
+    def between_tracks(self, frequencies: Array) -> Array:
+        """Return the cross-spectra of elevations at the same distance over the spectrum of one, (nf, m, m), real."""
+        distances = np.broadcast_to(self.lateral, (len(frequencies), *self.lateral.shape))
+        same = distances == 0.0
+        if self.coherence != "isotropic":
+            constant = {"equal": 1.0, "independent": 0.0}.get(str(self.coherence))
+            return np.asarray(np.where(same, 1.0, float(self.coherence) if constant is None else constant))
+        from scipy.special import gamma, kv  # noqa: PLC0415  # slow to import
+
+        order = self.road.exponent / 2.0
+        waves = 2.0 * np.pi * frequencies[:, np.newaxis, np.newaxis] / self.speed * np.where(same, 1.0, distances)
+        bessel = np.asarray(kv(order, waves), dtype=float)
+        ratio: Array = 2.0 / float(gamma(order)) * (waves / 2.0) ** order * bessel
+        return np.asarray(np.where(same, 1.0, ratio))
+
+    def phases(self, frequencies: Array) -> Complex:
+        """Return e^(-2 pi i f d / V) of each wheel, (nf, m)."""
+        result: Complex = np.exp(-2j * np.pi * np.asarray(frequencies)[:, np.newaxis] * self.delays)
+        return result
+
+    def cross_spectra(self, frequencies: Array) -> Complex:
+        """Return the one-sided cross-spectra (nf, m, m) of the elevations, m^2/Hz, at frequencies (nf,) in Hz."""
+        phases = self.phases(frequencies)
+        spectrum = self.road.over_time(frequencies, self.speed)[:, np.newaxis, np.newaxis]
+        result: Complex = (
+            spectrum * self.between_tracks(frequencies) * phases[:, :, np.newaxis] * phases.conj()[:, np.newaxis, :]
+        )
         return result

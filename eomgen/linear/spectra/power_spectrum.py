@@ -11,7 +11,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.figures import axes_of_caller, pyplot_figure
 from eomgen.errors import Problem, UsageError
-from eomgen.linear.spectra.weighting import weighting_response
+from eomgen.linear.spectra.ride_comfort import weighting_response
 
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 

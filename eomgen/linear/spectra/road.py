@@ -1,4 +1,5 @@
-"""Road: the one-sided displacement spectrum of a road's elevation over spatial frequency.
+"""One-sided displacement spectra of a road's elevation: Road by its class over spatial frequency, MeasuredRoad from a
+profile by Welch's method over distance.
 
 G_d(n) = G_d(n0) (n / n0)^-w with n0 = 0.1 cycle/m; ISO 8608:2016, equation 8 and table C.1 (w = 2). With two exponents,
 one on each side of n0: Dodds and Robson (1973), J. Sound Vib. 31(2), 175-183.
@@ -7,13 +8,14 @@ one on each side of n0: Dodds and Robson (1973), J. Sound Vib. 31(2), 175-183.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.road_classes import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
+from eomgen.base.random_inputs import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
 from eomgen.errors import Problem, UsageError
 
 
@@ -98,3 +100,119 @@ class Road:
 def _check(name: str, value: float, needed: str) -> None:
     if not (isinstance(value, int | float) and 0.0 < value < math.inf):
         raise UsageError(Problem(f"Road: {name}", f"{ascii(value)[:32]} is no number that a road has", needed))
+
+
+#: Samples of a segment at least.
+_FEWEST = 32
+#: Lowest frequencies of a segment, which its window and the trend that is taken off bend.
+_BENT = 2
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRoad(Road):
+    """A road with the spectrum of a measured profile; ``of_profile`` makes one.
+
+    Parameters
+    ----------
+    frequencies, density : (n,), (n,)
+        Spatial frequencies in cycle/m, increasing, and G_d in m^3; linear between them, zero outside.
+    source : str
+        Name of the measured road, for titles.
+    """
+
+    frequencies: Array = field(default_factory=lambda: np.zeros(0))
+    density: Array = field(default_factory=lambda: np.zeros(0))
+    source: str = "measured"
+
+    def __post_init__(self) -> None:
+        n, density = (np.asarray(given, dtype=float) for given in (self.frequencies, self.density))
+        rising = n.ndim == 1 and len(n) > 1 and bool(np.all(np.isfinite(n)) and n[0] > 0.0 and np.all(np.diff(n) > 0.0))
+        if not (rising and density.shape == n.shape and np.all(np.isfinite(density)) and np.all(density >= 0.0)):
+            fault = "a spectrum needs two or more frequencies above 0 that increase, and as many densities of 0 or more"
+            raise UsageError(Problem("MeasuredRoad", fault, "MeasuredRoad.of_profile(distance, elevation)"))
+        object.__setattr__(self, "band", (float(n[0]), float(n[-1])))
+        object.__setattr__(self, "exponent", float("nan"))  # undefined; refused if needed
+
+    @classmethod
+    def of_profile(
+        cls,
+        distance: ArrayLike,
+        elevation: ArrayLike,
+        segments: int = 8,
+        *,
+        widest: float = 0.0,
+        source: str = "measured",
+    ) -> Self:
+        """Return the road of a profile, by Welch's method: Hann windows that overlap by half, less their trends.
+
+        Parameters
+        ----------
+        distance : (n,)
+            m, increasing.
+        elevation : (n,)
+            m.
+        segments : int
+            More of them: less scatter, coarser frequencies; short profiles have fewer.
+        widest : float
+            Largest distance of measured points, m, if ``distance`` are others: it bounds the frequencies, too.
+        source : str
+            For titles.
+
+        Raises
+        ------
+        UsageError
+            Arrays that are no profile, or fewer than 32 samples.
+        """
+        x, y = (np.asarray(given, dtype=float) for given in (distance, elevation))
+        if x.ndim != 1 or x.shape != y.shape or not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
+            fault = f"the profile has the shapes {x.shape} and {y.shape}, or entries that are not finite"
+            raise UsageError(Problem("MeasuredRoad", fault, "distances and as many elevations, m"))
+        if len(x) < _FEWEST or not np.all(np.diff(x) > 0.0):
+            fault = f"the profile has {len(x)} points, and needs {_FEWEST} at distances that increase"
+            raise UsageError(Problem("MeasuredRoad", fault, "a longer profile"))
+        if not (isinstance(segments, int) and segments >= 1):
+            raise UsageError(Problem("MeasuredRoad: segments", "they are a whole number of 1 and more", "segments=8"))
+        from scipy.signal import detrend, welch  # noqa: PLC0415  # slow to import
+
+        spacing = float(x[-1] - x[0]) / (len(x) - 1)
+        even = np.linspace(x[0], x[-1], len(x))
+        used = min(segments, max(1, 2 * len(x) // _FEWEST - 1))
+        length = 2 * len(x) // (used + 1)
+        n, density = welch(np.interp(even, x, y), 1.0 / spacing, "hann", nperseg=length, detrend=detrend)
+        # frequencies that the widest gap resolves; the last one is at half the rate of samples
+        gap = max(float(np.diff(x).max()), widest)
+        inside = (np.arange(len(n)) >= _BENT) & (n <= 0.5 / gap) & (np.arange(len(n)) < len(n) - 1)
+        if np.count_nonzero(inside) < 2:
+            fault = f"the widest gap of the profile, {gap:.4g} m, leaves no frequencies"
+            raise UsageError(Problem("MeasuredRoad", fault, "points that are spread more evenly"))
+        words = f"{x[-1] - x[0]:.6g} m in {used} segments, {n[1]:.3g} cycle/m apart"
+        return cls(frequencies=n[inside], density=density[inside], source=f"{source}, {words}")
+
+    @property
+    def name(self) -> str:
+        """Name of the measured road."""
+        return self.source
+
+    @property
+    def reference_roughness(self) -> float:
+        """Raise an error: a measured road has no roughness valid at all frequencies."""
+        raise self._of_classes()
+
+    def of_class(self, road_class: str) -> Road:
+        """Raise an error: a measured spectrum has no road class."""
+        raise self._of_classes()
+
+    @staticmethod
+    def _of_classes() -> UsageError:
+        fault = "a measured road has a spectrum of its own, and no class"
+        return UsageError(Problem("MeasuredRoad", fault, 'excitation.at(road=eomgen.spectra.Road("C"))'))
+
+    def over_distance(self, n: ArrayLike) -> Array:
+        """Return G_d(n), m^3, at spatial frequencies n (...) in cycle/m; zero outside the band."""
+        result: Array = np.interp(np.asarray(n, dtype=float), self.frequencies, self.density, left=0.0, right=0.0)
+        return result
+
+    @property
+    def bends(self) -> Array:
+        """Spatial frequencies at which the density bends, cycle/m."""
+        return self.frequencies

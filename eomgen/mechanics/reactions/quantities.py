@@ -9,9 +9,8 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.reactions.transmitted import Transmitted, TransmittedWrenches
 from eomgen.mechanics.tree.links import ROOT, Tree
-from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.scene.joints.constraint_model import Constraint, Reaction
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.joints.reaction_model import Reaction
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, minus, plus, transpose
 from eomgen.system.description import WORLD

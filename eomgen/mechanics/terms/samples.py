@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.derivation import Derivation
-from eomgen.system.samples import SampleRow
-from eomgen.system.signals import Sampling
+from eomgen.system.signals import SampleRow, Sampling
 from eomgen.system.system import Block
 
 

@@ -13,9 +13,8 @@ from eomgen.base.progress import terminal_bar
 from eomgen.base.text import counted, shown
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
-from eomgen.cli.printing import building, print_json, say
+from eomgen.cli.printing import building, print_json, print_table, say
 from eomgen.cli.running import read_scene
-from eomgen.cli.tables import print_table
 from eomgen.errors import FileError, NumericalError, Problem, UsageError
 from eomgen.formula.units.parser import is_quantity
 

@@ -18,9 +18,8 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError
 from eomgen.products.ensembles.samples import Samples
-from eomgen.results.error_estimate import ErrorEstimate
+from eomgen.results.error_estimate import ErrorEstimate, SampleErrors
 from eomgen.results.finding import WARNING
-from eomgen.results.sample_errors import SampleErrors
 from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
 from eomgen.system.random_processes import RandomProcess

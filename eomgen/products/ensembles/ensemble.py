@@ -20,8 +20,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.products.ensembles.journal import Journal
 from eomgen.products.ensembles.samples import EXTREMES, Failed
 from eomgen.products.ensembles.statistics import Ranking, Reduction, ranking
-from eomgen.results.error_estimate import NOTICED
-from eomgen.results.sample_errors import SampleErrors
+from eomgen.results.error_estimate import NOTICED, SampleErrors
 
 #: Panels of a figure, and points of a scatter plot, at most.
 _PANELS, _POINTS = 12, 5000

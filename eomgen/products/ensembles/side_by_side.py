@@ -18,21 +18,20 @@ from numpy.typing import NDArray
 from eomgen.analysis.bending import shortenings
 from eomgen.base.arrays import Array
 from eomgen.compiled.consistent_states import ConsistentStates, consistent_samples
-from eomgen.compiled.lanes import LANES_VARIABLE, Choice
-from eomgen.compiled.lanes import chosen as chosen_lanes
+from eomgen.compiled.functions import LANES_VARIABLE, Choice
+from eomgen.compiled.functions import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import symbols
 from eomgen.integrators.events import STOPPED
 from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.results.solution import Solution
-from eomgen.simulation.judgement.turned_elements import turned_elements
+from eomgen.simulation.judgement.remarks import turned_elements
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
-from eomgen.simulation.stepping.lane_stepper import LaneStepper
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import chosen_stepper, followed_laws
 from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed
-from eomgen.simulation.stepping.stepper import times_of_inputs
+from eomgen.simulation.stepping.stepper import LaneStepper, times_of_inputs
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.system.description import component_names
 from eomgen.toolchain.lane_library import LaneLibrary

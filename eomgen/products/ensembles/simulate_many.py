@@ -48,8 +48,8 @@ from eomgen.products.ensembles.variations import Variation, VariedOptions, read_
 from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution
 from eomgen.simulation.option_types import EnsembleOptions
-from eomgen.simulation.row_times import row_times
 from eomgen.simulation.simulate import simulate
+from eomgen.simulation.stepping.time_grid import row_times
 
 #: Samples of a block at most, and blocks of a small ensemble at least.
 _LARGEST_BLOCK, _BLOCKS = 256, 16

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.random_roads import road_harmonics
-from eomgen.base.standard_normals import WAVES, standard_normals
+from eomgen.base.random_inputs import WAVES, road_harmonics, standard_normals
 from eomgen.base.text import nearest, shown
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.initial_state import initial_state

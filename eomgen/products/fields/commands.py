@@ -14,8 +14,7 @@ from eomgen.base.progress import terminal_bar
 from eomgen.base.text import counted, json_text, shown
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments, debug_option, folder_option, json_option
-from eomgen.cli.printing import building, print_json, say
-from eomgen.cli.tables import print_table
+from eomgen.cli.printing import building, print_json, print_table, say
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
@@ -101,7 +100,7 @@ def _gradients(method: Method) -> int:
 def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots: bool, as_json: bool) -> int:
     """Simulate a system, write solution.npz, solution.csv, summary.json and motion.png, and return the exit code."""
     from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported when the arguments are fine
-    from eomgen.pipeline.file_kinds import given_options  # noqa: PLC0415
+    from eomgen.pipeline.front_end import given_options  # noqa: PLC0415
     from eomgen.products.fields.front_end import build_hamiltonian  # noqa: PLC0415
 
     if given := given_options({name: value for name, value in options.items() if name not in _TAKEN}):

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from eomgen.pipeline.file_kinds import FileKind
+from eomgen.pipeline.front_end import FileKind
 from eomgen.products.fields.documents.document import OF_HAMILTONIANS
 from eomgen.products.fields.front_end import (
     HAMILTONIANS,

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.pipeline.content import library_content
-from eomgen.pipeline.file_kinds import given_options
-from eomgen.pipeline.front_end import FrontEnd
+from eomgen.pipeline.front_end import FrontEnd, given_options
 from eomgen.products.fields.documents.document import Hamiltonian
 from eomgen.system.description import Description
 from eomgen.system.selection import Selection

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.base.text import told_apart
-from eomgen.cli.info_part import InfoPart
+from eomgen.cli.info import InfoPart
 from eomgen.cli.options import (
     arguments_of,
     debug_option,
@@ -25,9 +25,8 @@ from eomgen.cli.options import (
     scene_options,
     set_option,
 )
-from eomgen.cli.printing import building, console, print_json, say
+from eomgen.cli.printing import building, console, print_json, print_table, say
 from eomgen.cli.running import read_scene
-from eomgen.cli.tables import print_table
 
 if TYPE_CHECKING:
     from eomgen.products.reliability.vibration import RandomVibration

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from eomgen.cli.info_part import InfoPart
-from eomgen.cli.printing import console
-from eomgen.cli.tables import print_table
+from eomgen.cli.info import InfoPart
+from eomgen.cli.printing import console, print_table
 from eomgen.products.waves.hulls.section import Hull
 
 if TYPE_CHECKING:

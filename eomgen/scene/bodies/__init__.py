@@ -2,4 +2,4 @@
 
 __all__ = ["beam", "cosserat", "model"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["beam_reading", "beam_schema", "cosserat_reading", "reading", "schema", "section_shapes"]
+WITHIN = ["beam_reading", "beam_schema", "cosserat_reading", "cross_sections", "reading", "schema"]

@@ -18,12 +18,11 @@ from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import product, times, total
 from eomgen.scene.bodies.beam import KINDS, Beam, Deformation, DeformationKind
+from eomgen.scene.bodies.cross_sections import SectionReader
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.bodies.section_reading import SectionReader
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
-from eomgen.scene.reading.shares import percent_of_critical
-from eomgen.scene.reading.values import Values
+from eomgen.scene.reading.values import Values, percent_of_critical
 
 #: Number of coordinates of a mesh by its ends: per element, and beside these.
 _NODAL = {"clamped_free": (2, 0), "free_free": (2, 1), "pinned_pinned": (2, -1)}

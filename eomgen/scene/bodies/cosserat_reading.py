@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,17 +14,35 @@ from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import product, total
 from eomgen.scene.bodies.beam import AT_END
-from eomgen.scene.bodies.beam_keys import Keys
+from eomgen.scene.bodies.beam_schema import Keys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, BeamElement, BeamSection, Cosserat, Rows
-from eomgen.scene.bodies.element_lengths import widths_between
-from eomgen.scene.bodies.inertia_reading import read_inertia
-from eomgen.scene.bodies.initial_shapes import Shape
-from eomgen.scene.bodies.section_reading import SectionReader
-from eomgen.scene.bodies.section_stiffness import ResistsItsStrains
-from eomgen.scene.bodies.shape_reading import bent_shape, pretwisted, read_shape
+from eomgen.scene.bodies.cross_sections import SectionReader
+from eomgen.scene.bodies.initial_shapes import Shape, bent_shape, pretwisted, read_shape
+from eomgen.scene.bodies.section_matrices import ResistsItsStrains, read_inertia
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
+
+
+def widths_between(places: Sequence[Fraction], count: int) -> tuple[Fraction, ...]:
+    """Return the lengths of ``count`` elements with nodes at ``places``; at least one element between two places.
+
+    The longest element is as short as possible: each further element splits the piece with the longest elements.
+
+    Parameters
+    ----------
+    places : in increasing order, both ends among them
+    """
+    pieces = [end - start for start, end in pairwise(places)]
+    counts = [1] * len(pieces)
+    longest = [(-piece, number) for number, piece in enumerate(pieces)]
+    heapq.heapify(longest)
+    for _ in range(count - len(pieces)):
+        _, number = heapq.heappop(longest)
+        counts[number] += 1
+        heapq.heappush(longest, (-pieces[number] / counts[number], number))
+    return tuple(piece / parts for piece, parts in zip(pieces, counts, strict=True) for _ in range(parts))
+
 
 #: Keys that belong to one model alone.
 _OF_DEFLECTIONS = (

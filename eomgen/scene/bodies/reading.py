@@ -11,8 +11,7 @@ from eomgen.scene.formula.scope import MOTION, PARAMETERS
 from eomgen.scene.geometry.rotations import quaternion_of_matrix
 from eomgen.scene.reading import report
 from eomgen.scene.reading.key_metadata import added_keys
-from eomgen.scene.reading.orientation import read_orientation
-from eomgen.scene.reading.values import Values
+from eomgen.scene.reading.values import Values, read_orientation
 from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.system.description import BASE, WORLD, FixedFrame, Point
 

@@ -14,8 +14,7 @@ from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.sampling import HeldValue, held_states, read_clock
-from eomgen.system.samples import CSource, SampledController
-from eomgen.system.signals import State
+from eomgen.system.signals import CSource, SampledController, State
 
 #: Bytes of a C file.
 _LARGEST = 1_000_000

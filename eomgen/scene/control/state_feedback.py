@@ -14,8 +14,7 @@ from eomgen.scene.control.schema import Calibration as WrittenCalibration
 from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.formula.scope import STATE
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.reading.shares import percent_of_critical
-from eomgen.scene.reading.values import Values
+from eomgen.scene.reading.values import Values, percent_of_critical
 from eomgen.system.signals import Parameter
 
 

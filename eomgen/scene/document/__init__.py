@@ -1,5 +1,5 @@
 """A whole scene file as data: schema, validation entry by entry, assembly into a Scene, its reference page."""
 
-__all__ = ["json_schema", "notes"]
+__all__ = ["json_schema", "notes", "reference"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["assemble", "faults", "schema", "units"]
+WITHIN = ["assemble", "schema", "units", "validation"]

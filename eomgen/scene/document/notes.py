@@ -10,12 +10,14 @@ from typing import Any, TypeVar
 from eomgen.base.arrays import Array
 from eomgen.base.products import placed, rows_of
 from eomgen.scene.document.checks import efforts_on_drives, unused_names
-from eomgen.scene.document.doubtful_beams import doubtful_beams
-from eomgen.scene.document.doubtful_springs import negative_laws, springs_within_bodies
-from eomgen.scene.document.initial_places import initial_places, tyres_in_the_road
-from eomgen.scene.document.out_of_scale import out_of_scale
-from eomgen.scene.document.plain_angles import angles_of_several_turns
-from eomgen.scene.document.plain_times import doubtful_times
+from eomgen.scene.document.doubtful_elements import (
+    doubtful_beams,
+    initial_places,
+    negative_laws,
+    springs_within_bodies,
+    tyres_in_the_road,
+)
+from eomgen.scene.document.out_of_scale import angles_of_several_turns, doubtful_times, out_of_scale
 from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.tyres import Tyre

@@ -1,18 +1,23 @@
-"""Notes on lengths and inertias far beyond the size of a scene: in mm, or in kg cm^2, without their unit."""
+"""Notes on numbers that look as if they had another unit: lengths and inertias far beyond the size of a scene, angles
+of more than a turn, delays and sampling times as numbers of samples.
+"""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula, Vector
+from eomgen.formula.units.angles import several_turns
 from eomgen.scene.bodies.model import Body
+from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.springs import Spring
 from eomgen.scene.forces.tyres import Tyre
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD, Point
@@ -147,3 +152,96 @@ def _lengths(
             lengths.append(("tyres", element.name, "radius", element.radius))
     for section, name, field, formula in lengths:
         yield key_of(section, name, field), f"the {field}", values.value(formula), "m"
+
+
+def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:
+    """Return a note on each start, limit, rest and offset of joints, each angle of a rotation, and each heading
+    of waves, of more than a turn as a plain number.
+
+    Parameters
+    ----------
+    data : of a scene that is well formed, as it is written: unit strings are not converted
+    """
+    result = [*_of_joints(data), *_of_springs(data), *_of_rotations(data), *_of_waves(data)]
+    return list(dict.fromkeys(note for subject, angle in result if (note := several_turns(subject, angle))))
+
+
+def _of_joints(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    for name, joint in data.get("joints", {}).items():
+        limits = joint.get("limits") or {}
+        places = (
+            (f"the joint {name} starts at", (joint.get("initial") or {}).get("position")),
+            (f"the spring of the joint {name} rests at", joint.get("rest")),
+            (f"the joint {name} is offset from what it follows by", (joint.get("mimic") or {}).get("offset")),
+            (f"the joint {name} has its lower limit at", limits.get("lower")),
+            (f"the joint {name} has its upper limit at", limits.get("upper")),
+        )
+        # of free and spherical joints a start has no angles: a place in m, and rotations by axis and angle
+        units = tuple(JOINTS[joint["type"]].coordinates.values())
+        for subject, written in places:
+            values = written if isinstance(written, list | tuple) else (written,) * len(units)
+            for value, unit in zip(values, units, strict=False):
+                if unit == "rad" and isinstance(value, int | float):
+                    yield subject, value
+
+
+def _of_springs(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    for name, spring in data.get("torsion_springs", {}).items():
+        if isinstance(value := spring.get("rest"), int | float):
+            yield f"the torsion spring {name} rests at", value
+
+
+def _of_rotations(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    turned = [("the base is turned by", data.get("base") or {})]
+    for section, kind in (("joints", "joint"), ("frames", "frame")):
+        turned += [(f"the {kind} {name} is turned by", entry) for name, entry in data.get(section, {}).items()]
+    for name, constraint in data.get("constraints", {}).items():
+        sides = [constraint.get(side) for side in ("first", "second")]
+        turned += [(f"a frame of the constraint {name} is turned by", side) for side in sides if isinstance(side, dict)]
+    for subject, entry in turned:
+        for rotation in entry.get("rotation") or ():
+            if isinstance(value := rotation.get("angle"), int | float):
+                yield subject, value
+
+
+def _of_waves(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    for name, sea in data.get("waves", {}).items():
+        angles = [(f"the waves {name} run to", sea.get("heading"))]
+        for number, wave in enumerate(sea.get("regular") or ()):
+            angles.append((f"regular[{number}] of the waves {name} runs to", wave.get("heading")))
+        for subject, value in angles:
+            if isinstance(value, int | float):
+                yield subject, value
+
+
+#: Samples of a delay from which on a whole number of seconds may have been meant as a number of samples.
+_MANY_SAMPLES = 50
+#: Time between samples, written without a unit, from which on a frequency may have been meant, s.
+_RARE = 10.0
+
+
+def doubtful_times(data: Mapping[str, Any], document: Document) -> list[str]:
+    """Return a note on each delay of many samples, written as a whole number without a unit: s, and no samples; and
+    on each time between samples that looks like a frequency.
+
+    Parameters
+    ----------
+    data : of ``document`` as it is written: unit strings are not converted
+    """
+    notes = []
+    for section in ("states", "controllers"):
+        for name, entry in document.section(section).items():
+            delay, period = data[section][name].get("delay"), entry.sample
+            written = data[section][name].get("sample")
+            if isinstance(written, int | float) and written >= _RARE:
+                note = f"the time between two samples is {written:g} s"
+                notes.append(f'{key_of(section, name)}.sample: {note}; {written:g} a second are "{1 / written:.6g} s"')
+            if not (isinstance(delay, int | float) and isinstance(period, int | float)):
+                continue
+            if float(delay).is_integer() and delay >= _MANY_SAMPLES * period:
+                note = f"the delay {delay:g} is {delay:g} s, {delay / period:.4g} samples"
+                notes.append(
+                    f"{key_of(section, name)}.delay: {note}: times without a unit are in s, and one sample is"
+                    f' "{period:.6g} s"'
+                )
+    return notes

@@ -1,5 +1,5 @@
-"""The tables of ``docs/scene.md``, made from the schema: ``python -m eomgen.scene.document.reference docs/scene.md``
-renews them.
+"""Documents made from the schema: the tables of ``docs/scene.md``, renewed by ``python -m
+eomgen.scene.document.reference docs/scene.md``, and the JSON Schema of scene files, for editors.
 
 A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of the schema; the table of
 units stands between ``<!-- units -->`` and ``<!-- end -->``. All else on the page is written by hand.
@@ -7,6 +7,7 @@ units stands between ``<!-- units -->`` and ``<!-- end -->``. All else on the pa
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from collections.abc import Sequence
@@ -31,8 +32,18 @@ from eomgen.scene.formula.scope import (
     TRANSLATION,
     Scope,
 )
-from eomgen.scene.reading.key_metadata import Table, every_unit, meaning_of, tables_of
-from eomgen.scene.reading.kinds import Description, Finite, Matrix, Triple, Unit, Value, Values
+from eomgen.scene.reading.key_metadata import Meaning, Table, every_unit, fields_of, meaning_of, tables_of
+from eomgen.scene.reading.kinds import (
+    NUMBER_SCHEMA,
+    QUANTITY_SCHEMA,
+    Description,
+    Finite,
+    Matrix,
+    Triple,
+    Unit,
+    Value,
+    Values,
+)
 from eomgen.scene.reading.rotation_schema import Rotations
 
 COMMAND = "python -m eomgen.scene.document.reference docs/scene.md"
@@ -164,3 +175,54 @@ def main(arguments: Sequence[str]) -> int:
 
 if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of scene files; ``x-unit`` and ``x-names`` say the unit of a key and the scope of its
+    formulas.
+
+    It holds keywords that draft 4 and later drafts read alike, since editors of TOML know draft 4.
+    """
+    document = every_document()
+    description = document.model_json_schema()
+    definitions = description["$defs"]
+    for name, model in tables_of(document).items():
+        properties = definitions.get(name, description)["properties"]  # the document itself is no definition
+        for key_name, (meaning, _) in fields_of(model).items():
+            _annotate(properties[key_name], meaning)
+    definitions["Parameter"] = {"anyOf": [NUMBER_SCHEMA, QUANTITY_SCHEMA, definitions["Parameter"]]}
+    point = {"type": "string", "description": "the name of a point"}
+    definitions["Frame"] = {"anyOf": [point, definitions["Frame"]]}
+    return {"$schema": "http://json-schema.org/draft-04/schema#", **_of_every_draft(description)}
+
+
+def _of_every_draft(node: Any) -> Any:
+    """Return a JSON Schema without the keywords that came after draft 4, which others can say."""
+    if isinstance(node, list):
+        return [_of_every_draft(entry) for entry in node]
+    if not isinstance(node, dict):
+        return node
+    node = {key_name: _of_every_draft(entry) for key_name, entry in node.items()}
+    if "prefixItems" in node:
+        node["items"] = node.pop("prefixItems")[0]  # lists of a length are lists of one kind here
+    if "const" in node:
+        node["enum"] = [node.pop("const")]
+    return node
+
+
+def _annotate(entry: dict[str, Any], meaning: Meaning) -> None:
+    """Add the unit, names and references of a key to its JSON Schema."""
+    units = every_unit(meaning)
+    if units:
+        entry["x-unit"] = " or ".join(units)
+        entry["description"] += f" ({entry['x-unit']})"
+    if units and entry.get("type") == "number":
+        entry.pop("type")
+        entry["anyOf"] = [NUMBER_SCHEMA, QUANTITY_SCHEMA]
+    if meaning.names is not None:
+        entry["x-names"] = meaning.names.description
+
+
+def json_schema() -> str:
+    """Return the JSON Schema of scene files as text."""
+    return json.dumps(schema(), indent=2) + "\n"

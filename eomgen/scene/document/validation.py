@@ -1,17 +1,304 @@
-"""Validation of nested data entry by entry: invalid entries are reported and skipped."""
+"""Validation of nested data entry by entry; faults in the words of the scene file: unknown and missing keys, wrong
+types, with a hint: the key as it is called here, or an example of a value. Invalid entries are reported and skipped.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import math
+from collections.abc import Collection, Mapping
+from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
-from eomgen.base.text import key_of
-from eomgen.scene.document.faults import child_hint, explained
+from eomgen.base.products import fault_of_absent
+from eomgen.base.text import is_legal, key_of, nearest, shown
 from eomgen.scene.document.schema import Document, document_for, section_keys, without_absent_sections
-from eomgen.scene.reading.kinds import Refused
+from eomgen.scene.joint_types import JOINTS_ELSEWHERE
+from eomgen.scene.reading.key_metadata import added_keys
+from eomgen.scene.reading.kinds import Refused, described
 from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.rotation_schema import is_matrix, plain_angles
+from eomgen.system.terms import nearest_term
+
+#: Examples by key.
+_BY_KEY: Mapping[str, str] = {
+    "friction": "friction = { coulomb = 0.3, velocity = 0.01 }",
+    "limits": "limits = { lower = -1, upper = 1, stiffness = 1e5 }",
+    "initial": "initial = { position = 0.1 }",
+    "gravity": "gravity = [0, 0, -9.81]",
+    "mass": "mass = 1.0",
+    "center_of_mass": "center_of_mass = [0, 0, 0]",
+    "inertia": "inertia = [0.1, 0.1, 0.1]",
+    "axis": "axis = [0, 0, 1]",
+    "position": "position = [0, 0, 0]",
+    "rotation": 'rotation = [{ axis = "z", angle = "30 deg" }]',
+    "orientation": "orientation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
+    "tunable": "tunable = true",
+    "mimic": 'mimic = { joint = "...", multiplier = 1 }',
+    "position_gains": "position_gains = { JOINT = 400 }",
+    "velocity_gains": "velocity_gains = { JOINT = 30 }",
+    "signal_gains": "signal_gains = { SIGNAL = 1 }",
+    "position_weights": "position_weights = { JOINT = 1 }",
+    "velocity_weights": "velocity_weights = { JOINT = 1 }",
+    "signals": 'signals = { error = "1 - q.joint" }',
+}
+#: Examples of an entry of a section, behind its name.
+_ENTRIES: Mapping[str, str] = {
+    "bodies": "{ mass = 1.0, inertia = [0.1, 0.1, 0.1] }",
+    "inputs": '{ formula = "sin(t)" }',
+    "curves": "{ points = [[0, 0], [1, 1]] }",
+    "points": '{ body = "...", position = [0, 0, 0] }',
+    "efforts": '{ joint = "...", effort = "..." }',
+    "outputs": '{ formula = "..." }, or { position = "POINT" }',
+    "events": '{ when = "...", action = "..." }',
+    "states": '{ rate = "..." }',
+}
+#: Values of keys that have to be there, by table and key.
+_REQUIRED: Mapping[tuple[str, str], str] = {
+    ("", "format"): "1",
+    ("limits", "stiffness"): "1e5",
+    ("friction", "velocity"): "0.01",
+    ("friction", "coulomb"): "0.3",
+    ("wave", "period"): "0.5",
+}
+_AXIS_VECTORS = ("[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]")
+_FILES = (".csv", ".txt", ".dat", ".tsv")
+#: Sections whose ``first`` and ``second`` are names of points.
+_BETWEEN_POINTS = ("springs",)
+
+
+def example(location: tuple[str | int, ...], given: object) -> str:
+    """Return an example of a value for a place that has a wrong one; empty without an example."""
+    last, section = str(location[-1]), str(location[0])
+    if last == "gravity" and isinstance(given, int | float) and not isinstance(given, bool):
+        return f"gravity = [0, 0, {-abs(given):g}]"
+    if last == "rotation" and plain_angles(given):
+        in_degrees = any(abs(angle) > 2.0 * math.pi for angle in given)
+        angles = [f'"{angle:g} deg"' if in_degrees else f"{angle:g}" for angle in given]
+        every = zip(_AXIS_VECTORS, given, angles, strict=True)
+        turns = [f"{{ axis = {axis}, angle = {text} }}" for axis, angle, text in every if angle]
+        return f"rotation = [{', '.join(turns)}]" if turns else "no rotation"
+    if last == "rotation" and is_matrix(given):
+        return "orientation, which is a matrix, in place of rotation"
+    if last == "mimic" and isinstance(given, str):
+        return f"mimic = {{ joint = {quoted(given)}, multiplier = 1 }}"
+    if row := next((row for row in added_keys(section) if location == (row.section, row.added)), None):
+        return row.example(given)
+    if location == ("parameters",):
+        return "[parameters] and a line for each: NAME = 1.0"
+    of_parameters = section == "parameters" and len(location) > 1
+    if of_parameters and isinstance(given, str) and last in ("value", str(location[1])):
+        return f"a number; the formula {quoted(given)} stands where {location[1]} is used"
+    if len(location) == 1 and section in _ENTRIES and not isinstance(given, dict):
+        return f"[{section}.NAME] and its keys, a table for each"
+    if last in ("table", "file") and is_file(given):
+        return f"table = {{ file = {quoted(given)} }}"
+    if len(location) == 2 and is_legal(last) and section in _ENTRIES:
+        if section in ("inputs", "curves") and is_file(given):
+            return f"{last} = {{ table = {{ file = {quoted(given)} }} }}"
+        if section == "inputs" and isinstance(given, str | int | float):
+            return f"{last} = {{ formula = {quoted(str(given))} }}"
+        return f"{last} = {_ENTRIES[section]}"
+    if section in _BETWEEN_POINTS and last in ("first", "second"):
+        return f'{last} = "NAME", and [points.NAME] with its body and position'
+    return _BY_KEY.get(last, "")
+
+
+def required(location: tuple[str | int, ...]) -> str:
+    """Return an example of a line for a missing key."""
+    last, table = str(location[-1]), str(location[-2]) if len(location) > 1 else ""
+    added = {row.added: row.required for row in added_keys(str(location[0]))}.get(table, {})
+    return f"{last} = {added.get(last) or _REQUIRED.get((table, last), '...')}"
+
+
+def is_file(given: object) -> bool:
+    """Return whether a value is the name of a file with a table."""
+    return isinstance(given, str) and given.lower().endswith(_FILES)
+
+
+def quoted(given: object) -> str:
+    """Return a value as a scene file writes it."""
+    return f'"{shown(given)[1:-1]}"' if isinstance(given, str) else f"{given}"
+
+
+#: Names of keys in other tools; the first of the keys that a table has is meant.
+_KEYS: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(("dt", "time_step", "timestep", "step_size", "h"), ("step", "sample")),
+    **dict.fromkeys(("t_end", "tend", "end", "end_time", "stop_time", "t_final"), ("duration",)),
+    **dict.fromkeys(("integrator", "solver"), ("method",)),
+    **dict.fromkeys(("com", "cog", "cg", "centre_of_mass", "center"), ("center_of_mass",)),
+    **dict.fromkeys(("I", "J", "inertia_tensor", "moments"), ("inertia",)),
+    **dict.fromkeys(("m",), ("mass",)),
+    **dict.fromkeys(("k", "spring_constant"), ("stiffness",)),
+    **dict.fromkeys(("c", "d", "damper"), ("damping",)),
+    **dict.fromkeys(("l0", "length0", "rest_length", "free_length", "natural_length"), ("length",)),
+    **dict.fromkeys(("body1", "from", "point1", "a", "start"), ("first", "parent")),
+    **dict.fromkeys(("body2", "to", "point2", "b", "end"), ("second", "child")),
+    **dict.fromkeys(("pos", "origin", "xyz", "location"), ("position",)),
+    **dict.fromkeys(("angle", "q", "q0", "x", "value0"), ("position",)),
+    **dict.fromkeys(("rate", "v", "v0", "speed", "omega"), ("velocity",)),
+    **dict.fromkeys(("rpy", "orientation", "euler"), ("rotation", "orientation")),
+    **dict.fromkeys(("torque", "force", "value"), ("effort", "formula")),
+    **dict.fromkeys(("expression", "function", "law"), ("formula",)),
+    **dict.fromkeys(("period", "ts", "sample_time"), ("sample",)),
+    **dict.fromkeys(("condition", "trigger", "guard"), ("when",)),
+    **dict.fromkeys(("units",), ("unit",)),
+    **dict.fromkeys(("error", "e", "measurement", "input_signal"), ("signal",)),
+    **dict.fromkeys(("kp", "p", "p_gain", "gain_p"), ("proportional",)),
+    **dict.fromkeys(("ki", "i_gain", "gain_i"), ("integral",)),
+    **dict.fromkeys(("kd", "d_gain", "gain_d"), ("derivative",)),
+    **dict.fromkeys(("tau", "tf", "filter", "filter_time", "time_const"), ("time_constant",)),
+    **dict.fromkeys(("umax", "u_max", "max"), ("maximum", "upper")),
+    **dict.fromkeys(("umin", "u_min", "min"), ("minimum", "lower")),
+    **dict.fromkeys(("mu_s", "stiction"), ("static",)),
+    **dict.fromkeys(("derivative", "ode", "equation", "dot"), ("rate", "formula")),
+    # beams
+    **dict.fromkeys(("E", "young", "youngs_modulus", "young_modulus", "modulus"), ("elastic_modulus",)),
+    **dict.fromkeys(("rho",), ("density",)),
+    **dict.fromkeys(("nu", "poisson"), ("poisson_ratio",)),
+    **dict.fromkeys(("G",), ("shear_modulus",)),
+    **dict.fromkeys(("EI", "EA", "GJ", "GA"), ("stiffness", "section")),
+    # waves and hulls
+    **dict.fromkeys(("hs", "h_s", "hm0", "significant_height"), ("height",)),
+    **dict.fromkeys(("tp", "t_p", "peak_period"), ("period",)),
+    **dict.fromkeys(("gamma",), ("peakedness",)),
+    **dict.fromkeys(("wind_speed", "u19", "u10"), ("wind",)),
+    **dict.fromkeys(("direction", "mean_direction"), ("heading",)),
+    **dict.fromkeys(("water_depth",), ("depth",)),
+    **dict.fromkeys(("cd", "c_d"), ("drag",)),
+    **dict.fromkeys(("ca", "c_a"), ("added_mass",)),
+    **dict.fromkeys(("draft", "draught"), ("wet",)),
+    # sections
+    **dict.fromkeys(("loops", "loop", "closures", "equality"), ("constraints",)),
+    **dict.fromkeys(("links", "link", "masses"), ("bodies",)),
+    **dict.fromkeys(("motors", "actuators", "torques"), ("efforts",)),
+    **dict.fromkeys(("sensors", "measurements"), ("outputs",)),
+    **dict.fromkeys(("constants", "params", "variables"), ("parameters",)),
+    **dict.fromkeys(("dampers", "spring_dampers"), ("springs",)),
+    **dict.fromkeys(("markers", "sites"), ("points",)),
+    **dict.fromkeys(("tires", "wheels"), ("tyres",)),
+}
+
+#: Keys of the body that carries a place: the base has none.
+_CARRIED = frozenset({"body", "parent"})
+
+
+def key_meant(name: str, keys: Collection[str], given: object) -> str:
+    """Return the key, or keys, for a name from another tool; empty without one."""
+    if "table" in keys and (name in ("file", "csv", "path", "data", "filename") or is_file(given)):
+        return f"table = {{ file = {quoted(given)} }}"
+    if name in ("frequency", "freq", "f") and "period" in keys and isinstance(given, int | float) and given > 0:
+        return f"period = {1.0 / given:.6g}, s"
+    if name in ("mu", "mu_k", "coefficient") and "coulomb" in keys:
+        return "coulomb, a force in N or a torque in N m: no normal force is multiplied by a coefficient"
+    if name in ("x", "y", "z") and "position" in keys and isinstance(given, str | int | float):
+        entries = ", ".join(quoted(given) if axis == name else "0" for axis in "xyz")
+        return f"position = [{entries}]"
+    if name == "height" and "amplitude" in keys and isinstance(given, int | float):
+        return f"amplitude = {0.5 * given:.6g}, half of the height"
+    of_base = {"position", "rotation"} <= set(keys) and _CARRIED.isdisjoint(keys)
+    if name in ("acceleration", "velocity", "angular_velocity") and of_base:
+        integral = "its second integral" if name == "acceleration" else "its integral"
+        place = "rotation" if name.startswith("angular") else "position"
+        return f"{place} alone, from which rates follow: a formula of t, or a curve through {integral}"
+    if "stiffness_damping" in keys and name in ("mass_damping", "alpha", "rayleigh"):
+        return "stiffness_damping in s, D = this times K; none goes with the mass: a load -c * velocity.here does it"
+    if "stiffness_damping" in keys and name in ("damping_ratio", "modal_damping", "zeta"):
+        return "stiffness_damping, 2 ratio / w in s for the ratio at the angular frequency w"
+    if name == "initial" and {"shape", "curvature", "section"} <= set(keys):
+        return 'shape or curvature, of the beam at rest; runs start bent by start = "equilibrium" or initial={"q": ...}'
+    if name.lower() in ("cm", "c_m") and "added_mass" in keys:
+        return "added_mass, which is c_m - 1"
+    meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
+    return next((key for key in meant if key in keys), "")
+
+
+#: So many words that a key may hold are listed in a hint; of more, the nearest are.
+_LISTED = 12
+_AXES = ("x", "y", "z")
+
+
+def child_hint(data: Mapping[str, Any]) -> str:
+    """Return hints of bodies for a joint without a child: bodies that no other joint carries."""
+    bodies, beams, joints = (data.get(section, {}) for section in ("bodies", "beams", "joints"))
+    if not (isinstance(bodies, Mapping) and isinstance(beams, Mapping) and isinstance(joints, Mapping)):
+        return "child = ..."
+    carried = {str(joint.get("child")) for joint in joints.values() if isinstance(joint, Mapping)}
+    free = [str(body) for body in (*bodies, *beams) if body not in carried]
+    return " or ".join(f'child = "{name}"' for name in free[:3] if is_legal(name)) or "child = ..."
+
+
+def explained(
+    kind: str,
+    message: str,
+    location: tuple[str | int, ...],
+    given: object,
+    table: type[BaseModel] = Document,
+    depth: int = 0,
+) -> tuple[str, str]:
+    """Return pydantic's message about a place in the words of the scene file, and a hint; the part of the location from
+    ``depth`` on is within ``table``."""
+    last = str(location[-1])
+    if kind == "extra_forbidden":
+        if len(location) == 1 and (absent := fault_of_absent(last)):
+            return f"the section {shown(last)} is unknown: {absent[0]}", absent[1]
+        keys = _keys_at(location[depth:-1], table)
+        if absent := fault_of_absent(".".join(map(str, location))):
+            return f"the key {shown(last)} is unknown here: {absent[0]}", absent[1]
+        return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
+    if kind == "missing":
+        return f"the key {last} is missing", required(location)
+    if location == ("format",):
+        return f"this eomgen reads format 1, not {described(given)}", "format = 1"
+    if kind == "literal_error":
+        expected = message.removeprefix("Input should be ").replace("'", "")
+        names = expected.replace(" or ", ", ").split(", ")
+        if location[0] == "terms":
+            return f"{described(given)} is not known here", nearest_term(str(given))
+        meant = JOINTS_ELSEWHERE.get(str(given).lower(), "")
+        if location[0] in ("joints", "constraints") and meant in names:
+            return f"{described(given)} is not known here", meant
+        if last == "shape" and given in ("sine", "sin", "cosine", "cos"):
+            return f"{described(given)} is not known here", 'formula = "sin(2 * pi * t / 0.5)" in place of a wave'
+        hint = nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
+        return f"{described(given)} is not known here", hint
+    if kind in ("greater_than_equal", "less_than_equal"):
+        bound = f"{message.rpartition(' ')[2]} or {'more' if kind == 'greater_than_equal' else 'less'}"
+        return f"{described(given)} is out of range here: it {message.removeprefix('Input ')}", bound
+    if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:
+        sign = "-" if given[0] == "-" else ""
+        entries = ", ".join(f"{sign}1" if axis == given[-1] else "0" for axis in _AXES)
+        return message[0].lower() + message[1:], f"[{entries}]"
+    plain = {
+        "string_type": "a text",
+        "bool_type": "true or false",
+        "int_type": "a whole number",
+        "dict_type": "a table",
+    }
+    plain |= {"model_type": "a table", "tuple_type": "a list", "int_from_float": "a whole number"}
+    if kind in plain:
+        return f"{plain[kind]} is needed here, not {described(given)}", example(location, given)
+    return message[0].lower() + message[1:], example(location, given)
+
+
+def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
+    """Return the keys that the schema knows at a place within a table."""
+    own_name = False  # whether the next part is one that the scene gives to an entry
+    for part in location:
+        if own_name:
+            own_name = False
+        elif isinstance(model, type) and issubclass(model, BaseModel) and part in model.model_fields:
+            model = model.model_fields[str(part)].annotation
+            own_name = get_origin(model) is dict
+            while not isinstance(model, type) or not issubclass(model, BaseModel):
+                arguments = get_args(model)[:1] if get_origin(model) is Annotated else get_args(model)
+                candidates = [
+                    candidate for candidate in arguments if candidate is not type(None) and candidate is not str
+                ]
+                if not candidates:
+                    return []
+                model = candidates[-1] if candidates[-1] is not Ellipsis else candidates[0]
+    return [field.alias or name for name, field in model.model_fields.items()]
 
 
 def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, dict[str, set[str]]]:

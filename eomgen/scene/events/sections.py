@@ -1,17 +1,147 @@
-"""Sections of events and of the modes that they change."""
+"""Sections of events and of the modes that they change, and their reading."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+from eomgen.base.text import key_of, shown
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.events.model import Event
-from eomgen.scene.events.reading import read_event
 from eomgen.scene.events.schema import Event as WrittenEvent
 from eomgen.scene.events.schema import Mode
+from eomgen.scene.formula.scope import EVERYTHING, Scope
+from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.reading import report
+from eomgen.scene.reading.requirements import Row, from_zero_to_one
+from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.events import mode_parameter
 from eomgen.system.signals import Parameter
+
+#: Quantities that a reset may set.
+_TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joint"', frozenset({"q", "v", "state"}))
+#: Keys that belong to one action, and whether it needs them.
+_KEYS = {"reset": ("reset",), "impact": ("restitution",), "switch": ("mode", "to")}
+#: Of a restitution that parameters decide.
+_RESTITUTION = Row(
+    ("events.restitution",),
+    *from_zero_to_one("the restitution", "and every impact would add energy"),
+    stage=0,
+)
+_EXAMPLES = {
+    "reset": 'reset = { "v.joint" = 0 }',
+    "restitution": "restitution = 0.8",
+    "mode": 'mode = "gear"',
+    "to": "to = 1",
+}
+
+
+def read_event(
+    name: str, entry: WrittenEvent, joints: Mapping[str, Joint], modes: Collection[str], absolute: bool, values: Values
+) -> Event:
+    """Return an event.
+
+    Parameters
+    ----------
+    joints : joints without faults, by name
+    modes : names of all modes
+    absolute : whether joints have no coordinates of their own
+    """
+    key = key_of("events", name)
+    when = values.formula(f"{key}.when", entry.when, EVERYTHING)
+    if isinstance(when, Number) and when is not UNKNOWN:
+        values.report.add(f"{key}.when", "a number has no roots in time", 'a formula such as "q.ball" or "t - 2"')
+    if _is_comparison(when):
+        message = "a comparison is 1 or 0 and does not pass zero"
+        values.report.add(f"{key}.when", message, 'the difference of its sides, "q.ball - 0.5", and a direction')
+    for action, keys in _KEYS.items():
+        for own in keys:
+            given = getattr(entry, own) is not None
+            if given and action != entry.action:
+                values.report.add(
+                    f"{key}.{own}", f"{own} is of the action {action}, not {entry.action}", f'action = "{action}"'
+                )
+            elif not given and action == entry.action:
+                values.report.add(key, f"the action {action} needs the key {own}", _EXAMPLES[own])
+    if entry.mode is not None:
+        report.check_reference(f"{key}.mode", entry.mode, modes, "mode", values.report)
+    resets = []
+    if entry.action == "reset" and entry.reset is not None:
+        if not entry.reset:
+            values.report.add(f"{key}.reset", "the reset sets nothing", _EXAMPLES["reset"])
+        for target, value in entry.reset.items():
+            place = f"{key}.reset.{key_of(target)}"
+            symbol = values.formula(place, target, _TARGETS)
+            formula = values.formula(place, value, EVERYTHING)
+            if fault := _fault(symbol, target, joints, absolute):
+                values.report.add(place, *fault)
+            elif isinstance(symbol, Symbol):
+                resets.append((symbol, formula))
+    least = values.constant(f"{key}.least_interval", entry.least_interval or 0.0)
+    if least < 0.0:
+        values.report.add(f"{key}.least_interval", f"{least:.6g} s is negative", "a small positive time")
+    return Event(
+        name=name,
+        when=when,
+        direction=entry.direction,
+        action=entry.action,
+        resets=tuple(resets),
+        restitution=_restitution(f"{key}.restitution", entry.restitution, values),
+        mode=entry.mode or "",
+        value=_value(f"{key}.to", entry.to, values),
+        least_interval=least,
+        description=entry.description,
+        place=values.report.where(f"{key}.when"),
+    )
+
+
+def _is_comparison(formula: Formula) -> bool:
+    """Return whether a formula is a comparison, or comparisons with words between them: 1 or 0."""
+    if not isinstance(formula, Operation):
+        return False
+    joined = formula.name in ("mul", "min", "max") and all(map(_is_comparison, formula.arguments))
+    return formula.name in ("lt", "le") or joined
+
+
+def _value(key: str, value: float | str | None, values: Values) -> Formula | None:
+    return None if value is None else values.formula(key, value, EVERYTHING)
+
+
+def _restitution(key: str, value: float | str | None, values: Values) -> Formula | None:
+    """Return the formula of a restitution; one of parameters alone is from 0 to 1, of others the run sees to it that
+    they are not negative."""
+    formula = _value(key, value, values)
+    if formula is not None and all(symbol.kind == "parameter" for symbol in symbols(formula)):
+        values.require(key, _RESTITUTION, [formula])
+    return formula
+
+
+def _fault(symbol: Formula, target: str, joints: Mapping[str, Joint], absolute: bool) -> tuple[str, str] | None:
+    """Return the reason why a quantity cannot be set, and a hint; None if it can be set."""
+    if symbol is UNKNOWN:
+        return None
+    if not isinstance(symbol, Symbol) or symbol.kind not in ("q", "v", "state"):
+        return f"{shown(target)} is no number of the state", 'one of "q.joint", "v.joint" or the name of a state'
+    if symbol.kind == "state":
+        return None
+    if absolute:
+        fault = f"{shown(target)} cannot be set: in absolute coordinates joints have no coordinates of their own"
+        return fault, 'action = "impact", or coordinates = "joint"'
+    joint = joints.get(symbol.name)
+    if joint is None:
+        return None
+    if joint.mimic is not None:
+        return (
+            f"{shown(target)} cannot be set: the joint follows {joint.mimic.joint}",
+            f'"{symbol.kind}.{joint.mimic.joint}"',
+        )
+    if symbol.kind == "q" and JOINTS[joint.type].group != "R":
+        fault = f"{shown(target)} cannot be set: an orientation has no components that are free of each other"
+        return fault, f'"v.{symbol.name}[0]", or joints that turn about one axis each'
+    return None
 
 
 class _Modes(Section):

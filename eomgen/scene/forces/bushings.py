@@ -15,8 +15,8 @@ from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import rows, sequence
 from eomgen.scene.joints.constraint_model import Frame
-from eomgen.scene.joints.frame_schema import Frame as FrameEntry
 from eomgen.scene.joints.frames import read_frame
+from eomgen.scene.joints.schema import Frame as FrameEntry
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
 from eomgen.scene.reading.kinds import SixBySix, Triple
 from eomgen.scene.reading.requirements import DAMPING, STIFFNESS

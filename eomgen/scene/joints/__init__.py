@@ -2,15 +2,4 @@
 
 __all__ = ["constraint_model", "model", "reaction_model", "unresisted"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = [
-    "constraint_reading",
-    "displacement",
-    "frame_schema",
-    "frames",
-    "mimics",
-    "moved_inertia",
-    "reaction_reading",
-    "reading",
-    "schema",
-    "tree",
-]
+WITHIN = ["constraint_reading", "displacement", "frames", "moved_inertia", "reading", "schema", "tree"]

@@ -1,4 +1,6 @@
-"""Constraints between bodies: loop closures, and the joints of absolute coordinates."""
+"""Constraints between bodies: loop closures, and the joints of absolute coordinates; reactions: the wrench that a joint
+or a constraint transmits, about a point and in the axes of a body.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +10,7 @@ from typing import Literal
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.formula.prescribed_motion import constant
 from eomgen.scene.joint_types import TYPES, Connection, ConstraintType, JointType
+from eomgen.system.description import WORLD, Point
 
 
 @dataclass(frozen=True)
@@ -62,3 +65,21 @@ class Constraint:
     def prescribed(self) -> Formula | None:
         """Its prescribed coordinate as a formula of time: its drive, or a length that changes; None without one."""
         return self.length if self.drive is None and not constant(self.length) else self.drive
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """Force and moment that a joint's parent exerts on its child, or a constraint's first body on its second.
+
+    Attributes
+    ----------
+    section, of : the joint or constraint
+    point : about which the moment is taken; None for the origin of the child's frame, or of the second frame
+    axes : body whose axes the components are in, ``base`` or ``world``
+    """
+
+    name: str
+    section: Literal["joints", "constraints"]
+    of: str
+    point: Point | None = None
+    axes: str = WORLD

@@ -1,4 +1,5 @@
-"""Reading of constraints: permitted keys of each type, and the axes of the two frames that its equations use.
+"""Reading of constraints: permitted keys of each type, and the axes of the two frames that its equations use; reading
+of reactions.
 
 Frames never depend on the initial state, which need not close the loop.
 """
@@ -12,13 +13,13 @@ from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints import schema as written
-from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.scene.joints.constraint_model import Constraint, Reaction
 from eomgen.scene.joints.drives import read_law, read_length, read_smoothing
 from eomgen.scene.joints.frames import check_two_bodies, read_frame
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.values import Values
-from eomgen.system.description import Point
+from eomgen.system.description import BASE, WORLD, Point
 
 #: Keys of some types only, in the order in which they are looked at.
 _KEYS = ("drive", "length", "radius", "shape", "pitch")
@@ -90,3 +91,27 @@ def check_closings(
     """
     for constraint in constraints:
         check_two_bodies("constraints", constraint.name, constraint.first, constraint.second, joints, beams, report)
+
+
+def read_reaction(
+    name: str, entry: written.Reaction, bodies: Collection[str], points: Mapping[str, Point], values: Values
+) -> Reaction:
+    """Return a reaction; faults go to the report of ``values``."""
+    key, report, names = key_of("reactions", name), values.report, values.names
+    if (entry.joint is None) == (entry.constraint is None):
+        got = "none" if entry.joint is None else "both"
+        report.add(key, f"a reaction needs one of joint and constraint, not {got}", 'joint = "hinge"')
+    if entry.joint is not None:
+        check_reference(f"{key}.joint", entry.joint, names.joints, "joint", report)
+    if entry.constraint is not None:
+        check_reference(f"{key}.constraint", entry.constraint, names.constraints, "constraint", report)
+    of = entry.joint or entry.constraint or ""
+    if of != name and (name in names.joints or name in names.constraints):
+        kind = "joint" if name in names.joints else "constraint"
+        report.add(key, f"the {kind} {name} has a reaction of that name, and this is one of {of}", "another name")
+    if entry.point is not None:
+        check_reference(f"{key}.point", entry.point, names.points, "point", report)
+    check_reference(f"{key}.axes", entry.axes, [BASE, WORLD, *bodies], "body", report)
+    return Reaction(
+        name, "constraints" if entry.joint is None else "joints", of, points.get(entry.point or ""), entry.axes
+    )

@@ -13,7 +13,7 @@ from eomgen.formula.nodes import ZERO_VECTOR
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, rows, sequence
 from eomgen.scene.joint_types import Need
-from eomgen.scene.joints import frame_schema as written
+from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report, check_reference

@@ -1,8 +1,10 @@
-"""Schema of joints with their initial state, and of loop-closing constraints."""
+"""Schema of joints with their initial state, of loop-closing constraints, and of frames."""
 
 from __future__ import annotations
 
 from typing import Literal
+
+from pydantic import model_validator
 
 from eomgen.scene.formula.scope import PARAMETERS, TIME
 from eomgen.scene.joint_types import (
@@ -15,11 +17,27 @@ from eomgen.scene.joint_types import (
     by_coordinate,
 )
 from eomgen.scene.joints import constraint_model
-from eomgen.scene.joints.frame_schema import Frame
 from eomgen.scene.joints.model import ONSETS
 from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional, shown_power
 from eomgen.scene.reading.kinds import Bounds, Matrix, Triple, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
+
+
+class Frame(Table):
+    """A frame that a constraint or a bushing holds: a point's name, or a table."""
+
+    body: str | None = optional("body of the frame", refers="bodies", kind="body or `base`")
+    point: str | None = optional("the same, by a point's name", refers="points")
+    position: Triple | None = of_parameters("in the body", unit="m", shown_default="`[0, 0, 0]`")
+    rotation: Rotations | None = optional("the frame's axes, in place of `axis`")
+    axis: Triple | None = of_fixed_parameters("the frame's z axis, in the body's axes")
+    x_axis: Triple | None = of_fixed_parameters("the frame's x axis is the part of it across `axis`")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_point(cls, data: object) -> object:
+        return {"point": data} if isinstance(data, str) else data
+
 
 _OF_RANGE = "value or list of values of parameters, rad or m"
 _LIMITED = by_coordinate("rad", "m")

@@ -2,4 +2,4 @@
 
 __all__ = ["key_metadata", "kinds", "report", "requirements", "rotations", "values"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["orientation", "part", "rotation_schema", "shares", "symbol_units"]
+WITHIN = ["part", "rotation_schema"]

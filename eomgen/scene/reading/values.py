@@ -1,32 +1,93 @@
-"""Values of scene keys: formulas parsed in their scope, and their numbers at the default parameters."""
+"""Values of scene keys: formulas parsed in their scope, their numbers at the default parameters, and units of symbols
+in them; constant orientations; values that look as if they were in degrees or in percent.
+"""
 
 from __future__ import annotations
 
 import copy
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, symbols
-from eomgen.formula.nodes import Formula, Number, Operation, Symbol, Vector
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, Vector
 from eomgen.formula.substitution import substituted
 from eomgen.formula.units.parser import read_unit
 from eomgen.scene.formula.namespaces import known_there, read_included
 from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
-from eomgen.scene.geometry.rotations import unit_axis
+from eomgen.scene.geometry.rotations import is_rotation, rows, sequence, snapped_rotation, unit_axis
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.kinds import Refused
-from eomgen.scene.reading.plain_degrees import plain_degrees
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import BOUNDS, Row, bound_of
 from eomgen.scene.reading.rotation_schema import Rotation as WrittenRotation
+from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.reading.rotations import Rotation
-from eomgen.scene.reading.symbol_units import unit_of
 from eomgen.system.description import Requirement, Rule
+
+#: Whole numbers from which on an angle is more than a turn.
+_TURN = 7.0
+_OF_ANGLES = ("sin", "cos", "tan")
+
+
+def plain_degrees(formula: Formula) -> list[str]:
+    """Return a note on each sine, cosine and tangent of a whole number of more than a turn."""
+    return list(dict.fromkeys(_noted(formula)))
+
+
+def _noted(formula: Formula) -> Iterator[str]:
+    if isinstance(formula, Application):
+        yield from _noted(formula.argument)
+    if not isinstance(formula, Operation):
+        return
+    for argument in formula.arguments:
+        angle = argument.value if formula.name in _OF_ANGLES and isinstance(argument, Number) else 0.0
+        if abs(angle) >= _TURN and angle.is_integer():
+            call = f"{formula.name}({angle:.0f}"
+            yield f"{call}) takes {angle:.0f} rad, for angles in formulas are radians; {call} * pi / 180) takes degrees"
+        yield from _noted(argument)
+
+
+_OF_KINDS = {"time": "s", "position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+_PER_TIME = {"q": "", "v": "/s", "a": "/s^2"}
+#: Operations whose results have the unit of their arguments.
+_KEEPING = frozenset({"add", "sub", "neg", "abs", "min", "max"})
+
+
+def unit_of(formula: Formula, joints: Mapping[str, str]) -> str:
+    """Return the unit in SI of a formula that is a known quantity, shifted, turned in sign or limited; empty for
+    others.
+
+    Parameters
+    ----------
+    joints : mapping
+        Types of joints by name.
+    """
+    if isinstance(formula, Symbol):
+        return unit_of_symbol(formula, joints)
+    if isinstance(formula, Quantity):
+        return formula.word.unit
+    if isinstance(formula, Operation) and formula.name in _KEEPING:
+        result = {unit for part in formula.arguments if (unit := unit_of(part, joints))}
+        return result.pop() if len(result) == 1 else ""
+    return ""
+
+
+def unit_of_symbol(symbol: Symbol, joints: Mapping[str, str]) -> str:
+    """Return the unit of a symbol; empty if unknown. ``joints`` are types by name."""
+    if symbol.kind in _OF_KINDS:
+        return _OF_KINDS[symbol.kind]
+    kind = JOINTS.get(joints.get(symbol.name, ""))
+    if symbol.kind not in _PER_TIME or kind is None:
+        return ""
+    units = kind.units if kind.q_size == kind.v_size == len(kind.units) else ()
+    return f"{units[symbol.index]}{_PER_TIME[symbol.kind]}" if symbol.index < len(units) else ""
+
 
 #: Two sides of an equation.
 _EQUATION = re.compile(r"([^=<>!]+)==?([^=<>!]+)")
@@ -259,3 +320,28 @@ def _hint_of(key: str, text: str) -> str:
         left = sides[0] if sides[1] in ("0", "0.0") else f"{sides[0]} - ({sides[1]})"
         return f'"{left[:80]}": an event is at the roots of its formula'
     return ""
+
+
+def percent_of_critical(ratio: float) -> str:
+    """Return a note on a damping ratio above 1, a part of critical; empty for less."""
+    if not ratio > 1.0:
+        return ""
+    hint = f"; try {ratio / 100.0:.6g}" if ratio <= 100.0 else ""
+    return f"{ratio:.6g} is {100.0 * ratio:.6g} % of critical{hint}"
+
+
+def read_orientation(
+    key: str, rotation: Rotations | None, orientation: Sequence[Sequence[float]] | None, values: Values
+) -> tuple[tuple[float, float, float], ...]:
+    """Return the rotation matrix from the keys ``rotation`` or ``orientation`` of an entry, own axes to the carrier's
+    axes, right angles made exact; faults go to the report of ``values``."""
+    if orientation is not None and rotation is not None:
+        values.report.add(f"{key}.orientation", "orientation and rotation are both given", "one of them")
+    if orientation is not None:
+        matrix = np.array(orientation)
+        if is_rotation(matrix):
+            return rows(snapped_rotation(matrix))
+        fault = "the matrix is not a rotation: orthonormal and right-handed to 1e-6"
+        values.report.add(f"{key}.orientation", fault, "rotation")
+        return rows(np.eye(3))
+    return rows(sequence(values.constant_rotations(f"{key}.rotation", rotation or ()) or []))

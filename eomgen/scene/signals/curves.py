@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.random_roads import FARTHEST, FASTEST, Harmonic, road_harmonics
+from eomgen.base.random_inputs import FARTHEST, FASTEST, Harmonic, road_harmonics
 from eomgen.base.text import shown
 from eomgen.errors import Problem
 from eomgen.formula.curves import AnyCurve, Bump, Curve, Interpolation, Outside, Waves
@@ -20,8 +20,7 @@ from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
-from eomgen.scene.signals.tables import MOST_ROWS, TableError, read_columns
-from eomgen.scene.signals.titles import is_in_si, unit_of_title
+from eomgen.scene.signals.tables import MOST_ROWS, TableError, is_in_si, read_columns, unit_of_title
 from eomgen.system.signals import RoadUnderWheel
 
 #: Points of a spline that lie closer than this, measured by the largest distance, leave its equations without digits.

@@ -2,4 +2,4 @@
 
 __all__ = ["other_kinds", "register", "source", "text", "toml"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["other_kinds", "register", "source", "urdf"]
+WITHIN = ["register", "source", "urdf"]

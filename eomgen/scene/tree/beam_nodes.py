@@ -1,4 +1,5 @@
-"""Attachments to geometrically exact beams: a place on such a beam is a place on the node that is there.
+"""Places on geometrically exact beams: stations along the axis, the nodes that carry attachments, and outputs of
+sections.
 
 Elements end at every attachment (``beam_stations``), so that a load there acts on a frame of its own, and
 all terms, constraints and reactions of bodies hold. Between nodes a frame would be a function of two of them.
@@ -7,20 +8,22 @@ all terms, constraints and reactions of bodies hold. Between nodes a frame would
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from eomgen.base.text import key_of
+from eomgen.base.text import key_of, nearest, shown
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ZERO, Vector
+from eomgen.formula.nodes import ZERO, Formula, Number, Symbol, Vector
 from eomgen.scene.bodies.beam import AT_END
-from eomgen.scene.bodies.cosserat import Cosserat
+from eomgen.scene.bodies.cosserat import SECTION_PARTS, SECTION_ROW, Cosserat
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
-from eomgen.scene.section import AttachByKey
+from eomgen.scene.section import AttachByKey, Reading, in_reading_order
+from eomgen.scene.signals.schema import Output
 from eomgen.system.description import BASE, Point
 
 AnyPoint = TypeVar("AnyPoint", bound=Point)
@@ -108,3 +111,71 @@ class BeamNodes:
             return body, position
         node = min(range(len(beam.places)), key=lambda number: abs(beam.places[number] - x))
         return beam.nodes[node], (ZERO, *position[1:])
+
+
+def stations_of(beams: Sequence[str], reading: Reading) -> Mapping[str, Sequence[float]]:
+    """Return x of every station, m, by beam, NaN if it is not known.
+
+    Parameters
+    ----------
+    beams : names of the beams that are geometrically exact
+    reading : before anything is attached; all of it is read again with the nodes that follow
+    """
+    stations: dict[str, list[float]] = {name: [] for name in beams}
+    if not beams:
+        return stations
+
+    def note(key: str, body: str, position: Vector) -> tuple[str, Vector]:
+        if body in stations and not aside.report.concerns(key):
+            stations[body].append(aside.values.value(position[0]))
+        return body, position
+
+    aside = reading.aside(note)
+    for row in in_reading_order(reading.rows):
+        if row.attached:
+            aside.items[row.key] = row.read(aside)
+    return stations
+
+
+#: How far beyond an end a place may be by rounding, of the length.
+_ROUNDING = 1e-9
+
+
+def section_formulas(
+    beams: Mapping[str, Cosserat], values: Values, key: str, kind: str, output: Output
+) -> tuple[Formula, ...]:
+    """Return the three components of an output of a section; none if there is a fault.
+
+    Loads are linear between both ends of an element, and at a node the loads of the element beyond.
+    """
+    name, report = str(getattr(output, kind)), values.report
+    beam = beams.get(name)
+    if beam is None and report.concerns(key_of("beams", name)):
+        return ()
+    if beam is None:
+        other = name in values.names.beams
+        fault = f"the beam {name} is no geometrically exact one" if other else f"there is no beam {shown(name)}"
+        report.add(f"{key}.{kind}", fault, 'model = "cosserat"' if other else nearest(name, beams))
+        return ()
+    if output.at is None:
+        report.add(key, f"{kind} needs the place of the section", f"at = {0.5 * beam.length:.6g}, its x in m")
+        return ()
+    x = values.constant(f"{key}.at", output.at)
+    if math.isnan(x):
+        return ()
+    if not -_ROUNDING * beam.length <= x <= (1.0 + _ROUNDING) * beam.length:
+        fault = f"x = {x:.6g} m is not on the beam {name}, which goes from 0 m to {beam.length:.6g} m"
+        report.add(f"{key}.at", fault, "a place on the beam")
+        return ()
+    element = min(bisect_right(beam.places, x + _ROUNDING * beam.length) - 1, beam.elements - 1)
+    start, end = beam.places[element : element + 2]
+    share = min(max((x - start) / (end - start), 0.0), 1.0)
+    first, second = (
+        [Symbol("section_load", name, element * SECTION_ROW + start + part) for part in range(3)]
+        for start in SECTION_PARTS[kind]
+    )
+    if first == second or share == 0.0:
+        return tuple(first)
+    if share == 1.0:
+        return tuple(second)
+    return tuple(Number(1.0 - share) * one + Number(share) * other for one, other in zip(first, second, strict=True))

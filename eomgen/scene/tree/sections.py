@@ -7,10 +7,13 @@ attachments.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
+
+from eomgen.base.text import key_of
 from eomgen.scene.bodies import schema as bodies
 from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.beam_schema import Beam
@@ -20,26 +23,49 @@ from eomgen.scene.bodies.model import Body
 from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.geometry.inertia import Inertia, tensor
 from eomgen.scene.joint_types import JOINTS as TYPES
 from eomgen.scene.joints import schema as joints
-from eomgen.scene.joints.constraint_model import Constraint
-from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
-from eomgen.scene.joints.mimics import check_mimics
+from eomgen.scene.joints.constraint_model import Constraint, Reaction
+from eomgen.scene.joints.constraint_reading import check_closings, read_constraint, read_reaction
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import check_motion
-from eomgen.scene.joints.reaction_model import Reaction
-from eomgen.scene.joints.reaction_reading import read_reaction
 from eomgen.scene.joints.reading import read_joint
-from eomgen.scene.joints.tree import Link, ordered
+from eomgen.scene.joints.tree import Link, check_mimics, ordered
 from eomgen.scene.joints.unresisted import unresisted_motions
+from eomgen.scene.reading.requirements import RELATIONS
+from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.scene.tree.beam_attachments import check_frames, check_not_absolute
-from eomgen.scene.tree.beam_nodes import BeamNodes, attached_constraint, attached_joint, attached_point
-from eomgen.scene.tree.beam_stations import stations_of
-from eomgen.scene.tree.inertias import body_inertias, check_inertias
-from eomgen.scene.tree.section_outputs import section_formulas
+from eomgen.scene.tree.beam_nodes import (
+    BeamNodes,
+    attached_constraint,
+    attached_joint,
+    attached_point,
+    section_formulas,
+    stations_of,
+)
 from eomgen.system.description import BASE as BASE_NAME
 from eomgen.system.description import WORLD, FixedFrame, Point
+
+
+def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
+    """Return mass properties at the default parameters."""
+    known = {}
+    for body in bodies:
+        center = [values.value(entry) for entry in body.center_of_mass]
+        entries = [values.value(entry) for entry in body.inertia]
+        known[body.name] = Inertia(values.value(body.mass), np.array(center), tensor(entries))
+    return known
+
+
+def check_inertias(bodies: Iterable[Body], values: Values) -> None:
+    """Require of rigid bodies inertias that bodies can have."""
+    for body in bodies:
+        key = key_of("bodies", body.name)
+        if body.beam is None and not body.node_of and not values.report.concerns(key):
+            hint = f"the values of {body.name} about its centre of mass, in its own axes"
+            values.require(f"{key}.inertia", replace(RELATIONS["inertia"], hint=hint), body.inertia)
 
 
 @dataclass(frozen=True)

@@ -1,23 +1,30 @@
-"""Runs of the same motion at other steps or tolerances, on rows that all of them have with the run itself."""
+"""Runs of the same motion at other steps or tolerances, on rows that all of them have with the run itself, and
+distances between their motions.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.progress import Progress
 from eomgen.errors import UsageError
 from eomgen.integrators.events import STOPPED
 from eomgen.results.events import Events
+from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, differences, motion_size, shares, whole_turns
 from eomgen.simulation.stepping.chunks import run_chunks
-from eomgen.simulation.stepping.events import parameters_over, table_of
+from eomgen.simulation.stepping.events import acting, parameters_over, table_of
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.simulation.stepping.time_grid import time_grid
+from eomgen.simulation.stepping.time_grid import step_parts, time_grid
 from eomgen.toolchain.library import Library
 
 #: Rows that are compared at most, the last one aside.
@@ -123,3 +130,206 @@ def counted(progress: Progress | None, before: int, total: int) -> Progress | No
     if progress is None:
         return None
     return lambda done, _: progress(before + done, max(total, before + done))
+
+
+INTERRUPTED = "the runs that it is made from were interrupted"
+#: Differences below this count as rounding, in units of the last place.
+_ROUNDING = 1e3
+#: Part of a step within which a row is at an event.
+_AT_EVENT = 1e-9
+
+
+#: From ``outputs`` or ``energy`` to their values at all rows of a run.
+AtRows = Callable[[str], Mapping[str, Array]]
+
+
+class NoEstimateError(Exception):
+    """Reason for a missing error estimate; the run's message includes ``remedy``, if it is not empty."""
+
+    def __init__(self, reason: str, remedy: str = "") -> None:
+        super().__init__(reason)
+        self.remedy = remedy
+
+
+def planned_steps(run: Run, steps: int) -> int:
+    """Return the expected number of steps of all comparison runs."""
+    return steps if run.method.chooses_steps else math.ceil(steps / 2) + math.ceil(steps / 4)
+
+
+class ComparedMotion(NamedTuple):
+    """Rows (n, width) of a run, and the outputs there; why it came no further than its last row; its events, and the
+    times of the events that changed the motion, s; the counts of its stepper."""
+
+    rows: Array
+    outputs: Mapping[str, Array]
+    stopped: str = ""
+    events: Events | None = None
+    changes: Array = np.empty(0)
+    statistics: Mapping[str, int | float] = MappingProxyType({})
+
+    def at(self, places: NDArray[np.intp]) -> ComparedMotion:
+        return self._replace(rows=self.rows[places], outputs={name: one[places] for name, one in self.outputs.items()})
+
+
+class Apart(NamedTuple):
+    """How two motions differ, by kind, at times (n,) that both have rows at."""
+
+    t: Array
+    kinds: Kinds
+
+
+class Comparisons:
+    """Comparison runs of one run, and how far motions are apart."""
+
+    def __init__(
+        self,
+        run: Run,
+        library: Library,
+        rows: Array,
+        parameters: Array,
+        progress: Progress | None,
+        events: Events | None,
+        statistics: Mapping[str, int | float],
+        at_rows: AtRows | None = None,
+    ) -> None:
+        self.run, self._library, self._progress = run, library, progress
+        self.events = "events" in library.layout["method"]
+        self.span = span_of(run, rows, parameters)
+        self._at_rows = at_rows if len(self.span.rows) == len(rows) else None
+        outputs = (
+            self._outputs(self.span.rows, self.span.parameters) if self._at_rows is None else self._at_rows("outputs")
+        )
+        self.own = self._motion(self.span.rows, outputs, events)._replace(statistics=statistics)
+        turns = whole_turns(run, self.span.rows, self.span.parameters)
+        self.size: MotionSize = motion_size(run.model, rows, self.own.outputs, turns, self._energies())
+        begin, end = (float(t) for t in self.span.rows[[0, -1], 0])
+        self.parts = step_parts(library.layout["method"], begin, end, float(run.method.order), self.own.changes)
+        self._steps = run.grid.steps
+        self._all = self._steps + planned_steps(run, self.span.steps)
+
+    @property
+    def end(self) -> float:
+        """The time of the last row minus the tolerance of equal times, s."""
+        return float(self.own.rows[-1, 0]) - self._same
+
+    @property
+    def turn(self) -> float:
+        """The largest turn within a step of the run, rad."""
+        model = self.run.model
+        columns = [1 + model.nq + k for k, unit in enumerate(model.v_units) if unit == "rad/s"]
+        with np.errstate(all="ignore"):
+            fastest = float(np.max(np.abs(self.own.rows[:, columns]), initial=0.0))
+        return fastest * self.step
+
+    @property
+    def step(self) -> float:
+        """Step of the run's time grid, or the compared span if that is shorter, s."""
+        return min(self.run.settings["step"], float(self.span.rows[-1, 0] - self.span.rows[0, 0]))
+
+    @property
+    def _same(self) -> float:
+        return SAME_TIME * self.step
+
+    def at(self, *, multiple: float = 1.0, tolerance: float | None = None) -> ComparedMotion:
+        """Return the motion with another step or tolerance. Raises NoEstimateError if the run was interrupted."""
+        before = self._steps
+        self._steps += math.ceil(self.span.steps / multiple)
+        report = counted(self._progress, before, max(self._all, self._steps))
+        result = comparison_run(
+            self.run, self._library, self.span, multiple=multiple, tolerance=tolerance, progress=report
+        )
+        if result.interrupted:
+            raise NoEstimateError(INTERRUPTED)
+        motion = self._motion(result.rows, self._outputs(result.rows, result.parameters), result.events)
+        return motion._replace(stopped=result.stopped, statistics=result.statistics)
+
+    def same(self, apart: Apart) -> bool:
+        """Return whether differences are rounding of a motion that is more than that."""
+        return not self.size.still and float(shares(apart.kinds, self.size).max(initial=0.0)) < self.rounding
+
+    def same_count(self, other: ComparedMotion) -> bool:
+        """Return whether another run took as many steps of the method's own; False if the method counts none."""
+        count = self.own.statistics.get("own_steps")
+        return count is not None and count == other.statistics.get("own_steps")
+
+    @cached_property
+    def rounding(self) -> float:
+        """The part of the motion that rounding may be."""
+        single = self.run.model.library.real == "float"
+        return _ROUNDING * float(np.finfo(np.float32 if single else np.float64).eps)
+
+    def tell(self, multiple: float, other: float) -> bool:
+        """Return whether runs at two multiples of the step, the second one the larger, are different runs all over."""
+        return self.parts.tell(multiple * self.step, other * self.step)
+
+    def ratio(self, multiple: float, times: Array) -> Array:
+        """Return by how much the steps of a run at a multiple of the step are longer in effect, up to times (n,) s."""
+        return self.parts.ratio(self.step, multiple * self.step, times)
+
+    def apart(self, first: ComparedMotion, second: ComparedMotion) -> Apart:
+        """Return the differences of two motions at their common times.
+
+        Rows at an event that changes the motion are left out: rounding decides on which side of it they lie.
+        """
+        times = first.rows[:, 0], second.rows[:, 0]
+        after = np.searchsorted(times[1], times[0] - self._same)
+        result = np.flatnonzero(after < len(times[1]))
+        result = result[times[1][after[result]] <= times[0][result] + self._same]
+        for changes in (first.changes, second.changes):
+            result = result[~_near(times[0][result], changes, _AT_EVENT * self.step)]
+        one, other = first.at(result), second.at(after[result])
+        with np.errstate(all="ignore"):
+            kinds = differences(self.run.model, one.rows, other.rows, (one.outputs, other.outputs))
+        for name, values in one.outputs.items():  # if a formula has no value in both, the difference is 0
+            undefined = ~(np.isfinite(values) | np.isfinite(other.outputs[name]))
+            kinds[f"output.{name}"][undefined.reshape(kinds[f"output.{name}"].shape)] = 0.0
+        return Apart(times[0][result], kinds)
+
+    def _energies(self) -> float:
+        """Return the energies at work, J: the largest kinetic energy and the range of the potential energy; 0 if no
+        output is an energy."""
+        model, run = self.run.model, self.run
+        if "energy" not in model.functions or all(item["unit"] != "J" for item in model.library.layout["outputs"]):
+            return 0.0
+        if self._at_rows is not None:
+            energies = self._at_rows("energy")
+        else:
+            t, q, v, a, z = self.span.rows[:, 0], *self._states(self.span.rows)
+            u = run.signals.rows(t) if run.takes_rows else None
+            with np.errstate(all="ignore"):
+                energies = model.energy(q, v, a, t, u, z=z, parameters=self.span.parameters)
+        at_work = float(np.max(energies["kinetic"]) + np.ptp(energies["potential"]))
+        return at_work if math.isfinite(at_work) else 0.0
+
+    def _states(self, rows: Array) -> tuple[Array, Array, Array, Array]:
+        """Return q, v, a and z of rows."""
+        model = self.run.model
+        ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
+        _, q, v, a, _, z = np.split(rows, ends, axis=1)
+        return q, v, a, z
+
+    def _motion(self, rows: Array, outputs: Mapping[str, Array], events: Events | None) -> ComparedMotion:
+        return ComparedMotion(rows, outputs, "", events, acting(events, self._library.layout))
+
+    def _outputs(self, rows: Array, parameters: Array) -> Mapping[str, Array]:
+        model, run = self.run.model, self.run
+        if "outputs" not in model.functions:
+            return {}
+        if not len(rows):  # a run that does not get through its first step
+            return {name: values[:0] for name, values in self.own.outputs.items()}
+        ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
+        t, q, v, a, multipliers, z = np.split(rows, ends, axis=1)
+        held = {"multipliers": multipliers} if model.multipliers else {}
+        u = run.signals.rows(t[:, 0]) if run.takes_rows else None
+        with np.errstate(all="ignore"):
+            return model.outputs(q, v, a, t[:, 0], u, z=z, parameters=parameters, **held)
+
+
+def _near(times: Array, others: Array, slack: float) -> NDArray[np.bool_]:
+    """Return a mask of the times (n,) that are within ``slack`` of one of ``others`` (m,), sorted, all in s."""
+    if not len(others):
+        return np.zeros(len(times), dtype=bool)
+    after = np.clip(np.searchsorted(others, times), 1, len(others)) - 1
+    behind = np.minimum(after + 1, len(others) - 1)
+    result: NDArray[np.bool_] = np.minimum(np.abs(times - others[after]), np.abs(times - others[behind])) <= slack
+    return result

@@ -21,15 +21,14 @@ from eomgen.base.progress import Progress
 from eomgen.errors import UsageError
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate
 from eomgen.results.events import Events
-from eomgen.simulation.accuracy.comparison_runs import counted
-from eomgen.simulation.accuracy.crossed_corners import crosses_corners, crosses_jumps
-from eomgen.simulation.accuracy.motion_comparisons import (
+from eomgen.simulation.accuracy.comparison_runs import (
     INTERRUPTED,
     Apart,
     AtRows,
     ComparedMotion,
     Comparisons,
     NoEstimateError,
+    counted,
     planned_steps,
 )
 from eomgen.simulation.accuracy.motion_size import motion_size, shares
@@ -40,7 +39,7 @@ from eomgen.simulation.accuracy.richardson import (
     gain_of_longer,
     gain_of_shorter,
 )
-from eomgen.simulation.accuracy.step_rows import step_rows
+from eomgen.simulation.accuracy.step_path import crosses_corners, crosses_jumps, step_rows
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library

@@ -16,8 +16,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName
 from eomgen.results.error_estimate import OWN, ErrorEstimate, Largest
-from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
-from eomgen.simulation.accuracy.motion_comparisons import Apart, Comparisons
+from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Apart, Comparisons
 from eomgen.simulation.accuracy.motion_size import Kinds, shares
 
 #: Differences above this part of the motion are too large to follow powers of the step.

@@ -1,20 +1,28 @@
-"""The interpolant of the steps of a run: states between the ends of steps, and equations and formulas there."""
+"""The motion within the steps of a run: rows at the ends of all steps, the interpolant between them, and corners and
+jumps of formulas that it crosses, at which methods lose their order.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations
+from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate_batch, symbols
-from eomgen.formula.features import may_be_fast
+from eomgen.formula.features import corners, jumps, may_be_fast
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.results.dense_output import Rows, state_at
+from eomgen.simulation.accuracy.comparison_runs import Span, comparison_run
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
+from eomgen.toolchain.library import Library
 
 
 class StepStates:
@@ -174,3 +182,166 @@ def _quintic(rows: tuple[Array, Array, Array], steps: NDArray[np.intp], h: Array
     way = s * (first + s * (bend + s * (c3 + s * (c4 + s * c5))))
     speed = first + s * (2.0 * bend + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))
     return q[steps] + way, speed / h
+
+
+#: Maximum number of repeated steps, and number of pieces of a longer run.
+_MOST, _PIECES = 20_000, 8
+
+
+class StepRows(NamedTuple):
+    """Rows (n, width), parameters, (np,) or (n, np), and indices of the last rows of pieces, except the last piece."""
+
+    rows: Array
+    parameters: Array
+    breaks: NDArray[np.intp]
+
+
+class _Pieces(NamedTuple):
+    """Pieces of a run that are repeated.
+
+    Attributes
+    ----------
+    parts : number of intervals within a step of the time grid
+    number : of pieces
+    width : number of rows of a piece
+    duration : s, of a piece that is shorter than its rows; infinite otherwise
+    """
+
+    parts: int
+    number: int
+    width: int
+    duration: float
+
+
+def _pieces(run: Run, rows: Array, statistics: Mapping[str, int | float], finer: float = 1.0) -> _Pieces:
+    step, duration = run.settings["step"], float(rows[-1, 0] - rows[0, 0])
+    own = 0.0
+    if run.method.chooses_steps:
+        own = float(statistics.get("own_steps") or statistics.get("expansions") or 0.0)
+    parts = max(1, math.ceil(finer * own * step / duration - 1e-9))
+    steps = duration / step * parts
+    count = 1 if steps <= _MOST else _PIECES
+    width = max(1, int((len(rows) - 1) * min(1.0, _MOST / steps) / count))
+    most, interval = _MOST // count, duration / (len(rows) - 1)
+    return _Pieces(parts, count, width, most * step / parts if width * interval * parts > most * step else math.inf)
+
+
+def repeated_share(run: Run, rows: Array, statistics: Mapping[str, int | float]) -> float:
+    """Return the share of a run that ``step_rows`` repeats, if pieces are shorter than its rows; 1 otherwise."""
+    pieces = _pieces(run, rows, statistics)
+    return min(1.0, pieces.number * pieces.duration / float(rows[-1, 0] - rows[0, 0]))
+
+
+def step_rows(
+    run: Run,
+    library: Library,
+    rows: Array,
+    parameters: Array,
+    statistics: Mapping[str, int | float],
+    *,
+    finer: float = 1.0,
+) -> StepRows | None:
+    """Return rows at the ends of steps; None if the run cannot be repeated.
+
+    Adaptive methods end their steps between rows of the time grid. Their rows come from the dense output, at the
+    average spacing of the steps divided by ``finer``. Long runs are sampled in pieces, which end before the next row
+    if the method takes thousands of steps between two rows.
+
+    Parameters
+    ----------
+    rows, parameters : as recorded
+    statistics : counts of the stepper
+    """
+    step = run.settings["step"]
+    parts, count, width, most = _pieces(run, rows, statistics, finer)
+    if parts == 1 and run.every == 1:
+        return StepRows(rows, parameters, np.empty(0, dtype=np.intp))
+    if run.controllers is not None:
+        return None
+    begins = np.unique(np.linspace(0, len(rows) - 1 - width, count).astype(int)) if count > 1 else [0]
+    result, present, breaks = [], [], []
+    for begin in begins:
+        last = min(begin + width, len(rows) - 1) if count > 1 else len(rows) - 1
+        held = parameters if parameters.ndim == 1 else parameters[[begin, last]]
+        ends = rows[[begin, last]]
+        ends[1, 0] = min(ends[1, 0], ends[0, 0] + most)
+        length = float(ends[1, 0] - ends[0, 0])
+        span = Span(ends, held, 1, max(1, round(length / step)))
+        piece = comparison_run(run, library, span, multiple=step / parts / min(step, length), every=1)
+        if piece.interrupted or len(piece.rows) < 2:
+            return None
+        result.append(piece.rows)
+        present.append(np.broadcast_to(piece.parameters, (len(piece.rows), piece.parameters.shape[-1])))
+        breaks.append(len(piece.rows))
+    joined = present[0][0] if parameters.ndim == 1 else np.concatenate(present)
+    return StepRows(np.concatenate(result), joined, np.cumsum(breaks)[:-1] - 1)
+
+
+#: Maximum number of crossings of a place that are examined, bisections of each, and the least jump of a rate relative
+#: to its largest value.
+_EXAMINED, _BISECTIONS, _JUMP = 16, 40, 1e-3
+
+
+def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
+    """Return whether the motion crosses a step or a corner of a formula between rows (n, width).
+
+    Times at which formulas of time alone have steps or corners are known, and steps end there.
+    """
+    places = _places(run, "corners", corners)
+    if not places or len(rows) < 2:
+        return False
+    try:
+        path = StepPath(run, rows, parameters)
+        return any(len(_crossings(path, place)) for place in places if path.knows(place))
+    except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
+        return False
+
+
+def crosses_jumps(run: Run, rows: Array, parameters: Array) -> bool:
+    """Return whether accelerations or rates of internal states jump at a place that the motion crosses between rows
+    (n, width).
+
+    A force that begins at zero behind a comparison, as of a contact, has a corner there, and no jump.
+    """
+    places = _places(run, "jumps", jumps)
+    if not places or len(rows) < 2:
+        return False
+    try:
+        path = StepPath(run, rows, parameters)
+        known = [(place, _crossings(path, place)) for place in places if path.knows(place)]
+        if not any(len(steps) for _, steps in known):
+            return False
+        size = np.nanmax(np.abs(path.rates(path.at_rows)), axis=0)
+        return any(_jumps(path, place, steps[:_EXAMINED], size) for place, steps in known if len(steps))
+    except (EomgenError, np.linalg.LinAlgError):
+        return False
+
+
+def _places(run: Run, key: str, places_of: Callable[[Formula], Iterator[Formula]]) -> list[Formula]:
+    """Return the expressions at whose zeros the formulas of a model have corners or jumps, times alone left out."""
+    kept = run.model.library.kept
+    if key not in kept:
+        every = [place for formula in run.model.description.formulas for place in places_of(formula)]
+        kept[key] = [place for place in every if any(symbol.kind != "time" for symbol in symbols(place))]
+    result: list[Formula] = kept[key]
+    return result
+
+
+def _crossings(path: StepPath, place: Formula) -> NDArray[np.intp]:
+    """Return the indices of the rows behind which an expression changes its sign."""
+    signs = np.sign(path.values(place, path.at_rows))
+    return np.flatnonzero(signs[1:] * signs[:-1] < 0.0)
+
+
+def _jumps(path: StepPath, place: Formula, steps: NDArray[np.intp], size: Array) -> bool:
+    """Return whether rates jump at the zeros of an expression within steps."""
+    t = path.states.t
+    low, high = t[steps], t[steps + 1]
+    before = np.sign(path.values(place, path.at_rows))[steps]
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        same = np.sign(path.values(place, path.at(middle, steps))) == before
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    first, last = (path.rates(path.at(times, steps)) for times in (low, high))
+    change: Array = last - first
+    return bool(np.any(np.abs(change) > _JUMP * size))

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.results.finding import Finding
-from eomgen.simulation.accuracy.step_path import StepPath
-from eomgen.simulation.accuracy.step_rows import step_rows
+from eomgen.simulation.accuracy.step_path import StepPath, step_rows
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 

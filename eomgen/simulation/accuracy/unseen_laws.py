@@ -27,8 +27,7 @@ from eomgen.lie import product
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
 from eomgen.simulation.accuracy.motion_size import differences, motion_size, reach_of, shares
-from eomgen.simulation.accuracy.step_path import StepPath, StepStates
-from eomgen.simulation.accuracy.step_rows import step_rows
+from eomgen.simulation.accuracy.step_path import StepPath, StepStates, step_rows
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 

@@ -1,4 +1,6 @@
-"""The largest violation of the holonomic constraints over the samples of a run, relative to the mechanism size."""
+"""The largest violation of the holonomic constraints over the samples of a run, relative to the mechanism size, and the
+largest deviation of its quaternions from unit length, which every step restores.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +13,7 @@ from eomgen.base.arrays import Array
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
+
 
 #: Parts of the machine, or rad, by which a constraint may be off: the first is reported, the second fails the run.
 REPORTED, FAILED = 1e-6, 1e-3
@@ -71,3 +74,23 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
     if between > REPORTED and largest > rounding.max():
         return Violation(between, f"constraints are off by up to {largest:.3g} between the rows")
     return None
+
+
+def largest_stretch(model: CompiledModel, t: Array, q: Array) -> Violation | None:
+    """Return the worst quaternion of a run; None if all have unit length, but for rounding.
+
+    Parameters
+    ----------
+    t, q : (rows,) in s, (rows, nq)
+    """
+    turning = [factor for factor in model.factors if factor.group != "R"]
+    if not turning:
+        return None
+    lengths = np.stack([np.linalg.norm(q[:, f.q_start : f.q_start + 4], axis=1) for f in turning], axis=1)
+    off = np.abs(lengths - 1.0)
+    if (off <= REPORTED).all():
+        return None
+    off = np.nan_to_num(off, nan=np.inf)
+    row, k = np.unravel_index(int(np.argmax(off)), off.shape)
+    message = f"the quaternion of {turning[k].name} has the length {lengths[row, k]:.6g} at t = {t[row]:.6g} s"
+    return Violation(float(off[row, k]), message, float(t[row]))

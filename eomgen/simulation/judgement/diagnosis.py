@@ -1,4 +1,5 @@
-"""Diagnosis of a failed run: the first quantity that is not finite, the evidence, and a remedy.
+"""Diagnosis of a failed run or step: the first quantity that is not finite, a controller's C function, the evidence,
+and a remedy.
 
 Operations of formulas that have no value at a state: quotients by zero, roots and logarithms of negative numbers.
 """
@@ -7,23 +8,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from eomgen.analysis.definiteness import inertia_warning
 from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations
-from eomgen.errors import UsageError
+from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import apply, evaluate
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.integrators.families.adaptive import MOST_STEPS
 from eomgen.integrators.methods import Method
+from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
 from eomgen.lie import product
-from eomgen.simulation.judgement.deep_tyres import upright_tyres
 from eomgen.simulation.judgement.instability import Growth
-from eomgen.simulation.stepping.angle_range import HINT, REASON, large_angles, large_joint_angles
+from eomgen.simulation.judgement.start_checks import upright_tyres
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles
+from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.system.description import Description
 from eomgen.system.terms import TERMS
 
@@ -289,3 +294,61 @@ def curves_outside_range(description: Description, values: Mapping[tuple[str, st
                 points = f"has points from {curve.start:.9g} to {curve.end:.9g}"
                 result.setdefault(curve.name, f"{curve.name} {points} and is asked at {at:.9g}")
     return " and ".join(result.values())
+
+
+class Failure(NamedTuple):
+    """Description of a failure of a function, and its remedy."""
+
+    fault: str
+    hint: str
+
+
+def failed_controller(stepper: Stepper) -> Failure:
+    """Return the failure of the last function: the code that it returned, or its number that is not finite.
+
+    Functions of Python raise errors of their own; if none could be raised, only the text of the status is known.
+    """
+    told = stepper.statistics
+    number = int(told.get("failed_controller", 0))
+    if not number:
+        return Failure(stepper.status_text(CONTROLLER_FAILED), CONTROLLER_ADVICE)
+    row = stepper.layout["method"]["samples"]["controllers"][number - 1]
+    of = f"the function {row['function']} of {row['source']}" if row["function"] else "the function"
+    who = f"{of}, the controller {row['name']},"
+    if code := int(told["controller_returned"]):
+        return Failure(
+            f"{who} returned {code}, and only 0 goes on", f"the reason for which it returns {code}, or return 0"
+        )
+    place = int(told["controller_not_finite"]) - 1
+    behind = place - len(row["outputs"])
+    which = f"memory[{behind}]" if behind >= 0 else f"values[{place}], {row['outputs'][place]},"
+    given = ", ".join(f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])) or "it has no signals"
+    hint = f"a check of its divisions, roots and unset values; {given}"
+    return Failure(f"{who} gave {which} a value that is not a finite number", hint)
+
+
+def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Array, Array], status: int) -> Problem:
+    """Return the problem of the step from a state (t, q, v, a, z).
+
+    Parameters
+    ----------
+    run : with the parameters and inputs of the step
+    status : of the stepper
+    """
+    t, q, v, a, z = state
+    if status == CONTROLLER_FAILED:
+        failure = failed_controller(stepper)
+        fault = f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {failure.fault}"
+        return Problem("", fault, failure.hint)
+    model, p, step = run.model, run.parameters, stepper.step_size
+    block, already, cause = first_non_finite(model, t, (q, v, a, z), step, p, run.signals)
+    inertia = None if block else inertia_warning(model, q, p, q, step)
+    reason = inertia.text if inertia else fast_joint(model, t, q, v, p, step)
+    details = f"; the first block that is not finite is {block}" if block else f"; {reason}" if reason else ""
+    hint = inertia.hint if inertia else advice(run.method, status, {**run.settings, "step": step})
+    if cause[0]:
+        details, hint = details + cause[0], cause[1]
+    elif already:
+        hint = "other inputs, parameters or coordinates there: no smaller step helps"
+    fault = f"the step from t = {t:.9g} s, of {step:.9g} s, failed: {stepper.status_text(status)}{details}"
+    return Problem("", fault, hint)

@@ -15,11 +15,10 @@ from eomgen.base.arrays import Array
 from eomgen.base.text import listed
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate, Largest
 from eomgen.results.finding import FAILURE, Finding
-from eomgen.simulation.judgement.check import Check
 from eomgen.simulation.judgement.constraint_violation import FAILED as BROKEN
 from eomgen.simulation.judgement.energy_balance import FAILED, REPORTED
 from eomgen.simulation.judgement.failures import FAULTS
-from eomgen.simulation.judgement.finished_run import FinishedRun
+from eomgen.simulation.judgement.finished_run import Check, FinishedRun
 from eomgen.simulation.judgement.momentum import momentum_drift
 from eomgen.simulation.judgement.singular_positions import nearest_singular, way_through
 

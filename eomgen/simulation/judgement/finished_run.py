@@ -1,10 +1,12 @@
-"""FinishedRun: a run as its checks see it, every quantity evaluated when it is first asked for."""
+"""FinishedRun: a run as its checks see it, every quantity evaluated when it is first asked for; Check: one row of the
+register of checks.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -15,25 +17,47 @@ from eomgen.analysis.bending import Bending, largest_bending
 from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import InitialState
 from eomgen.integrators.events import STOPPED
+from eomgen.lie.product import Factor
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
-from eomgen.results.finding import Finding
+from eomgen.results.finding import WARNING, Finding, Severity
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate
-from eomgen.simulation.accuracy.step_rows import repeated_share, step_rows
+from eomgen.simulation.accuracy.step_path import repeated_share, step_rows
 from eomgen.simulation.accuracy.unseen_events import unseen_events
 from eomgen.simulation.accuracy.unseen_laws import UnseenLaw, laws_between_steps, unseen_law
-from eomgen.simulation.judgement.constraint_violation import Violation, largest_violation
+from eomgen.simulation.judgement.constraint_violation import Violation, largest_stretch, largest_violation
 from eomgen.simulation.judgement.energy_balance import APART, REPORTED, Balance, energy_balance, same_time
 from eomgen.simulation.judgement.fast_motions import unresolved_motion
 from eomgen.simulation.judgement.instability import Growth, at_rest, unstable_growth
-from eomgen.simulation.judgement.motion_between_rows import untold_between_rows
-from eomgen.simulation.judgement.unit_quaternions import largest_stretch
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.events import acting, parameters_over, table_of
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed, states_of
-from eomgen.simulation.stepping.step_parts import StepParts, step_parts
 from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.time_grid import StepParts, step_parts
+
+#: Share of the way between rows that velocities at the rows do not tell, in the middle of all intervals.
+_UNTOLD = 0.5
+#: Ways that are rounding, in parts of the largest coordinate.
+_ROUNDING = 1e-12
+
+
+def untold_between_rows(states: States, factors: Sequence[Factor]) -> bool:
+    """Return whether a coordinate moves between most rows otherwise than its velocities at the rows say.
+
+    A force of 1 kHz, for instance, has the same phase at rows that are 1 ms apart.
+    """
+    duration = np.diff(states.t)
+    for factor in factors:
+        if factor.group != "R" or not len(duration):
+            continue
+        q, v = states.q[:, factor.q_start], states.v[:, factor.v_start]
+        way = np.diff(q)
+        untold = np.median(np.abs(way - 0.5 * duration * (v[1:] + v[:-1])))
+        if untold > max(_UNTOLD * float(np.median(np.abs(way))), _ROUNDING * float(np.max(np.abs(q)))):
+            return True
+    return False
+
 
 #: Estimated errors, relative to the motion, above which discretisation may cause an imbalance of energy.
 _SMALL = 0.01
@@ -331,3 +355,44 @@ FACTS: Mapping[str, Callable[[FinishedRun], bool]] = {
     "explicit": lambda finished: not finished.run.method.chooses_steps and bool(finished.run.method.real_stability),
     "events": lambda finished: "events" in finished.stepper.layout["method"],
 }
+
+
+#: In ``Check.unless``: every check before this one that can fail a run.
+ANY_FAILURE = "any failure"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of a run.
+
+    Attributes
+    ----------
+    name : str
+        Of its findings.
+    evaluate : callable
+        Returns the findings of a run: none, one, or one for each cause. They need neither name nor severity.
+    needs : tuple of str
+        Facts of ``FinishedRun.FACTS``; a run that lacks one of them is not checked.
+    severity : str
+        Of its findings. A check that fails some runs and warns of others has ``failure``, and its findings are failures
+        if ``fails`` is true.
+    unless, after : tuple of str
+        Checks before this one that make it superfluous by a finding, or of which one must have a finding.
+    continues : str
+        Text that joins a finding to the sentence of the finding before it, if both have such a text. The joint
+        sentence ends with the hint of its last finding.
+    said : bool
+        Whether its findings are part of the message.
+    fails : callable
+        Whether findings of the severity ``failure`` fail a run.
+    """
+
+    name: str
+    evaluate: Callable[[FinishedRun], Iterable[Finding]]
+    needs: tuple[str, ...] = ("complete",)
+    severity: Severity = WARNING
+    unless: tuple[str, ...] = ()
+    after: tuple[str, ...] = ()
+    continues: str = ""
+    said: bool = True
+    fails: Callable[[FinishedRun], bool] = lambda run: True

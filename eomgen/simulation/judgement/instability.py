@@ -1,4 +1,4 @@
-"""Whether the motion of a run grows by its own equations, or by instability of the method.
+"""Growth of the motion of a run: by its own equations, by instability of the method, or by many orders of magnitude.
 
 Every step of two windows at the end of a run is kept, and of one in its middle. If a velocity and its acceleration
 have grown much from window to window, the last window is repeated in smaller steps, from the state in which it
@@ -6,6 +6,9 @@ began. Steps that follow the equations agree on the size of the motion at its en
 falls, negative damping, a controller that diverges. An explicit method beyond its limit of stability grows otherwise,
 or not at all, in smaller steps. Sizes are compared and not states, so a phase lag does not matter; neither energies
 nor recorded rows are needed.
+
+The largest velocities of the four quarters of a run are compared. A velocity that grows from each to the next by a
+large factor grows exponentially: constant forces give factors below 2 behind the first quarters.
 """
 
 from __future__ import annotations
@@ -19,8 +22,10 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
+from eomgen.results.finding import Finding
 from eomgen.simulation.stepping.chunks import WINDOW, Trajectory
 from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.states import States
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import Library
 
@@ -331,3 +336,38 @@ def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Ar
     record = np.empty((steps + 1, stepper.sizes["row"]))
     status, rows = stepper.run(steps * parts, parts, table, record)
     return None if status or rows < steps else record[:rows]
+
+
+#: Factors of growth from quarter to quarter, and from the first to the last one, from which on it is reported.
+_EACH, _OVERALL = 10.0, 1e6
+#: Travel in the last quarter, in parts of the largest coordinate in m of the first one, or in rad: a motion that
+#: swings, or falls over from an equilibrium, travels less.
+_FAR = 1e3
+#: Rows of a quarter that tell its largest velocity.
+_ROWS = 8
+
+
+def unbounded_growth(run: Run, states: States) -> Finding | None:
+    """Return a finding on the velocity that grows most by the equations of motion; None if none grows far."""
+    quarters = np.array_split(np.arange(len(states.t)), 4)
+    if not run.model.nv or len(quarters[-1]) < _ROWS:
+        return None
+    sizes = np.array([np.abs(states.v[rows]).max(axis=0) for rows in quarters])
+    lengths = [index for index, unit in enumerate(run.model.q_units) if unit == "m"]
+    longest = float(np.abs(states.q[quarters[0]][:, lengths]).max(initial=0.0)) or 1.0
+    scales = np.array([longest if unit == "m/s" else 1.0 for unit in run.model.v_units])
+    travel = sizes[-1] * (states.t[-1] - states.t[quarters[-1][0]])
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        each, overall = (sizes[1:] / sizes[:-1]).min(axis=0), sizes[-1] / sizes[0]
+    grown = np.flatnonzero((each >= _EACH) & (overall >= _OVERALL) & (travel > _FAR * scales) & np.isfinite(overall))
+    if not len(grown):
+        return None
+    one = grown[np.argmax(overall[grown])]
+    name, unit = run.model.v_names[one], run.model.v_units[one]
+    samples = ", or a shorter time between samples" if "samples" in run.model.library.layout["method"] else ""
+    text = (
+        f"the motion grows without end: {name} by a factor of {overall[one]:.2g}, from at most {sizes[0, one]:.3g}"
+        f" {unit} in the first quarter of the run to {sizes[-1, one]:.3g} {unit} in the last one"
+    )
+    hint = f"other signs or sizes of gains, damping and stiffnesses{samples}"
+    return Finding(value=float(overall[one]), text=text, hint=hint)

@@ -8,9 +8,8 @@ from itertools import chain
 
 from eomgen.results.finding import FAILURE, WARNING, Finding
 from eomgen.simulation.judgement import doubts, failures, remarks, start_checks
-from eomgen.simulation.judgement.check import ANY_FAILURE, Check
 from eomgen.simulation.judgement.failures import end_of
-from eomgen.simulation.judgement.finished_run import FinishedRun
+from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, FinishedRun
 
 #: In the order of findings and of sentences of the message.
 CHECKS: tuple[Check, ...] = (*failures.ROWS, *doubts.ROWS, *remarks.ROWS, *start_checks.ROWS)

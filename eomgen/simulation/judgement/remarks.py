@@ -1,4 +1,5 @@
-"""Checks beyond error estimates of the steps: large deflections, growth, fast forces, missed events, outputs.
+"""Checks beyond error estimates of the steps: large deflections, growth, fast forces, missed events, outputs, elements
+of beams that turn too far, and calls that are allowed but hardly intended.
 
 Outputs that have no value at some rows of a run.
 
@@ -8,31 +9,134 @@ Springs whose ends pass one another in a run: their length is zero there, and th
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from operator import itemgetter
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.text import counted, listed
+from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
 from eomgen.lie.numeric import rotated
 from eomgen.results.finding import FAILURE, NOTE, Finding
-from eomgen.simulation.judgement.check import ANY_FAILURE, Check
-from eomgen.simulation.judgement.doubtful_calls import doubtful_call, exchanged_times
 from eomgen.simulation.judgement.doubts import LARGE_ERROR
 from eomgen.simulation.judgement.failures import FAULTS
-from eomgen.simulation.judgement.fast_laws import fast_laws
-from eomgen.simulation.judgement.finished_run import FinishedRun
+from eomgen.simulation.judgement.fast_motions import fast_laws
+from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, FinishedRun
+from eomgen.simulation.judgement.instability import unbounded_growth
 from eomgen.simulation.judgement.singular_positions import not_followed, passages
-from eomgen.simulation.judgement.turned_elements import turned_elements
-from eomgen.simulation.judgement.unbounded_growth import unbounded_growth
 from eomgen.simulation.stepping.settings import followed_laws
+from eomgen.simulation.stepping.time_grid import WHOLE, TimeGrid
 from eomgen.system.description import BASE, WORLD
 
-if TYPE_CHECKING:
-    from eomgen.compiled.model import CompiledModel
+#: A step of so many runs is more likely their end.
+_EXCHANGED = 100.0
+#: Standard deviations that a standard normal variable exceeds with a probability of 1e-15.
+_IMPROBABLE = 8.0
+
+
+def exchanged_times(grid: TimeGrid) -> list[str]:
+    """Return one sentence if the step is longer than the run, as for exchanged arguments."""
+    span = grid.end - grid.start
+    if not 0.0 < span * (1.0 + WHOLE) < grid.step:
+        return []
+    sentence = f"the step, {grid.step:.6g} s, is longer than the run, {span:.6g} s, which is one shorter step"
+    exchanged = f"; simulate({grid.step:.6g}, {span:.6g}) has the end first, and then the step"
+    return [sentence + (exchanged if grid.step >= _EXCHANGED * span else "")]
+
+
+def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], p: Array) -> list[str]:
+    """Return one sentence for each doubt about a run.
+
+    Parameters
+    ----------
+    given : names of the inputs that the caller gives
+    p : (np,) parameters
+    """
+    description, notes = model.description, []
+    span = grid.end - grid.start
+    longest = span * (1.0 + WHOLE)
+    periods = {
+        state.sampling.controller or state.name: state.sampling.period
+        for state in description.states
+        if state.sampling is not None
+    }
+    notes += [
+        f"{name} is sampled once: every {period:.6g} s in a run of {span:.6g} s"
+        for name, period in periods.items()
+        if 0.0 < longest < period
+    ]
+    silent = [item.name for item in description.inputs if not item.given and item.name not in given]
+    if silent:
+        many = len(silent) > 1
+        sentence = f"the inputs {listed(silent)} are 0" if many else f"the input {silent[0]} is 0"
+        notes.append(f"{sentence}: neither the scene nor the run gives {'them' if many else 'it'}")
+    return [*notes, *_improbable_variables(model, p)]
+
+
+def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
+    """Return a sentence on variables of random processes and waves that no draw of a normal distribution gives."""
+    large = np.flatnonzero(np.abs(p) > _IMPROBABLE).tolist()
+    if not large:
+        return []
+    names = tuple(model.parameters)
+    normal = {item.name for item in model.description.parameters if item.standard_normal}
+    result = [(names[k], abs(float(p[k]))) for k in large if names[k] in normal]
+    if not result:
+        return []
+    name, value = max(result, key=itemgetter(1))
+    sentence = (
+        f"{name} is {value:.6g} standard deviations out: it is a standard normal variable of a random process or sea"
+    )
+    return [sentence + (f" ({counted(len(result), 'variable')} beyond {_IMPROBABLE:g})" if len(result) > 1 else "")]
+
+
+#: Rows that are looked at together.
+_BATCH = 2048
+#: Half a turn is passed if the scalar part of the relative quaternion, which is 0 there, changes its sign within
+#: this distance; other changes of sign are due to the sign of a pose's quaternion and mean no rotation.
+_NEAR = 0.7
+
+
+def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
+    """Return a finding on the element that passes half a turn first; None if there is none.
+
+    Runs of models without ``poses`` are left out.
+
+    Parameters
+    ----------
+    t, q : (rows,) in s, (rows, nq)
+    p : (np,) tunable parameters
+    """
+    beams = model.description.exact_beams
+    if not beams or "poses" not in model.functions or len(t) < 2:
+        return None
+    for start in range(0, len(t) - 1, _BATCH):
+        rows = slice(start, start + _BATCH + 1)  # the last one is the first of the next
+        if result := _passed(model, t[rows], q[rows], p):
+            return result
+    return None
+
+
+def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
+    beams = model.description.exact_beams
+    quaternion = model.evaluate("poses", q, t=t, parameters=p)["pose"][..., :4]
+    quaternion_of = {name: quaternion[:, k] for k, name in enumerate(model.bodies)}
+    for nodes in beams:
+        for number, (first, second) in enumerate(pairwise(nodes), 1):
+            cosine = np.sum(quaternion_of[first] * quaternion_of[second], axis=1)
+            before, after = cosine[:-1], cosine[1:]
+            passed = (before * after < 0.0) & (np.maximum(np.abs(before), np.abs(after)) < _NEAR)
+            if passed.any():
+                when = t[1:][passed][0]
+                sentence = f"element {number} of the beam {nodes[0]} turns by more than half a turn at t = {when:.6g} s"
+                hint = f"elements = {2 * (len(nodes) - 1)}, which turn less each"
+                return Finding(time=float(when), text=f"{sentence}, which strains cannot tell", hint=hint)
+    return None
 
 
 #: Ends meet if they come nearer than this part of the length of the spring at rest.

@@ -1,4 +1,5 @@
-"""Checks of the start of a run: rates that explicit steps do not resolve, limits, impacts, and the choice of method.
+"""Checks of the start of a run: rates that explicit steps do not resolve, limits, impacts, tyres deep in their road,
+and the choice of method.
 
 Impacts that a run starts behind, or on, and their effect on the motion, in words.
 """
@@ -6,24 +7,153 @@ Impacts that a run starts behind, or on, and their effect on the motion, in word
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.compiled.equations import accelerations
 from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import Formula, Symbol
 from eomgen.lie import product
+from eomgen.lie.numeric import rotated
 from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.accuracy.motion_size import reach_of
-from eomgen.simulation.judgement.check import Check
-from eomgen.simulation.judgement.deep_tyres import deep_tyres
-from eomgen.simulation.judgement.fast_decay import Fastest, decay_of_motion, decay_of_states
-from eomgen.simulation.judgement.finished_run import Beginning, FinishedRun
+from eomgen.simulation.judgement.finished_run import Beginning, Check, FinishedRun
 from eomgen.simulation.stepping.run import Run
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, largest_cancellation, relative_error
+from eomgen.system.description import BASE, WORLD
+
+if TYPE_CHECKING:
+    from eomgen.simulation.stepping.inputs import InputSignals
+
+
+_AT_REST = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+#: Horizontal part of a unit vector that counts as upright.
+_UPRIGHT = 1e-9
+
+
+def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: InputSignals | None) -> list[str]:
+    """Return one sentence for each tyre that starts with more than half of its radius in the road.
+
+    Models without ``poses`` have none, nor have roads by curves and waves at places that only a step knows.
+
+    Parameters
+    ----------
+    t, q, p : s, (nq,), (np,)
+    signals : inputs of the run; None if it takes none
+    """
+    if "poses" not in model.functions:
+        return []
+    drawing = model.description.drawing
+    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
+    inputs = {} if signals is None else dict(zip(model.inputs, signals.rows(np.array([t]))[0].tolist(), strict=False))
+    poses = _poses(model, t, q, p)
+    points = {point.name: point for point in drawing.points}
+    notes = []
+    for wheel in drawing.wheels:
+        point = points[wheel.center]
+
+        def value(formula: Formula, place: Array | None = None) -> float:
+            def value_of(symbol: Symbol) -> float:
+                if symbol.kind == "position" and place is not None:
+                    return float(place[symbol.index])
+                if symbol.kind == "time":
+                    return t
+                return inputs[symbol.name] if symbol.kind == "input" else values[symbol.name]
+
+            return float(evaluate(formula, value_of))
+
+        try:
+            offset = np.array([value(part) for part in point.position])
+            pose = poses[point.body]
+            place = rotated(pose[:4], offset) + pose[4:]
+            note = wheel.deep(float(place[2]), value(wheel.radius), value(wheel.road, place), value(wheel.stiffness))
+        except (ArithmeticError, KeyError):
+            continue
+        notes += [note] if note else []
+    return notes
+
+
+def upright_tyres(model: CompiledModel, t: float, q: Array, p: Array) -> str:
+    """Return the tyres whose axis is upright, so that their slip has no directions; empty for none."""
+    wheels = [wheel for wheel in model.description.drawing.wheels if wheel.axis is not None]
+    if not wheels or "poses" not in model.functions:
+        return ""
+    poses, points = _poses(model, t, q, p), {point.name: point for point in model.description.drawing.points}
+    named = []
+    for wheel in wheels:
+        axis = rotated(poses[points[wheel.center].body][:4], np.array(wheel.axis))
+        if np.hypot(axis[0], axis[1]) <= _UPRIGHT * np.linalg.norm(axis):
+            named.append(wheel.name)
+    return ", ".join(named)
+
+
+def _poses(model: CompiledModel, t: float, q: Array, p: Array) -> dict[str, Array]:
+    """Return quaternion and position of the bodies, the base and the world, (7,) each."""
+    poses = dict(zip(model.bodies, model.evaluate("poses", q, t=t, parameters=p)["pose"], strict=True))
+    poses[WORLD] = poses[BASE] = _AT_REST
+    if "base" in model.functions:
+        poses[BASE] = model.base(t, parameters=p)[:7]
+    return poses
+
+
+#: Difference step of velocities, relative to their size, and to the velocity that covers the coordinates in a step.
+_DIFFERENCE, _OF_REACH = 1e-7, 1e-10
+
+
+class Fastest(NamedTuple):
+    """The fastest decay: subject and verb in words, rate in 1/s."""
+
+    text: str
+    rate: float
+
+
+def decay_of_states(model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array) -> Fastest | None:
+    """Return the fastest decay of internal states, by the eigenvalues of -Fz."""
+    if "internal_partials" not in model.functions:
+        return None
+    by_state = model.internal_partials(state.q, state.v, state.z, t, u, parameters=p).rate_z
+    if not np.all(np.isfinite(by_state)):
+        return None
+    return Fastest("internal states decay", float((-np.linalg.eigvals(by_state).real).max(initial=0.0)))
+
+
+def decay_of_motion(
+    model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float
+) -> Fastest | None:
+    """Return the fastest decay of velocities, at the initial ones and at rest."""
+    fastest = 0.0
+    for rate in (state.v, np.zeros_like(state.v)):
+        decay = _decay(model, state, rate, t, u, p, step)
+        if decay is not None and np.all(np.isfinite(decay)):
+            fastest = max(fastest, float(np.linalg.eigvals(decay).real.max(initial=0.0)))
+    return Fastest("damping or friction decays", fastest)
+
+
+def _decay(
+    model: CompiledModel, state: InitialState, v: Array, t: float, u: Array | None, p: Array, step: float
+) -> NDArray[np.floating[Any]] | None:
+    """Return -d vdot/dv, (nv, nv), at velocities v: by partials, or by central differences if the model has none."""
+    if "partials" in model.functions:
+        _, C, M = model.partials(state.q, v, np.zeros_like(v), t, u, z=state.z, parameters=p)
+        known = np.all(np.isfinite(C)) and np.all(np.isfinite(M)) and np.linalg.matrix_rank(M) == len(M)
+        return np.linalg.solve(M, C) if known else None
+    if "forward_dynamics" not in model.functions or not model.nv:
+        return None
+    reach = reach_of(model, state.q)
+    least = _OF_REACH * np.where(reach > 0.0, reach, 1.0) / step
+    ways = np.diag(np.maximum(least, _DIFFERENCE * np.abs(v)))
+    with np.errstate(all="ignore"):
+        ahead, behind = (
+            accelerations(model, state.q, v + sign * ways, t, u, z=state.z, parameters=p) for sign in (1.0, -1.0)
+        )
+        columns: Array = (behind - ahead) / (2.0 * np.diag(ways)[:, np.newaxis])
+    return columns.T
+
 
 #: Part of the coordinates, and of the rate within a step, by which a function on its root may be off.
 _ON = 1e-12

@@ -1,14 +1,7 @@
 """A run as data, and its stepping: settings, inputs, events, the compiled stepper and its loop."""
 
 #: Open to the other parts of ``simulation``.
-WITHIN = [
-    "angle_range",
-    "compiled_steps",
-    "controllers",
-    "events",
-    "step_parts",
-    "taylor_output",
-]
+WITHIN = ["controllers", "events"]
 
 __all__ = [
     "chunks",

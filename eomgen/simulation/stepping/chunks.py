@@ -1,4 +1,6 @@
-"""The compiled time loop, run in chunks of a tenth of a second so that progress shows and Ctrl-C works."""
+"""The compiled time loop: in chunks of a tenth of a second, so that progress shows and Ctrl-C works, and step by step
+for a simulator, with inputs that are held, that move, or that follow functions.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +8,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -14,10 +17,10 @@ from eomgen.base.arrays import Array
 from eomgen.base.progress import Interrupts, Progress
 from eomgen.errors import UsageError
 from eomgen.integrators.events import AT_EVENTS
-from eomgen.simulation.stepping.event_log import Log
 from eomgen.simulation.stepping.inputs import HeldRows
-from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.stepper import Log, Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid
+from eomgen.toolchain.library import Library
 
 #: Seconds of work between two looks at progress and interrupts.
 CHUNK_SECONDS = 0.1
@@ -79,101 +82,121 @@ def run_chunks(
     writer : CheckpointWriter, optional
         Writes checkpoints of good states between chunks, and of the last one unless a step failed.
     """
-    start, plan = stepper.origin, stepper.plan
-    width = stepper.sizes["row"]
-    first = done = stepper.count
-    held = inputs if isinstance(inputs, HeldRows) and not done else None
-    pieces = [(stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times))))[np.newaxis]]
-    settings, step = stepper.settings[1:].tobytes(), stepper.step_size
-    pace = plan.pace if plan.paced_by == settings else math.inf
-    if step > plan.paced_step:  # a row of a method that chooses its steps may cost so much more
-        pace *= step / plan.paced_step
-    status, chunk = 0, max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / pace)))
-    last_recorded = done
-    windows = _windows(done, grid.whole)
-    whole = record_every == 1  # every row of the windows is one of the run
-    kept: list[list[Array]] = [[] for _ in windows]
-    failure: UsageError | None = None
-    logs: list[Log] = []
+    recorder, pace = _Recorder(stepper, grid, record_every, inputs), _Pace(stepper)
+    status, failure, last_row = 0, None, None
     modes = stepper.modes
-    at_once = writer is None and chunk >= grid.whole - done  # then it is too short for a Ctrl-C to be kept from it
+    at_once = writer is None and pace.chunk >= grid.whole - stepper.count  # too short for a Ctrl-C to be kept from it
     with Interrupts(heeded=not at_once) as interrupted:
-        while done < grid.whole and status == 0 and not interrupted.heard:
-            inside, size = None, min(chunk, grid.whole - done)
-            if not whole:
-                inside = next((number for number, (begin, end) in enumerate(windows) if begin <= done < end), None)
-                edge = windows[inside][1] if inside is not None else min(begin for begin, _ in windows if begin > done)
-                size = min(chunk, edge - done)
+        while (done := stepper.count) < grid.whole and status == 0 and not interrupted.heard:
+            window, size = recorder.part(min(pace.chunk, grid.whole - done))
             if writer is not None and (room := writer.room(done)) is not None:
                 size = min(size, room)
             began = time.perf_counter()
-            table = None
-            if inputs is not None:
-                try:
-                    table = rows_from(stepper, inputs, done, size, start)
-                except UsageError as error:  # go on to the last step before the one at which the input fails
-                    if size > 1:
-                        chunk = size // 2
-                        continue
-                    failure = error
-                    break
-            before, every = done, record_every if inside is None else 1
-            if inside is not None and not kept[inside]:
-                kept[inside].append(stepper.row[np.newaxis])
-            record = np.empty((size // every + 1, width))
-            status, rows = stepper.run(size, every, table, record)
-            done = stepper.count
-            if plan.entry is not None:
-                logs.append(stepper.new_events)
-            new_rows = record[:rows]
-            if inside is not None:
-                kept[inside].append(new_rows)
-                new_rows = new_rows[-(before + 1) % record_every :: record_every]
-            if len(new_rows):
-                pieces.append(new_rows.copy() if len(new_rows) < len(record) // 2 else new_rows)
-                last_recorded = done - done % record_every
+            try:
+                table = None if inputs is None else rows_from(stepper, inputs, done, size, stepper.origin)
+            except UsageError as error:  # go on to the last step before the one at which the input fails
+                if size > 1:
+                    pace.chunk = size // 2
+                    continue
+                failure = error
+                break
+            status = recorder.steps(size, window, table)
             elapsed = time.perf_counter() - began
             if writer is not None and status == 0:
-                writer.look(stepper, done)
+                writer.look(stepper, stepper.count)
             if progress is not None:
-                progress(done, grid.steps)
-            if status == 0 and done == before:
+                progress(stepper.count, grid.steps)
+            if status == 0 and stepper.count == done:
                 raise RuntimeError("the stepper made no step and gave no reason")
-            pace = max(elapsed, 1e-9) / max(done - before, 1)
-            plan.pace, plan.paced_step, plan.paced_by = pace, step, settings
-            chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, chunk), int(CHUNK_SECONDS / pace)))
+            pace.measured(elapsed, size, stepper.count - done)
+        done = stepper.count
         stopped = interrupted.heard and done < grid.steps
         if writer is not None and status == 0:
             writer.look(stepper, done, final=True)
-        last_row = None
         if grid.rest and status == 0 and failure is None and not stopped:
             try:
                 status, last_row = _last_step(stepper, grid, inputs)
-                logs.append(stepper.new_events)
+                recorder.logs.append(stepper.new_events)
             except UsageError as error:
                 failure = error
     if last_row is not None:
         done += 1
-        pieces.append(last_row[np.newaxis])
+        recorder.pieces.append(last_row[np.newaxis])
         if progress is not None:
             progress(done, grid.steps)
-    elif last_recorded != done or status in AT_EVENTS:
-        pieces.append(stepper.row[np.newaxis])
-    recorded = np.concatenate(pieces)
-    if whole:
-        kept = [[recorded[begin - first : end - first + 1]] if begin < done else [] for begin, end in windows]
-    *middle, last = (np.concatenate(rows) if len(rows) > 1 else rows[0] if rows else None for rows in kept)
-    return Trajectory(
-        recorded,
-        status,
-        stopped,
-        done,
-        failure,
-        middle[0] if middle else None,
-        last,
-        [log for log in logs if len(log)],
-        modes,
-    )
+    elif recorder.last != done or status in AT_EVENTS:
+        recorder.pieces.append(stepper.row[np.newaxis])
+    rows, middle, end = recorder.finished(done)
+    events = [log for log in recorder.logs if len(log)]
+    return Trajectory(rows, status, stopped, done, failure, middle, end, events, modes)
+
+
+class _Pace:
+    """Number of steps of the next chunk, by the time that a step took before."""
+
+    def __init__(self, stepper: Stepper) -> None:
+        self.plan, self.step = stepper.plan, stepper.step_size
+        self.settings = stepper.settings[1:].tobytes()
+        pace = self.plan.pace if self.plan.paced_by == self.settings else math.inf
+        if self.step > self.plan.paced_step:  # a row of a method that chooses its steps may cost so much more
+            pace *= self.step / self.plan.paced_step
+        self.chunk = max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / pace)))
+
+    def measured(self, seconds: float, size: int, steps: int) -> None:
+        """Adapt the size of chunks to the time of the steps that were made of so many."""
+        pace = max(seconds, 1e-9) / max(steps, 1)
+        self.plan.pace, self.plan.paced_step, self.plan.paced_by = pace, self.step, self.settings
+        self.chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, self.chunk), int(CHUNK_SECONDS / pace)))
+
+
+class _Recorder:
+    """Rows of a run: the recorded ones, and every row of its windows."""
+
+    def __init__(self, stepper: Stepper, grid: TimeGrid, every: int, inputs: Callable[[Array], Array] | None) -> None:
+        self.stepper, self.every = stepper, every
+        self.begin = self.last = stepper.count
+        held = inputs if isinstance(inputs, HeldRows) and not self.begin else None
+        first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
+        self.pieces, self.logs = [first[np.newaxis]], list[Log]()
+        self.windows = _windows(self.begin, grid.whole)
+        self.kept: list[list[Array]] = [[] for _ in self.windows]
+
+    def part(self, size: int) -> tuple[int | None, int]:
+        """Return the window of the next steps and their number, at most ``size``, up to the window's next edge."""
+        if self.every == 1:  # every row of the windows is one of the run
+            return None, size
+        done = self.stepper.count
+        window = next((number for number, (begin, end) in enumerate(self.windows) if begin <= done < end), None)
+        edge = min(begin for begin, _ in self.windows if begin > done) if window is None else self.windows[window][1]
+        return window, min(size, edge - done)
+
+    def steps(self, size: int, window: int | None, table: Array | None) -> int:
+        """Make steps, record their rows, and return the status."""
+        stepper = self.stepper
+        before, every = stepper.count, self.every if window is None else 1
+        if window is not None and not self.kept[window]:
+            self.kept[window].append(stepper.row[np.newaxis])
+        record = np.empty((size // every + 1, stepper.sizes["row"]))
+        status, count = stepper.run(size, every, table, record)
+        if stepper.plan.entry is not None:
+            self.logs.append(stepper.new_events)
+        rows = record[:count]
+        if window is not None:
+            self.kept[window].append(rows)
+            rows = rows[-(before + 1) % self.every :: self.every]
+        if len(rows):
+            self.pieces.append(rows.copy() if len(rows) < len(record) // 2 else rows)
+            self.last = stepper.count - stepper.count % self.every
+        return status
+
+    def finished(self, done: int) -> tuple[Array, Array | None, Array | None]:
+        """Return the recorded rows, and all rows of the window in the middle and of the one at the end."""
+        recorded, kept = np.concatenate(self.pieces), self.kept
+        if self.every == 1:
+            first = self.begin
+            kept = [[recorded[begin - first : end - first + 1]] if begin < done else [] for begin, end in self.windows]
+        *middle, last = (np.concatenate(rows) if len(rows) > 1 else rows[0] if rows else None for rows in kept)
+        return recorded, middle[0] if middle else None, last
 
 
 def _windows(done: int, whole: int) -> list[tuple[int, int]]:
@@ -209,3 +232,82 @@ def rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, siz
     if before is None:
         return np.ascontiguousarray(inputs(times))
     return np.concatenate([before[np.newaxis], inputs(times[1:])])
+
+
+#: Steps in one call of compiled code, which hears no Ctrl-C.
+_MOST = 10_000
+
+#: Number and time in s of each event that came, in order.
+Events = list[tuple[int, float]]
+
+
+class CompiledSteps:
+    """Calls of a library's steps on the memory of a stepper.
+
+    Attributes
+    ----------
+    u : (nu,) inputs of ``one``, and after ``move`` the inputs at the end of its steps
+    one, free : one step with the inputs u, and one with the scene's formulas; give a status
+    events : events of the last call of ``move`` or ``follow``
+    """
+
+    def __init__(self, library: Library, stepper: Stepper, nu: int) -> None:
+        self._stepper = stepper
+        self._time, self._last_step = stepper.state, stepper.state[stepper.places["step"]]
+        self.u, self._end = np.zeros(nu), np.zeros(nu)
+        pointer = partial(library.ffi.from_buffer, "double[]")
+        memory = [pointer(part) for part in (stepper.parameters, stepper.settings, stepper.state, stepper.workspace)]
+        self._call = partial(library.lib.eomgen_run_inputs, *memory)
+        self._none = library.ffi.NULL
+        self._first, self._last = (pointer(part) if nu else self._none for part in (self.u, self._end))
+        self.events: Events = []
+        self.one = partial(self._call, 1, self._first, self._none)
+        self.free = partial(self._call, 1, self._none, self._none)
+
+    def move(self, n: int, first: Array, last: Array | None) -> int:
+        """Take steps with inputs from first to last, or held; return the status."""
+        done, status = 0, 0
+        self.events = []
+        while done < n and not status:
+            size = min(n - done, _MOST)
+            self.u[:], self._end[:] = between(first, last, done / n), between(first, last, (done + size) / n)
+            before = self._count
+            status = int(self._call(size, self._first, self._none if last is None else self._last))
+            done += self._count - before
+            self.events += self._events
+            self.u[:] = between(first, last, done / n)
+        return status
+
+    def follow(self, n: int, driven: Callable[[Array], Array] | None) -> int:
+        """Take steps with the inputs (n, nu) that a function gives for times (n,), or formulas; return the status."""
+        done, status = 0, 0
+        self.events = []
+        while done < n and not status:
+            before = self._count
+            status = self._some(min(n - done, _MOST), driven)
+            done += self._count - before
+            self.events += self._events
+        return status
+
+    def _some(self, n: int, driven: Callable[[Array], Array] | None) -> int:
+        if driven is None:
+            return int(self._call(n, self._none, self._none))
+        stepper, count = self._stepper, self._count
+        times = stepper.times_of(count, n, stepper.origin if count else float(self._time[0]))
+        return stepper.run(n, 0, np.ascontiguousarray(driven(times)), None)[0]
+
+    @property
+    def _count(self) -> int:
+        """Steps on the present grid; 0 if the next one begins another."""
+        return self._stepper.count if abs(self._last_step[0]) == self._stepper.step_size else 0
+
+    @property
+    def _events(self) -> Events:
+        """Events of the last call."""
+        log = self._stepper.new_events
+        return [(int(k), float(t)) for k, t in zip(log["event"], log["t"], strict=True)] if len(log) else []
+
+
+def between(first: Array, last: Array | None, share: float) -> Array:
+    """Return the inputs after a share of the way from first to last, or the held inputs if last is None."""
+    return first if last is None else (1.0 - share) * first + share * last

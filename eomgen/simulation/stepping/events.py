@@ -13,8 +13,7 @@ from eomgen.integrators.events import ACCUMULATED, AT_EVENTS, NO_VALUE, STOPPED
 from eomgen.lie import product
 from eomgen.results.events import Events
 from eomgen.simulation.stepping.chunks import Trajectory
-from eomgen.simulation.stepping.event_log import entry_type
-from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.stepper import Stepper, entry_type
 from eomgen.system.events import mode_parameter
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.compiled.corrected_start import CORRECTED, corrected_start, tells_strain
+from eomgen.compiled.consistent_states import CORRECTED, corrected_start, tells_strain
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.simulation.stepping.run import SCENE_START, Run

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.road_classes import FREQUENCY_RANGE
+from eomgen.base.random_inputs import FREQUENCY_RANGE
 from eomgen.errors import Problem, UsageError
 from eomgen.products.reliability.random_processes.covariance import Band, Covariance, RoadProfile, SpectrumTable
 from eomgen.solvers.quadrature import gauss_legendre

@@ -23,7 +23,7 @@ from typing import Protocol
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.road_classes import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
+from eomgen.base.random_inputs import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.solvers.quadrature import gauss_legendre

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.base.standard_normals import standard_normals
+from eomgen.base.random_inputs import standard_normals
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.products.reliability.random_processes import Expansion

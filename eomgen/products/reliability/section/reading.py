@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.random_roads import FASTEST
+from eomgen.base.random_inputs import FASTEST
 from eomgen.base.text import key_of
 from eomgen.errors import UsageError
 from eomgen.products.reliability.random_processes import (

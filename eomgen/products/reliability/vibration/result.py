@@ -17,7 +17,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_table, write_text
 from eomgen.base.text import json_text
-from eomgen.results.sample_errors import SampleErrors
+from eomgen.results.error_estimate import SampleErrors
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from eomgen.products.derivatives.run_sensitivities import Sensitivities
     from eomgen.products.derivatives.stationary_run import StationaryRun
     from eomgen.products.ensembles import Ensemble
-    from eomgen.results.sample_errors import SampleErrors
+    from eomgen.results.error_estimate import SampleErrors
 
 
 Derived = TypeVar("Derived")

@@ -70,7 +70,7 @@ from eomgen.products.reliability.vibration.run_response import (
     rows_at,
 )
 from eomgen.products.reliability.vibration.truncation import lost_variance
-from eomgen.results.sample_errors import SampleErrors
+from eomgen.results.error_estimate import SampleErrors
 from eomgen.simulation.option_types import SensitivityOptions
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ import click
 
 from eomgen.base.text import counted
 from eomgen.cli.options import arguments_of, debug_option, json_option, scene_options
-from eomgen.cli.printing import building, print_json, say
-from eomgen.cli.tables import print_table
+from eomgen.cli.printing import building, print_json, print_table, say
 from eomgen.errors import NumericalError
 
 if TYPE_CHECKING:

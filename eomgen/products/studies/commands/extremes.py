@@ -14,9 +14,8 @@ import click
 from eomgen.base.progress import terminal_bar
 from eomgen.base.text import counted, listed
 from eomgen.cli.options import arguments_of, debug_option, json_option, names_of, scene_options
-from eomgen.cli.printing import print_json, say
+from eomgen.cli.printing import print_json, print_table, say
 from eomgen.cli.running import SCENE_OPTIONS
-from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
 
 if TYPE_CHECKING:

@@ -20,9 +20,8 @@ from eomgen.cli.options import (
     scene_options,
     set_option,
 )
-from eomgen.cli.printing import building, print_json, say
+from eomgen.cli.printing import building, print_json, print_table, say
 from eomgen.cli.running import read_scene
-from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import arguments_of, debug_option, json_option, scene_options
-from eomgen.cli.printing import building, console, print_json, say
+from eomgen.cli.printing import building, console, print_json, print_table, say
 from eomgen.cli.running import say_notes, say_stand_in
-from eomgen.cli.tables import print_table
 
 if TYPE_CHECKING:
     from eomgen.products.studies.savings import Cost, Savings

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, checked_calls
-from eomgen.base.standard_normals import WAVES, standard_normals
+from eomgen.base.random_inputs import WAVES, standard_normals
 from eomgen.errors import Problem, UsageError
 from eomgen.products.waves.sea_states.components import STANDARD_GRAVITY, Components
 from eomgen.products.waves.sea_states.numbers import check_number, check_whole

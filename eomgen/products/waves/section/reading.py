@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from eomgen.base.standard_normals import WAVES, standard_normals
+from eomgen.base.random_inputs import WAVES, standard_normals
 from eomgen.base.text import key_of
 from eomgen.errors import UsageError
 from eomgen.formula.evaluate import symbols

@@ -1,6 +1,8 @@
-"""Conversion of a URDF to a scene: fixed joints are merged, unsupported elements listed.
+"""Conversion of a URDF to a scene: fixed joints are merged, mimic elements followed, unsupported elements listed.
 
 A link's frame is its joint's frame at zero, in URDF as here, so placements are taken over as they are.
+
+A joint at rest (fixed, or locked by the user) may be followed too; its follower then rests at multiplier 0 + offset.
 """
 
 from __future__ import annotations
@@ -19,22 +21,100 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import OptionError
-from eomgen.scene.sources.urdf.actuation import effort_inputs
-from eomgen.scene.sources.urdf.assumed_values import GIVE, friction_of, stops_of
-from eomgen.scene.sources.urdf.followers import held_and_following
-from eomgen.scene.sources.urdf.inertias import body_entry, tunable_body
 from eomgen.scene.sources.urdf.notes import (
+    GIVE,
+    friction_of,
     inertia_warnings,
     left_out,
     notes_of_mimics,
     notes_of_names_and_angles,
     notes_of_sizes,
     notes_of_what_has_no_effect,
+    stops_of,
 )
 from eomgen.scene.sources.urdf.reading import Joint, LoopJoint, Robot, read_robot
-from eomgen.scene.sources.urdf.transmissions import Transmissions, actuation, read_transmissions
+from eomgen.scene.sources.urdf.transmissions import Transmissions, actuation, effort_inputs, read_transmissions
 from eomgen.scene.sources.xml import read_xml
 from eomgen.system.description import BASE, WORLD
+
+_ENTRIES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+
+
+def body_entry(inertia: Inertia) -> dict[str, Any]:
+    """Return the entry of a body with the given mass properties."""
+    tensor = [float(inertia.about_center[place]) for place in _ENTRIES.values()]
+    return {"mass": inertia.mass, "center_of_mass": np.asarray(inertia.center).tolist(), "inertia": tensor}
+
+
+def tunable_body(link: str, inertia: Inertia) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return ten tunable parameters with the values of a link, and the entry of a body that has them.
+
+    They are ``LINK_mass``, ``LINK_center_x`` (and y, z), m in the link's frame, and ``LINK_inertia_xx`` (yy, zz, xy,
+    xz, yz), kg m^2 about the centre of mass in the link's axes.
+    """
+    fixed = body_entry(inertia)
+    values = {f"{link}_mass": (fixed["mass"], "kg")}
+    values |= {f"{link}_center_{x}": (value, "m") for x, value in zip("xyz", fixed["center_of_mass"], strict=True)}
+    values |= {f"{link}_inertia_{x}": (value, "kg m^2") for x, value in zip(_ENTRIES, fixed["inertia"], strict=True)}
+    names = list(values)
+    parameters = {name: {"value": value, "unit": unit, "tunable": True} for name, (value, unit) in values.items()}
+    return parameters, {"mass": names[0], "center_of_mass": names[1:4], "inertia": names[4:]}
+
+
+def held_and_following(
+    robot: Robot, locked: Collection[str], report: Report
+) -> tuple[dict[str, float], dict[str, str]]:
+    """Return the joints that are held, with their coordinates, and for each joint that follows another its leader.
+
+    Faults go to the report: leaders that do not exist or have not one coordinate, and circles.
+    """
+    held = {joint.name: 0.0 for joint in robot.joints.values() if not joint.components or joint.name in locked}
+    leaders: dict[str, str] = {}
+    by_written = {robot.original.get(name, name): name for name in robot.joints}
+    for joint in robot.joints.values():
+        if joint.mimic is None or joint.name in held:
+            continue
+        key = f"joints.{joint.name}"
+        if joint.mimic.joint not in by_written:
+            fault = f"there is no joint {shown(joint.mimic.joint)} to mimic"
+            report.add_at(joint.mimic.line, key, fault, nearest(joint.mimic.joint, by_written))
+            continue
+        leader = robot.joints[by_written[joint.mimic.joint]]
+        for role, one in (("mimic another", joint), ("be mimicked", leader)):
+            if one.components > 1:
+                fault = f"the {one.written_type} joint {one.name} cannot {role}: it has not one coordinate"
+                *most, last = (name for row in JOINTS.values() if row.v_size == 1 for name in row.urdf)
+                report.add_at(joint.mimic.line, key, fault, f"a {', '.join(most)} or {last} joint")
+        leaders[joint.name] = leader.name
+    _check_circles(robot, leaders, report)
+    report.raise_problems()
+    for name in leaders:
+        _resolve(robot, name, leaders, held)
+    return held, {name: leader for name, leader in leaders.items() if name not in held}
+
+
+def _check_circles(robot: Robot, leaders: Mapping[str, str], report: Report) -> None:
+    reported: set[str] = set()
+    for name in leaders:
+        path = [name]
+        while (leader := leaders.get(path[-1])) is not None and leader not in path:
+            path.append(leader)
+        if leader == name and name not in reported:
+            reported.update(path)
+            fault = f"the joints mimic one another in a circle: {listed([*path, name])}"
+            report.add_at(robot.joints[name].line, f"joints.{name}", fault, "one joint that leads")
+
+
+def _resolve(robot: Robot, name: str, leaders: Mapping[str, str], held: dict[str, float]) -> None:
+    """Hold a joint if the last leader in its chain is held."""
+    path = [name]
+    while path[-1] not in held and path[-1] in leaders:
+        path.append(leaders[path[-1]])
+    for follower in reversed(path[:-1]):
+        mimic = robot.joints[follower].mimic
+        if mimic is not None and leaders[follower] in held:
+            held[follower] = mimic.multiplier * held[leaders[follower]] + mimic.offset
+
 
 _RESERVED = {BASE: "the frame that carries the tree", WORLD: "the frame at rest while the base moves"}
 _ROOT_JOINT = "root_joint"

@@ -1,15 +1,18 @@
-"""Notes on a converted URDF: changes, implausible values, and unsupported elements."""
+"""Notes on a converted URDF: changes, implausible values, unsupported elements, and values that a scene needs and a
+URDF does not give.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from eomgen.base.text import listed, shown
 from eomgen.scene.geometry.inertia import impossible
-from eomgen.scene.sources.urdf.reading import NEWEST, WITH_QUATERNIONS, Robot
+from eomgen.scene.sources.urdf.reading import NEWEST, WITH_QUATERNIONS, Joint, Robot
 
 _MEANING = {
     "limit": "limits of position, velocity and effort",
@@ -144,3 +147,29 @@ def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
             named = [name for name in dict.fromkeys(concerned) if name]
             result.append((1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)})"))
     return result
+
+
+#: How far a stop gives way to the effort of its joint, by unit of the coordinate.
+GIVE = {"rad": 0.01, "m": 0.001}
+#: Damping of a stop over its stiffness, s.
+DAMPING_TIME = 0.01
+#: Speed well below which a joint with friction counts as sticking, by unit of the coordinate, per second.
+STICKING = {"rad": 0.01, "m": 0.001}
+
+
+def stops_of(joint: Joint) -> dict[str, Any] | None:
+    """Return the ``limits`` of a joint; None if the file gives no range, or no effort to measure a stop by."""
+    limit = joint.limit
+    if joint.unit not in GIVE or joint.written_type == "continuous" or limit is None:
+        return None
+    if not limit.lower < limit.upper or limit.effort <= 0.0:
+        return None
+    stiffness = limit.effort / GIVE[joint.unit]
+    return {"lower": limit.lower, "upper": limit.upper, "stiffness": stiffness, "damping": DAMPING_TIME * stiffness}
+
+
+def friction_of(joint: Joint) -> dict[str, Any] | None:
+    """Return the ``friction`` of a joint; None for no friction, a negative one, or a joint of several coordinates."""
+    if joint.unit not in STICKING or joint.friction <= 0.0:
+        return None
+    return {"coulomb": joint.friction, "velocity": STICKING[joint.unit]}

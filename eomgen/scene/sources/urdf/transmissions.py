@@ -1,4 +1,5 @@
-"""Transmissions of a URDF: efforts of joints from efforts of actuators, tau = T tau_a with a constant matrix T.
+"""Actuation of a URDF: effort inputs, and transmissions, efforts of joints from efforts of actuators, tau = T tau_a
+with a constant matrix T.
 
 The types are ROS types, https://wiki.ros.org/urdf/XML/Transmission, with the maps that ``transmission_interface`` of
 ros_control documents. Its FourBarLinkageTransmission and the HalfDifferentialTransmission of pal_transmissions are left
@@ -19,7 +20,7 @@ from typing import Any
 from eomgen.base.text import listed, shown
 from eomgen.formula.words import RESERVED
 from eomgen.scene.reading.report import Report
-from eomgen.scene.sources.urdf.reading import NUMBER, Robot, legal_name
+from eomgen.scene.sources.urdf.reading import NUMBER, Joint, Robot, legal_name
 from eomgen.scene.sources.xml import Element
 
 _REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")
@@ -200,3 +201,23 @@ def actuation(
         note += f", perhaps {listed(dict.fromkeys(close))}" if close else ""
         warnings.append((next(iter(missing.values())), note))
     return Actuation(inputs, efforts, sums.keys(), notes, warnings)
+
+
+#: Unit of an effort by the unit of the coordinate.
+_EFFORT_UNITS = {"rad": "N m", "m": "N"}
+
+
+def effort_inputs(joints: Sequence[Joint], actuators: Actuation) -> dict[str, Any]:
+    """Return the sections ``inputs`` and ``efforts``: first of actuators, then of driven joints, in their order.
+
+    An input has the name of its joint, with ``_effort`` appended if this is a word of formulas or an actuator. Empty
+    sections are left out.
+    """
+    inputs, efforts = dict(actuators.inputs), dict(actuators.efforts)
+    for joint in joints:
+        if joint.unit not in _EFFORT_UNITS:
+            continue
+        name = f"{joint.name}_effort" if joint.name in RESERVED | inputs.keys() else joint.name
+        inputs[name] = {"unit": _EFFORT_UNITS[joint.unit], "description": f"effort of joint {joint.name}"}
+        efforts[joint.name] = {"joint": joint.name, "effort": name}
+    return {name: section for name, section in (("inputs", inputs), ("efforts", efforts)) if section}

@@ -1,0 +1,199 @@
+"""Eigenvalues of linear models over a parameter: root loci, with the reference state followed from value to value, and
+Campbell diagrams, over a tunable parameter or over a velocity of a steady motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from eomgen.analysis.linearize import linearize
+from eomgen.analysis.operating_point import EquilibriumState
+from eomgen.analysis.steady_motion import motion_along
+from eomgen.analysis.symmetries import KnownSymmetries
+from eomgen.base.progress import Progress
+from eomgen.base.progress import shown as shown_progress
+from eomgen.base.text import nearest, shown
+from eomgen.compiled.arguments import check_finite, numbers
+from eomgen.compiled.terms import Inputs
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.linear.campbell_search import campbell as diagram
+from eomgen.linear.eigenvalue_loci import Campbell, RootLocus
+from eomgen.linear.eigenvalue_loci import root_locus as followed_roots
+from eomgen.linear.linearization import Linearization
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+
+def root_locus(
+    model: CompiledModel,
+    parameter: str,
+    values: Sequence[float],
+    *,
+    parameters: Mapping[str, float] | None = None,
+    at: str | EquilibriumState | None = None,
+    initial: Mapping[str, Any] | None = None,
+    t: float = 0.0,
+    u: Inputs = None,
+    base: ArrayLike | None = None,
+    any_kind: bool = False,
+    independent: Sequence[str] = (),
+) -> RootLocus:
+    """Return the eigenvalues of linear models over values of a tunable parameter, each root followed.
+
+    Parameters
+    ----------
+    parameter : str
+        Tunable parameter.
+    values : (n,)
+        Its values, SI units.
+    parameters : mapping
+        Values of other parameters.
+    at, initial, t, u, base, any_kind, independent : as of ``linearize``
+        The search for an equilibrium or a steady motion starts at the last one.
+
+    Raises
+    ------
+    EomgenError
+        As of ``linearize``, with the value at which it was raised.
+    """
+    array = numbers("values", values)
+    if array.ndim != 1 or not len(array):
+        raise UsageError(
+            Problem("values", f"the shape is {array.shape}, (n,) is needed", "numpy.linspace(100.0, 2000.0, 40)")
+        )
+    check_finite("values", array)
+
+    def linearized(value: float, before: Linearization | None) -> Linearization:
+        near = None if before is None or at == "initial" else state_of(before)
+        return linearize(
+            model,
+            t=t,
+            u=u,
+            parameters={**(parameters or {}), parameter: value},
+            base=base,
+            at=at,
+            initial=near or initial,
+            any_kind=any_kind,
+            independent=independent,
+        )
+
+    return followed_roots(parameter, array.tolist(), linearized)
+
+
+def state_of(lin: Linearization) -> dict[str, Any] | None:
+    """Return a linear model's state as ``initial`` takes it, for the next one near it; None of an initial state."""
+    r = lin.reference
+    if r.what == "initial state":
+        return None
+    return {"q": r.q, "v": r.v, **({"z": r.z} if len(r.z) else {})}
+
+
+#: Excitations per turn whose crossings are looked for, if none are given.
+ORDERS = (1.0,)
+_SPEED = "rad/s"
+
+
+def campbell(
+    model: CompiledModel,
+    speed: str,
+    values: Sequence[float],
+    *,
+    orders: Sequence[float] | None = None,
+    whirl: Sequence[tuple[str, str]] = (),
+    velocities: Mapping[str, float] | None = None,
+    coordinates: Mapping[str, ArrayLike] | None = None,
+    progress: Progress | bool | None = None,
+    at: str | EquilibriumState | None = None,
+    initial: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    t: float = 0.0,
+    u: Inputs = None,
+    any_kind: bool = False,
+) -> Campbell:
+    """Return the frequencies of oscillations over the speed of a rotor, their whirl, and the critical speeds.
+
+    Parameters
+    ----------
+    speed : str
+        A tunable parameter, or a component of the velocity (``spin``) that a steady motion is found for.
+    values : (n,)
+        Increasing; rad/s of a speed.
+    orders : sequence of float
+        Excitations of these multiples of the speed, whose crossings with modes are found to round-off; 1 by default
+        if the unit is rad/s.
+    whirl : sequence of pairs of str
+        Outputs or coordinates that are deflections along two axes that do not turn with the rotor, the second a
+        quarter turn from the first in the sense of the spin: ``[("x", "y")]``. A mode whirls forward if they orbit
+        in the sense of the spin.
+    velocities, coordinates : mappings
+        Other given components of the steady motion, as of ``steady_motion``.
+    progress : function of (steps done, all steps), or True for a bar
+    at, initial, parameters, t, u, any_kind : as of ``linearize``
+
+    Returns
+    -------
+    Campbell
+        After Ctrl-C, which ``interrupted`` tells, with the values and crossings found so far.
+
+    Raises
+    ------
+    UsageError
+        A name that is neither, values that do not increase, pairs that are none.
+    EomgenError
+        As of ``linearize`` and ``steady_motion``, with the value at which it was raised. Values without a linear
+        model are left out with a warning as long as two are kept.
+    """
+    array = numbers("values", values)
+    if array.ndim != 1 or len(array) < 2:
+        fault = f"the shape is {array.shape}, and two values and more are needed"
+        raise UsageError(Problem("values", fault, "numpy.linspace(0.0, 300.0, 61)"))
+    check_finite("values", array)
+    if (array[1:] <= array[:-1]).any():
+        raise UsageError(Problem("values", "they do not increase", "numpy.linspace(0.0, 300.0, 61)"))
+    of_motion = [name.removeprefix("v.") for name in model.v_names]
+    turning = {name for name, unit in zip(of_motion, model.v_units, strict=True) if unit == _SPEED}
+    is_parameter = speed in model.parameters
+    if not is_parameter and speed not in of_motion:
+        known = [*model.parameters, *of_motion]
+        fault = f"there is no tunable parameter or velocity {shown(speed)}"
+        raise UsageError(Problem("campbell", fault, nearest(speed, known) or f"one of {', '.join(known[:12])}"))
+    if is_parameter and (velocities or coordinates):
+        fault = f"{speed} is a parameter, and velocities and coordinates are of a steady motion"
+        raise UsageError(Problem("campbell", fault, f"a velocity in place of {speed}, or neither"))
+    units = {item.name: item.unit for item in model.description.parameters}
+    unit = units.get(speed, "") if is_parameter else _SPEED if speed in turning else "m/s"
+    if orders is None:
+        orders = ORDERS if unit == _SPEED else ()
+    bad = [order for order in orders if not order > 0.0]
+    if bad:
+        raise UsageError(Problem("orders", f"an order is {bad[0]:.6g}", "positive numbers such as (1, 2)"))
+    wrong = [pair for pair in whirl if isinstance(pair, str) or len(pair) != 2]
+    if wrong:
+        fault = f"{shown(wrong[0])} is no pair of deflections"
+        raise UsageError(Problem("whirl", fault, '[("x", "y")], the second a quarter turn from the first'))
+    held = coordinates or {}
+    found_once = KnownSymmetries()
+
+    def linearized(value: float, before: Linearization | None) -> Linearization:
+        near = None if before is None or at == "initial" else state_of(before)
+        if is_parameter:
+            changed = {**(parameters or {}), speed: value}
+            start = near or initial
+            return linearize(model, t=t, u=u, parameters=changed, at=at, initial=start, any_kind=any_kind)
+        moving = {**(velocities or {}), speed: value}
+        first = near is None and found_once.fields is None
+        try:
+            motion = motion_along(model, found_once, moving, held, near or initial, parameters or None, t, u)
+        except NumericalError:
+            if first:
+                raise
+            found_once.forget()
+            motion = motion_along(model, found_once, moving, held, initial, parameters or None, t, u)
+        return linearize(model, t=t, u=u, at=motion, parameters=parameters or None)
+
+    with shown_progress(progress, f"{model.name}: {speed}") as report:
+        return diagram(speed, unit, array.tolist(), linearized, orders, whirl, report)

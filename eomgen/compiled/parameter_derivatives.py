@@ -1,0 +1,205 @@
+"""Partials of a compiled model's equations and outputs in the tunable parameters, and the regressor of inertial
+parameters: tau = Y pi + tau0, linear in inertial parameters, rotor inertias and friction.
+
+t, q, v, a, z and the multipliers are held, and so are inputs that a controller or a caller drives; inputs that the
+scene gives and the motion of the base follow their laws. Terms are compiled at the first call if the model was built
+without them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import ByName
+from eomgen.compiled.arguments import check_name
+from eomgen.compiled.terms import Extensible, Inputs, Parameters, States, Terms
+from eomgen.errors import Problem, UsageError
+
+
+class ParameterPartials(NamedTuple):
+    """Partials in parameters, one column each; without rows if the scene has no internal states or constraints.
+
+    Attributes
+    ----------
+    residual : (..., nv, parameters), of M a + h + b - Q + B^T lam
+    rate : (..., nz, parameters), of zdot
+    constraint : (..., holonomic, parameters), of Phi
+    constraint_velocity : (..., rows, parameters), of B v + Phi_t, then of the rows at velocity level
+    constraint_acceleration : (..., rows, parameters), of B a + g
+    """
+
+    residual: Array
+    rate: Array
+    constraint: Array
+    constraint_velocity: Array
+    constraint_acceleration: Array
+
+
+#: Blocks of the term, in the order of ``ParameterPartials``.
+_BLOCKS = ("Rp", "Fp", "Phip", "Zp", "Ap")
+
+
+def parameter_partials(
+    model: Extensible,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    multipliers: ArrayLike | None = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+    of: Sequence[str] | None = None,
+) -> ParameterPartials:
+    """Return exact partials of the equations in tunable parameters, ``of`` them by name, or all in their order.
+
+    Without constraints ``residual`` is the partial of inverse dynamics, d tau / dp.
+
+    Raises
+    ------
+    UsageError
+        A parameter that is fixed in the code or unknown; a scene without tunable parameters.
+    """
+    chosen = _columns(model.evaluator, of)
+    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+    made = model.having(("parameter_partials",)).evaluator
+    values = made.call("parameter_partials", **given, multipliers=multipliers, parameters=parameters)
+    result = dict(zip(made.functions.output_names("parameter_partials"), values, strict=True))
+    none = np.zeros((*values[0].shape[:-2], 0, values[0].shape[-1]))
+    return ParameterPartials(*(result.get(name, none)[..., chosen] for name in _BLOCKS))
+
+
+def output_parameter_partials(
+    model: Extensible,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike | None = None,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    multipliers: ArrayLike | None = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+    of: Sequence[str] | None = None,
+) -> dict[str, Array]:
+    """Return exact partials of the scene's outputs in tunable parameters, with q, v, a, z and multipliers held.
+
+    Returns
+    -------
+    dict
+        By output, (..., parameters), or (..., size, parameters) for outputs of several components; ``of`` as of
+        ``parameter_partials``.
+
+    Raises
+    ------
+    UsageError
+        As of ``parameter_partials``; accelerations that outputs need and that are not given.
+    """
+    chosen = _columns(model.evaluator, of)
+    outputs = model.evaluator.library.layout["outputs"]
+    if not outputs:
+        return ByName("output", {})
+    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+    term = "output_parameter_partials"
+    (values,) = model.having((term,)).evaluator.call(term, **given, multipliers=multipliers, parameters=parameters)
+    result, start = ByName[Array]("output", {}), 0
+    for item in outputs:
+        rows = values[..., start : start + int(item["size"]), :][..., chosen]
+        result[str(item["name"])] = rows[..., 0, :] if int(item["size"]) == 1 else rows
+        start += int(item["size"])
+    return result
+
+
+def _columns(terms: Terms, of: Sequence[str] | None) -> list[int]:
+    """Return the indices of parameters by name, of all of them if no names are given."""
+    if not terms.parameter_names:
+        fault = "the scene has no tunable parameters, so there is nothing to differentiate in"
+        hint = "mass = { value = ..., tunable = true } in the scene's [parameters]"
+        raise UsageError(Problem("parameter_partials", fault, hint))
+    if of is None:
+        return list(range(len(terms.parameter_names)))
+    if isinstance(of, str):
+        raise UsageError(Problem("of", f"parameters are a list of names, not the text {of!r}", f'of=["{of}"]'))
+    for name in of:
+        check_name("parameter", name, terms.parameter_names, terms.fixed_parameters)
+    return [terms.parameter_names.index(name) for name in of]
+
+
+class Regressor(NamedTuple):
+    """Inverse dynamics is ``matrix @ pi + remainder``, pi being the values of ``regressor_parameters``.
+
+    Attributes
+    ----------
+    matrix : (..., nv, parameters)
+    remainder : (..., nv), part of tau due to springs, inputs and formulas, N or N m
+    """
+
+    matrix: Array
+    remainder: Array
+
+
+def regressor(
+    model: Extensible,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Regressor:
+    """Return the regressor Y of inverse dynamics, and the remainder of tau.
+
+    Columns are in the order of ``regressor_parameters``: of each body that moves its mass, first moments and inertia
+    about the origin of its frame, in its axes; rotor inertia, damping and levels of dry friction of joints that have
+    them.
+
+    Raises
+    ------
+    UsageError
+        Absolute coordinates, or bodies that deform.
+    """
+    made = _with(model, "regressor")
+    values = made.call("regressor", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
+    return Regressor(*values)
+
+
+def regressor_parameters(model: Extensible, *, parameters: Parameters = None) -> dict[str, Array]:
+    """Return the parameters of the regressor by name, (...) each, in the order of its columns, in SI units.
+
+    Raises
+    ------
+    UsageError
+        As of ``regressor``.
+    """
+    made = _with(model, "regressor_parameters")
+    (values,) = made.call("regressor_parameters", q=made.initial_q, parameters=parameters)
+    names = [item.name for item in made.description.linear_parameters]
+    return ByName("parameter of the regressor", dict(zip(names, np.moveaxis(values, -1, 0), strict=True)))
+
+
+def _with(model: Extensible, term: str) -> Terms:
+    """Return the terms with one more term compiled. Raises UsageError if the equations are not linear in these
+    parameters."""
+    evaluator = model.evaluator
+    if not evaluator.description.linear_parameters:
+        if evaluator.beams:
+            fault = f"the bodies {', '.join(sorted(evaluator.beams))} deform, and ten numbers do not tell their inertia"
+            hint = 'a scene without beams, or parameter_partials(q, v, a, of=["..."]) in parameters of the scene'
+        else:
+            fault = (
+                "in absolute coordinates q has positions of centres of mass, so coordinates change with the parameters"
+            )
+            hint = 'joint coordinates: eomgen.load(path, coordinates="joint")'
+        raise UsageError(Problem("regressor", fault, hint))
+    return model.having((term,)).evaluator

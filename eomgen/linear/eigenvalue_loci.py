@@ -1,0 +1,228 @@
+"""Eigenvalues of linear models over a parameter: root loci, each eigenvalue followed from value to value, and Campbell
+diagrams: frequencies of oscillations over the speed of a rotor, their whirl, and crossings with orders.
+
+An order n is an excitation of n times the speed; a speed is critical if a frequency equals an excitation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.base.html import page, table
+from eomgen.errors import EomgenError, Problem
+from eomgen.linear.linearization import Linearization
+from eomgen.linear.plots import plot_campbell, plot_root_locus
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A speed at which a mode has the frequency of an order.
+
+    Attributes
+    ----------
+    order : frequency over speed
+    speed, frequency : rad/s, both: ``Campbell.frequencies`` are in Hz
+    mode : column of ``Campbell.eigenvalues``
+    whirl : ``forward``, ``backward``, or empty
+    """
+
+    order: float
+    speed: float
+    frequency: float
+    mode: int
+    whirl: str
+
+
+@dataclass(frozen=True, repr=False)
+class Campbell:
+    """Oscillations over a speed, or over another parameter.
+
+    Attributes
+    ----------
+    parameter, unit : name and unit of the varied parameter
+    values : (n,) in ``unit``; values without a linear model are left out
+    eigenvalues : (n, modes) complex, 1/s, imaginary parts positive; not a number if a mode does not oscillate
+    whirl : (n, modes) 1 forward, -1 backward, 0 neither or not known
+    orders : orders with a search for crossings
+    crossings : by order and speed
+    stability : (n,) ``stable``, ``marginal`` or ``unstable``
+    left_out : by value, why there is no linear model there
+    interrupted : whether Ctrl-C has ended it early, with the values and crossings that were found
+    """
+
+    parameter: str
+    unit: str
+    values: Array
+    eigenvalues: NDArray[np.complex128]
+    whirl: NDArray[np.int_]
+    orders: tuple[float, ...]
+    crossings: tuple[Crossing, ...]
+    stability: tuple[str, ...]
+    left_out: Mapping[float, str] = field(default_factory=dict)
+    interrupted: bool = False
+
+    @property
+    def angular_frequencies(self) -> Array:
+        """(n, modes), rad/s as speeds are, damped: imaginary parts of the eigenvalues."""
+        return np.asarray(self.eigenvalues.imag)
+
+    @property
+    def frequencies(self) -> Array:
+        """(n, modes), Hz: ``angular_frequencies`` over 2 pi, if speeds are in rad/s."""
+        return self.angular_frequencies / (2.0 * np.pi)
+
+    @property
+    def damping_ratios(self) -> Array:
+        """(n, modes)"""
+        return np.asarray(-self.eigenvalues.real / np.abs(self.eigenvalues))
+
+    @property
+    def critical_speeds(self) -> Array:
+        """Speeds at which a mode has the frequency of the speed itself, rad/s, increasing."""
+        return np.array([item.speed for item in self.crossings if item.order == 1.0])
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Headings of ``rows``."""
+        return ("order", f"{self.parameter}, rad/s", "1/min", "frequency, Hz", "mode", "whirl")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """The crossings as texts."""
+        return [
+            (
+                f"{item.order:g}",
+                f"{item.speed:.9g}",
+                f"{item.speed * 30.0 / np.pi:.9g}",
+                f"{item.frequency / (2.0 * np.pi):.9g}",
+                str(item.mode + 1),
+                item.whirl,
+            )
+            for item in self.crossings
+        ]
+
+    def __repr__(self) -> str:
+        modes = f"{self.eigenvalues.shape[1]} modes at {len(self.values)} values of {self.parameter}"
+        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
+        ends = f"{self.values[0]:.6g} to {self.values[-1]:.6g}{unit}"
+        result = ", ".join(f"{item.order:g}x at {item.speed:.6g}{unit}" for item in self.crossings)
+        missing = f"; none at {', '.join(f'{value:.6g}' for value in self.left_out)}" if self.left_out else ""
+        missing += "; interrupted" if self.interrupted else ""
+        height = float(np.nanmax(self.frequencies, initial=0.0))
+        return f"<Campbell: {modes}, {ends}, up to {height:.6g} Hz; {result or 'no crossings'}{missing}>"
+
+    def _repr_html_(self) -> str:
+        heading = f"{self.eigenvalues.shape[1]} modes over {self.parameter}; crossings with orders"
+        return page(heading, table(self.headings, self.rows))
+
+    def plot(
+        self,
+        axes: object = None,
+        *,
+        frequencies: tuple[float, float] | None = None,
+        modes: Sequence[int] | None = None,
+    ) -> list[Any]:
+        """Draw frequencies over the speed, orders as rays, crossings as dots; return matplotlib's axes, a list of one.
+
+        Forward whirl is blue, backward whirl is dashed in orange.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes
+            A new figure of pyplot if none are given.
+        frequencies : pair of float
+            Limits of the frequency axis, Hz. By default the picture ends above the highest ray and the lowest mode,
+            and says how many modes lie higher.
+        modes : sequence of int
+            Numbers of the modes drawn, columns of ``eigenvalues``; all by default.
+
+        Raises
+        ------
+        UsageError
+            Something that is no axes, or more than one; limits that do not increase; numbers of no modes.
+        """
+        return plot_campbell(self, axes, frequencies, modes)
+
+
+@dataclass(frozen=True)
+class RootLocus:
+    """Eigenvalues over a parameter.
+
+    Attributes
+    ----------
+    parameter : name
+    values : (n,)
+    eigenvalues : (n, ns) complex, 1/s; a column is one root, followed by least distance from value to value
+    stability : (n,) ``stable``, ``marginal`` or ``unstable`` for each value
+    """
+
+    parameter: str
+    values: Array
+    eigenvalues: Complex
+    stability: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        first, last = f"{self.values[0]:.6g}", f"{self.values[-1]:.6g}"
+        roots = f"{self.eigenvalues.shape[1]} roots at {len(self.values)} values of {self.parameter}"
+        return f"<RootLocus: {roots}, {first} to {last}; {', '.join(dict.fromkeys(self.stability))}>"
+
+    def plot(self, axes: object = None) -> list[Any]:
+        """Draw the upper half plane of roots, coloured by the parameter, and return matplotlib's axes, a list of one.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes
+            A new figure of pyplot if none are given.
+
+        Raises
+        ------
+        UsageError
+            Something that is no axes, or more than one.
+        """
+        return plot_root_locus(self, axes)
+
+
+def root_locus(
+    parameter: str, values: Sequence[float], linearized: Callable[[float, Linearization | None], Linearization]
+) -> RootLocus:
+    """Return the roots over values of a parameter.
+
+    Parameters
+    ----------
+    linearized : callable
+        From a value, and the linear model at the value before it, to the linear model there.
+
+    Raises
+    ------
+    EomgenError
+        Errors of ``linearized``, with the value at which it failed.
+    """
+    rows: list[Complex] = []
+    stability: list[str] = []
+    before: Linearization | None = None
+    for value in values:
+        try:
+            before = linearized(float(value), before)
+            roots = np.linalg.eigvals(before.state_space().A).astype(complex)
+            stability.append(before.modes().stability)
+        except EomgenError as error:
+            problems = [
+                Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems
+            ]
+            raise type(error)(problems) from None
+        rows.append(_followed(rows[-1], roots) if rows else roots[np.lexsort((roots.real, np.abs(roots)))])
+    return RootLocus(parameter, np.array(values, dtype=float), np.array(rows), tuple(stability))
+
+
+def _followed(last: Complex, roots: Complex) -> Complex:
+    """Return roots in the order of those before them that are nearest, all distances together being least."""
+    _, order = linear_sum_assignment(np.abs(last[:, np.newaxis] - roots))
+    result: Complex = roots[order]
+    return result

@@ -1,0 +1,119 @@
+"""Values that generated C starts from: other defaults of tunable parameters, and the static equilibrium, which is found
+when the folder is made, not by the C.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.compiled.arguments import Requirements, by_name, check_finite
+from eomgen.errors import EomgenError, Problem, UsageError
+from eomgen.pipeline.front_end import Document
+from eomgen.scene.scene import Scene
+from eomgen.system.description import Description
+from eomgen.system.terms import PURPOSES
+
+if TYPE_CHECKING:
+    from eomgen.codegen.program import Program
+    from eomgen.pipeline.model import Model
+    from eomgen.system.system import Quantity
+
+
+def with_parameters(document: Document, described: Description, parameters: Mapping[str, float | str]) -> Scene:
+    """Return a scene whose tunable parameters have other values.
+
+    Parameters
+    ----------
+    document : prepared by its front end, so that calibrated gains follow the scene's own values
+    parameters : numbers, or texts with units
+
+    Raises
+    ------
+    UsageError
+        Unknown or fixed names, values that the scene would refuse as its own, and documents of other front ends.
+    """
+    if not isinstance(document, Scene):
+        fault = f"{described.name} is no scene, and only scenes are written with other values of their parameters"
+        raise UsageError(Problem("parameters", fault, "leave them out"))
+    tunable = [item for item in document.parameters if item.tunable]
+    names = [item.name for item in tunable]
+    fixed = [item.name for item in document.parameters if not item.tunable]
+    start = np.array([item.value for item in tunable])
+    values = by_name("parameter", parameters, names, start, fixed, {item.name: item.unit for item in tunable})
+    if values.ndim != 1:
+        raise UsageError(
+            Problem("parameters", "one set of parameters is needed, not a batch", "a number for each name")
+        )
+    check_finite("parameters", values, [f"parameter {name}" for name in names])
+    Requirements(described, names).check(values)
+    given = dict(zip(names, values.tolist(), strict=True))
+    changed = tuple(replace(item, value=given.get(item.name, item.value)) for item in document.parameters)
+    return replace(document, parameters=changed)
+
+
+#: Parameters that are named with their values.
+_LISTED = 12
+
+
+def with_equilibrium_start(
+    program: Program,
+    build: Callable[[Sequence[str]], Model],
+    parameters: Mapping[str, float | str] | None = None,
+) -> Program:
+    """Return a Program with the initial state of ``simulate`` at its parameters, documented in its README.
+
+    Without an equilibrium the initial state is the joints' own; a RuntimeWarning and the README report it.
+
+    Parameters
+    ----------
+    build : callable
+        Builds the model in which the equilibrium is looked for, with the terms given.
+    parameters : mapping
+        Values of the program's parameters that are not the scene's own.
+    """
+    try:
+        model = build(PURPOSES["equilibrium"])
+        rest = model.equilibrium(parameters=parameters)
+        q, v = rest.q, np.where(rest.v != 0.0, rest.v, model.initial_v)
+        if model.multipliers:
+            consistent = model.consistent(q, v, parameters=parameters)
+            q, v = consistent.q, consistent.v
+    except EomgenError as error:
+        problem = error.problems[0]
+        reason = f"{problem.where}: {problem.what}" if problem.where else problem.what
+        start = (
+            "The scene asks for a start at static equilibrium, which was not found when this code was made, so it"
+            f" starts at the initial state of the joints. The reason: {reason}"
+        )
+        warnings.warn(f"{program.prefix}: {start}", RuntimeWarning, stacklevel=3)
+        return replace(program, start=f"{start}.")
+    left = f"below 1e{math.ceil(math.log10(rest.acceleration))}" if rest.acceleration else "zero"
+    start = (
+        f"It starts at static equilibrium, found when this code was made, {_at(program.parameters, program.inputs)}."
+    )
+    start += (
+        f" The accelerations left unbalanced there, in m/s^2 or rad/s^2, are {left}; velocities are those of the"
+        f" joints{' and of the drives' if np.any(rest.v) else ''}."
+    )
+    for note in rest.message.split("; ")[1:]:
+        start += f" Note: {note}."
+    if program.parameters or program.inputs:
+        start += " Other values have their equilibrium elsewhere, and the C does not look for it."
+    state = [tuple(map(float, values)) for values in (q, v, rest.z)]
+    return replace(program, start=start, initial_q=state[0], initial_v=state[1], initial_z=state[2])
+
+
+def _at(parameters: tuple[Quantity, ...], inputs: tuple[Quantity, ...]) -> str:
+    """Return at which values the equilibrium was found."""
+    listed = ", ".join(
+        f"{item.name} = {item.value:.9g}{f' {item.unit}' if item.unit else ''}" for item in parameters[:_LISTED]
+    )
+    listed += f" and {len(parameters) - _LISTED} more" if len(parameters) > _LISTED else ""
+    at = f"at the default parameters ({listed})" if listed else "for the scene as it is"
+    return f"{at} and the inputs of the scene at t = 0" if inputs else at

@@ -1,0 +1,288 @@
+"""Strains and section loads of geometrically exact beams: at rest, along the axis at instants, over time, the
+largest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.text import listed, nearest, shown
+from eomgen.compiled.beams import SectionLoads
+from eomgen.compiled.coordinates import State
+from eomgen.compiled.initial_state import initial_state
+from eomgen.errors import Problem, UsageError
+from eomgen.lie import numeric
+from eomgen.lie.groups import SO3
+from eomgen.results.recorded import Recorded
+from eomgen.results.scenery import poses_and_scenery
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+
+#: By quantity: its components and its unit.
+_QUANTITIES: Mapping[str, tuple[tuple[str, str, str], str]] = {
+    "moment": (("torque", "bending moment about y", "bending moment about z"), "N m"),
+    "force": (("axial force", "shear force along y", "shear force along z"), "N"),
+    "curvature": (("twist", "curvature about y", "curvature about z"), "1/m"),
+    "strain": (("stretch", "shear along y", "shear along z"), "1"),
+}
+_LOADS = ("moment", "force")
+_COLOURS = ("#0B62C4", "#F08C00", "#1A9850")
+#: Rows of a map over time, and instants of a figure that a run draws into a file.
+_ROWS, _INSTANTS = 400, 6
+#: Components of less than this part of the largest of their quantity are rounding errors, and have no map.
+_NONE = 1e-9
+
+
+class ModelWithSections(Protocol):
+    """The model of a run: see ``Solution.model``."""
+
+    def section_loads(self, state: State, multipliers: Array) -> Mapping[str, SectionLoads]: ...
+
+
+class Loaded(Recorded, Protocol):
+    """A ``Solution``: see there."""
+
+    @property
+    def model(self) -> ModelWithSections | None: ...
+
+    @property
+    def section_loads(self) -> Mapping[str, SectionLoads]: ...
+
+
+def plot_sections(
+    solution: Loaded, beam: str = "", quantities: Sequence[str] = (), at: ArrayLike | None = None, axes: object = None
+) -> list[Any]:
+    """Draw strains or loads along a beam; see ``Solution.plot_sections``."""
+    chosen = _chosen(quantities)
+    rows = _rows_at(solution, at) if at is not None else _thinned(solution.t, _ROWS)
+    name, loads = _loads(solution, beam, rows)
+    panels = [(quantity, index) for quantity in chosen for index in _present(loads, quantity)]
+    if axes is None:
+        figure = pyplot_figure((9.0, 0.6 + 2.6 * len(panels)))
+        figure.suptitle(f"{solution.metadata.get('scene', '')}: {name}", fontsize=11)
+        drawn = list(np.atleast_1d(figure.subplots(len(panels), 1, sharex=True)))
+    else:
+        drawn = axes_of_caller("plot_sections", axes, [_QUANTITIES[name][0][index] for name, index in panels])
+    for number, (axis, (quantity, index)) in enumerate(zip(drawn, panels, strict=True)):
+        if at is not None:
+            _along(axis, loads, quantity, index, solution.t[rows], legend=number == 0)
+        else:
+            _over_time(axis, loads, quantity, index, solution.t[rows])
+    drawn[-1].set_xlabel("x at rest, m" if at is not None else "time, s")
+    return drawn
+
+
+def draw_sections(solution: Loaded, beams: Sequence[str], folder: Path) -> list[Path]:
+    """Draw for each beam ``sections_NAME.png``: moments and forces along the axis at instants, and over time.
+
+    Raises
+    ------
+    FileError
+        A figure cannot be written.
+    """
+    files = []
+    for beam in beams:
+        rows = _thinned(solution.t, _ROWS)
+        name, loads = _loads(solution, beam, rows)
+        panels = [(quantity, index) for quantity in _LOADS for index in _present(loads, quantity)]
+        figure = new_figure((15.0, 0.6 + 2.6 * len(panels)))
+        figure.suptitle(f"{solution.metadata.get('scene', '')}: sections of the beam {name}", fontsize=11)
+        axes = figure.subplots(len(panels), 2, sharex="col", squeeze=False)
+        instants = np.unique(np.linspace(0, len(rows) - 1, _INSTANTS).astype(int))
+        for number, ((left, right), (quantity, index)) in enumerate(zip(axes, panels, strict=True)):
+            _along(left, _of_rows(loads, instants), quantity, index, solution.t[rows][instants], legend=number == 0)
+            _over_time(right, loads, quantity, index, solution.t[rows])
+        axes[-1][0].set_xlabel("x at rest, m")
+        axes[-1][1].set_xlabel("time, s")
+        files.append(saved(figure, folder / f"sections_{name}.png", "another folder, or --no-plots"))
+    return files
+
+
+def _chosen(quantities: Sequence[str]) -> Sequence[str]:
+    for quantity in quantities:
+        if quantity not in _QUANTITIES:
+            fault = f"sections have no {shown(quantity)}"
+            raise UsageError(Problem("plot_sections", fault, nearest(str(quantity), _QUANTITIES)))
+    return quantities or _LOADS
+
+
+def _rows_at(solution: Loaded, at: ArrayLike) -> Array:
+    """Return the rows next to some times."""
+    times = np.atleast_1d(np.asarray(at, dtype=float))
+    t = solution.t
+    if not len(times):
+        raise UsageError(Problem("plot_sections: at", "there are no times", "times in s, or no at for a map over time"))
+    outside = times[~((times >= t[0] - 1e-9) & (times <= t[-1] + 1e-9))]
+    if len(outside):
+        fault = f"t = {outside[0]:.6g} s is outside the solution, which goes from {t[0]:.6g} s to {t[-1]:.6g} s"
+        raise UsageError(Problem("plot_sections: at", fault, "times within it"))
+    return np.array([int(np.argmin(np.abs(t - time))) for time in times])
+
+
+def _thinned(t: Array, count: int) -> Array:
+    return np.unique(np.linspace(0, len(t) - 1, min(len(t), count)).astype(int))
+
+
+def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]:
+    """Return the name of a beam and its loads at some rows, evaluated at these alone if possible."""
+    known = vars(solution).get("section_loads")
+    if known is None and solution.model is not None:
+        result = solution.model.section_loads(rows_of(solution, rows), solution.multipliers[rows])
+    else:
+        result = {name: _of_rows(loads, rows) for name, loads in solution.section_loads.items()}
+    if not beam and len(result) > 1:
+        fault = f"the scene has {len(result)} geometrically exact beams"
+        raise UsageError(Problem("plot_sections", fault, f"the name of one: {listed(result)}"))
+    name = beam or next(iter(result))
+    if name not in result:
+        raise UsageError(Problem("plot_sections", f"there is no beam {shown(name)}", nearest(name, result)))
+    return name, result[name]
+
+
+def rows_of(solution: Loaded, rows: Array | slice) -> State:
+    """Return the states at some rows."""
+    return State(*(getattr(solution, name)[rows] for name in ("t", "q", "v", "a", "z")))
+
+
+def _of_rows(loads: SectionLoads, rows: Array) -> SectionLoads:
+    return SectionLoads(**{name: part if name == "x" else part[rows] for name, part in loads.named().items()})
+
+
+def _present(loads: SectionLoads, quantity: str) -> list[int]:
+    """Return the components that differ from zero; the first one if none does."""
+    size = np.max(np.abs(getattr(loads, quantity)), axis=(0, 1))
+    return np.flatnonzero(size > _NONE * np.max(size)).tolist() or [0]
+
+
+def _label(quantity: str, index: int) -> str:
+    names, unit = _QUANTITIES[quantity]
+    return names[index] if unit == "1" else f"{names[index]}, {unit}"
+
+
+def _along(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Array, *, legend: bool) -> None:
+    """Draw a component over x: loads from end to end of the elements, strains as they are, constant in each."""
+    from matplotlib import colormaps  # noqa: PLC0415  # slow to import, and only drawing needs it
+
+    nodes = loads.nodes
+    x = np.stack([nodes[:-1], nodes[1:]], axis=1).ravel()
+    colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(t)))
+    for row, (time, colour) in enumerate(zip(t, colours, strict=True)):
+        if quantity in _LOADS:
+            values = getattr(loads, f"{quantity}_at_ends")[row, :, :, index].ravel()
+        else:
+            values = np.repeat(getattr(loads, quantity)[row, :, index], 2)
+        axis.plot(x, values, color=colour, linewidth=1.3, label=f"t = {time:.4g} s")
+    axis.set_ylabel(_label(quantity, index))
+    axis.grid(True, color="#dddddd", linewidth=0.6)
+    axis.margins(x=0.0)
+    axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)
+    if legend:
+        axis.legend(loc="best", fontsize=8, frameon=False)
+
+
+def _over_time(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Array) -> None:
+    """Draw a component as a map over time and x."""
+    values = getattr(loads, quantity)[..., index]
+    size = float(np.max(np.abs(values))) or 1.0
+    borders = np.concatenate([t[:1], 0.5 * (t[1:] + t[:-1]), t[-1:]])
+    drawn = axis.pcolormesh(borders, loads.nodes, values.T, cmap="RdBu_r", vmin=-size, vmax=size, rasterized=True)
+    axis.set_ylabel("x at rest, m")
+    axis.figure.colorbar(drawn, ax=axis, label=_label(quantity, index), pad=0.01)
+
+
+#: Numbers that are held at once.
+_NUMBERS = 4_000_000
+
+
+def largest_section_loads(solution: Loaded) -> dict[str, dict[str, dict[str, float]]]:
+    """Return by beam, and by ``moment`` (N m) and ``force`` (N), the largest ``size``, with its ``x``, m, and ``t``, s.
+
+    Looked at are the recorded rows, and both ends of each element.
+    """
+    model = solution.model
+    if model is None:
+        return {}
+    result: dict[str, dict[str, dict[str, float]]] = {}
+    rows = max(1, _NUMBERS // (2 * max(1, solution.q.shape[1])))
+    for start in range(0, len(solution.t), rows):
+        part = slice(start, start + rows)
+        t = solution.t[part]
+        for beam, loads in model.section_loads(rows_of(solution, part), solution.multipliers[part]).items():
+            nodes = loads.nodes
+            for name, ends in (("moment", loads.moment_at_ends), ("force", loads.force_at_ends)):
+                sizes = np.nan_to_num(np.linalg.norm(ends, axis=-1), nan=-1.0, posinf=-1.0)
+                row, element, end = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
+                size = float(sizes[row, element, end])
+                if size > result.setdefault(beam, {}).get(name, {"size": -1.0})["size"]:
+                    result[beam][name] = {"size": size, "x": float(nodes[element + end]), "t": float(t[row])}
+    return result
+
+
+def beams_at_rest(
+    model: CompiledModel,
+    initial: Mapping[str, Any] | None,
+    q: Array,
+    t: float,
+    p: Array,
+    loads: Mapping[str, SectionLoads],
+) -> dict[str, dict[str, Any]]:
+    """Return by beam, as JSON types, displacements, rotations and section loads, with the largest ones.
+
+    Parameters
+    ----------
+    initial : values of the initial shape that differ from the scene's
+    q : (nq,), the shape at rest
+    p : (np,) parameters
+    loads : at rest
+
+    Returns
+    -------
+    mapping
+        ``x`` of the nodes, m; ``displacement``, m, and ``rotation``, a vector in rad, in world axes, (nodes, 3);
+        ``moment``, N m, and ``force``, N, at both ends of each element, (n, 2, 3), in section axes; ``end``,
+        ``first_section``, ``last_section``, ``largest_displacement``, ``largest_moment``, ``largest_force``
+    """
+    start = initial_state(model, initial, p).q
+    seen = poses_and_scenery(model, np.full(2, t), np.stack([start, q]), p)
+    result = {}
+    for nodes in model.description.exact_beams:
+        of_beam = loads[nodes[0]]
+        poses, x = np.stack([seen.poses[node] for node in nodes], axis=1), of_beam.nodes
+        moved = poses[1, :, 4:] - poses[0, :, 4:]
+        turned = _turns(poses[0, :, :4], poses[1, :, :4])
+        sizes = np.linalg.norm(moved, axis=1)
+        most = int(np.argmax(sizes))
+        entry: dict[str, Any] = {
+            "x": x.tolist(),
+            "displacement": moved.tolist(),
+            "rotation": turned.tolist(),
+            "end": {"x": float(x[-1]), "displacement": moved[-1].tolist(), "rotation": turned[-1].tolist()},
+            "largest_displacement": {"x": float(x[most]), "size": float(sizes[most])},
+            "first_section": {"x": float(x[0])},
+            "last_section": {"x": float(x[-1])},
+        }
+        for quantity, ends in (("moment", of_beam.moment_at_ends), ("force", of_beam.force_at_ends)):
+            entry[quantity] = ends.tolist()
+            element, end = np.unravel_index(int(np.argmax(np.linalg.norm(ends, axis=-1))), ends.shape[:-1])
+            size = float(np.linalg.norm(ends[element, end]))
+            entry[f"largest_{quantity}"] = {"x": float(x[element + end]), "size": size}
+            entry["first_section"][quantity] = ends[0, 0].tolist()
+            entry["last_section"][quantity] = ends[-1, 1].tolist()
+        result[nodes[0]] = entry
+    return result
+
+
+def _turns(before: Array, after: Array) -> Array:
+    """Return rotation vectors, rad, in world axes, of turns between quaternions (nodes, 4)."""
+    relative = numeric.compose(SO3, after, numeric.inverse(SO3, before))
+    relative[relative[:, 0] < 0.0] *= -1.0
+    return numeric.log(SO3, relative)
