@@ -96,6 +96,16 @@ def test_large_models_are_cut_into_files_and_parts_that_reuse_the_workspace() ->
     assert 0 < function.workspace < saved
 
 
+@pytest.mark.parametrize(("limit", "longest"), [(400, 400), (200, 200), (41, 14)])
+def test_parts_of_very_long_functions_are_a_third_as_long(limit: int, longest: int) -> None:
+    """Compilers take less time for them; functions of up to four limits keep few parts, and so their speed."""
+    for function in to_program(tangled(), part_limit=limit).functions:
+        parts = [part.operations for part in function.parts]
+        assert sum(parts) == function.operations
+        assert max(parts) <= longest + 2  # sine and cosine, or a statement, are not cut
+        assert 0 <= len(parts) - function.operations // longest <= 3
+
+
 def test_values_used_once_are_nested_up_to_the_limit() -> None:
     def operations(expression: object) -> int:
         if not isinstance(expression, tuple) or expression[0] in ("K", "in", "w"):
