@@ -44,7 +44,7 @@ from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar, plus, scaled
-from eomgen.symbolic.tape import ONE, ZERO, Tape
+from eomgen.symbolic.tape import ONE, Tape
 from eomgen.system.system import Block
 
 #: Up to so large a mean of the squared depths a tree counts as flat: bodies on the base have 15.
@@ -430,4 +430,4 @@ class Derivation:
         return self.block(name, (len(names), *shape), values, f"{description} of {', '.join(names)}")
 
     def block(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], description: str) -> Block:
-        return Block(name, shape, tuple(ZERO if value.is_zero else value.ref for value in values), description)
+        return Block(name, shape, tuple([value.ref for value in values]), description)

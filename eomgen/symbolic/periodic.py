@@ -14,11 +14,15 @@ def periodic_inputs(tape: Tape, outputs: Iterable[Ref]) -> set[InputSymbol]:
     A node may be shifted by multiples of 2 pi if all its uses are sines and cosines, or sums, differences and integer
     multiples that may be shifted themselves. Outputs may not.
     """
-    outputs = [abs(ref) for ref in outputs]
-    as_it_is = set(outputs)
+    as_it_is = {abs(ref) for ref in set(outputs)}
     periodic = set()
-    for node in reversed(tape.live(outputs)):
+    gathered: set[int] = set()  # by Maps, whose results share their operands
+    for node in reversed(tape.live(as_it_is)):
         op = tape.op[node]
+        if op is Op.MAP:
+            if tape.a[node] in gathered:
+                continue
+            gathered.add(tape.a[node])
         if op is Op.INPUT and node not in as_it_is:
             periodic.add(tape.inputs[tape.a[node]])
         if op not in (Op.SIN, Op.COS) and (node in as_it_is or not _preserves_period(tape, node)):

@@ -320,7 +320,7 @@ class Tape:
         """Return the nodes that the outputs need, in evaluation order (ascending)."""
         needed = bytearray(len(self.op))
         gathered_maps: set[int] = set()
-        for ref in outputs:
+        for ref in set(outputs):  # whole matrices have many zeros
             needed[abs(ref)] = 1
         op, a, b, c, references = self.op, self.a, self.b, self.c, _REFERENCES
         nodes: list[int] = []

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.calls import checked_calls, unknown_attribute
@@ -100,9 +101,9 @@ class Function:
     inputs: tuple[str, ...]
     outputs: tuple[Block, ...]
 
-    @property
+    @cached_property
     def refs(self) -> tuple[Ref, ...]:
-        return tuple(ref for block in self.outputs for ref in block.refs)
+        return tuple(chain.from_iterable(block.refs for block in self.outputs))
 
 
 @dataclass(frozen=True)

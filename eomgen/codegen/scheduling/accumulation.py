@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
+from itertools import chain
 from typing import cast
 
 import numpy as np
@@ -57,12 +58,14 @@ def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
     rest = [list(refs) for refs in outputs]
     if not numbers:
         return Accumulated(rest, {}, {})
-    live = tape.live(ref for refs in outputs for ref in refs)
+    live = tape.live(chain.from_iterable(outputs))
     uses = _uses(tape, live, outputs)
     sums: dict[int, list[Summand]] = {}
     others: dict[tuple[int, int], list[Ref]] = {}
     for output, refs in enumerate(outputs):
         for component, ref in enumerate(refs):
+            if ref == ZERO:  # most entries of a whole matrix
+                continue
             of_maps, of_others = _summands(tape, ref, uses)
             if of_maps:
                 others[output, component] = of_others
@@ -110,7 +113,8 @@ def _uses(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> 
             uses[abs(ref)] += 1
     for refs in outputs:
         for ref in refs:
-            uses[abs(ref)] += 1
+            if ref != ZERO:
+                uses[abs(ref)] += 1
     return uses
 
 

@@ -9,7 +9,7 @@ from typing import cast
 from eomgen.codegen.scheduling.rerolling import RerolledLoop, operands
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import LEAVES, Op
-from eomgen.symbolic.tape import Ref, Tape
+from eomgen.symbolic.tape import ZERO, Ref, Tape
 
 _CIRCULAR = (Op.SIN, Op.COS)
 _MAP = Op.MAP
@@ -47,7 +47,7 @@ class Plan:
         self.tape = tape
         self.added = added or {}
         last = {node for nodes in self.added.values() for node in nodes}
-        needed = chain((ref for refs in outputs for ref in refs), last)
+        needed = chain(chain.from_iterable(outputs), last)
         self.live = [node for node in tape.live(needed) if tape.op[node] not in LEAVES]
         rerolled = reroll(tape, [node for node in self.live if node not in last] if last else self.live)
         self.loops = {loop.iterations[0][0]: loop for loop in rerolled}
@@ -83,7 +83,7 @@ class Plan:
         self.stores: dict[int, list[tuple[int, int, int]]] = {}
         for number, refs in enumerate(outputs):
             for component, ref in enumerate(refs):
-                if abs(ref) in self.uses:
+                if ref != ZERO and abs(ref) in self.uses:  # most entries of a whole matrix are zero
                     self.uses[abs(ref)] += 1
                     self.stores.setdefault(abs(ref), []).append((number, component, 1 if ref > 0 else -1))
 

@@ -462,7 +462,7 @@ class _Scheduler(LoopWriter):
     def _leaves_out(self, may_fill: bool) -> None:
         """Store outputs that are constants or inputs, before everything else."""
         for number, refs in enumerate(self.outputs):
-            zeros = sum(ref == ZERO for ref in refs)
+            zeros = refs.count(ZERO)
             fill = may_fill and zeros >= FILL_FROM and 2 * zeros > len(refs)
             if fill:
                 self.open.outputs.add(number)
@@ -470,7 +470,7 @@ class _Scheduler(LoopWriter):
             left = [
                 (component, ref)
                 for component, ref in enumerate(refs)
-                if abs(ref) not in self.plan.uses and not (fill and ref == ZERO)
+                if not (fill and ref == ZERO) and abs(ref) not in self.plan.uses
             ]
             if self.plan.loops or len(left) >= REPEATED_FROM:
                 numbers = [item for item in left if self.tape.number(item[1]) is not None]

@@ -177,13 +177,20 @@ def _touched(
     bits = {InputSymbol("q", coordinates[k]): 1 << k for k in members}
     bits |= {InputSymbol("v", k): 1 << k for k in members}
     result: dict[int, int] = {}
+    of_maps: dict[int, int] = {}
     for node in tape.live(terms):
+        own = of_maps.get(tape.a[node], -1) if tape.op[node] is Op.MAP else -1
+        if own >= 0:  # results of a Map share their operands
+            result[node] = own
+            continue
         own = 0
         if tape.op[node] is Op.INPUT:
             own = bits.get(tape.inputs[tape.a[node]], 0)
         elif tape.op[node] not in LEAVES:
             for ref in tape.operands(node):
                 own |= result.get(abs(ref), 0)
+            if tape.op[node] is Op.MAP:
+                of_maps[tape.a[node]] = own
         result[node] = own
     return result
 

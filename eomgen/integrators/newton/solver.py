@@ -256,6 +256,7 @@ def solver_data(
     """
     packing, terms = solver.packing, solver.terms
     indices = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)
+    place_of = {index: place for place, index in enumerate(indices)}
     data: dict[str, Any] = {
         "kind": solver.kind,
         "function": packing.function,
@@ -282,7 +283,7 @@ def solver_data(
         ],
         "state_pattern": [list(index) for index in packing.nonzeros["Fz"]],
         "inertia": _inertia_numbers(solver.unknowns, packing),
-        "rate_diagonal": [indices.index(index) for index in terms.rate_diagonal],
+        "rate_diagonal": [place_of[index] for index in terms.rate_diagonal],
         "grouped": _grouped_columns(solver),
         "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
         "B": [list(index) for index in packing.nonzeros["B"]],
