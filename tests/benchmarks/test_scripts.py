@@ -13,6 +13,8 @@ import eomgen
 from benchmarks import (
     adaptive_steps,
     beam_kernels,
+    build_scenes,
+    build_time,
     equal_elements,
     frame_peers,
     generation_time,
@@ -104,6 +106,24 @@ def test_generation_time_measures_every_stage(capsys: pytest.CaptureFixture[str]
     assert "first build: wall, CPU, Python, compilers" in said
     assert "first step: import, read, build, first step, CPU, wall" in said
     assert float(re.findall(r"difference from Kane's method: (\S+)", said)[0]) < 1e-12
+
+
+def test_scenes_of_build_time_have_the_sizes_of_their_names() -> None:
+    car = eomgen.load(build_scenes.wishbone_car())
+    rows = sum({"spherical": 3, "distance": 1}[item.type] for item in car.constraints)
+    driven = sum("drive" in joint for joint in build_scenes.wishbone_car()["joints"].values())
+    assert (len(car.bodies), rows + driven) == (18, 17)
+    linkages = eomgen.load(build_scenes.four_bar()), eomgen.load(build_scenes.seven_bodies())
+    assert [(len(item.bodies), item.coordinates) for item in linkages] == [(3, "absolute"), (7, "absolute")]
+
+
+@pytest.mark.slow
+def test_build_time_measures_new_processes(tmp_path: Path) -> None:
+    assert build_time.main(["--cases", "four_bar", "--repeats", "1", "--json", str(tmp_path / "made.json")]) == 0
+    rows = json.loads((tmp_path / "made.json").read_text(encoding="utf-8"))["rows"]
+    first, cached = (rows[f"four_bar, functions of runs, {state}"] for state in ("empty cache", "cached"))
+    assert cached["compilers"] < 0.1 * first["compilers"]
+    assert cached["build"] < first["build"]
 
 
 @pytest.mark.slow
