@@ -385,14 +385,14 @@ LATE: dict[str, dict[str, str]] = {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",
         "scene.includes": "most scenes include nothing",
     },
-    "scene.sources.text": {"base.files": "for a mistake only"},
+    "scene.sources.source": {"base.files": "for a mistake only"},
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
     "simulation.stepping.settings": {
         "formula.jumps": "it evaluates on the tape; most scenes prescribe no motion",
         "formula.steepness": "likewise",
         "formula.undefined_laws": "likewise",
     },
-    "simulation.stepping.start_state": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
+    "simulation.stepping.states": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
     "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
 }

@@ -13,5 +13,6 @@ __all__ = [
     "path_following",
     "road_excitation",
     "root_locus",
+    "state_warnings",
     "steady_motion",
 ]

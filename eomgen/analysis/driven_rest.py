@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.analysis.equilibrium_warnings import Measures, off_axis_hint
+from eomgen.analysis.state_warnings import Measures, off_axis_hint
 from eomgen.base.arrays import Array
 from eomgen.base.text import distinct
 from eomgen.compiled.terms import Inputs

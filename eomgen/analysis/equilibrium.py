@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.analysis.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
-from eomgen.analysis.equilibrium_warnings import SAME, Measures, equilibrium_notes
 from eomgen.analysis.loaded_statics import check_partials, loaded_statics
 from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.sparse_partials import SparsePartials, dense, soft_modes, sparse_partials
+from eomgen.analysis.state_warnings import SAME, Measures, equilibrium_notes
 from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state

@@ -21,8 +21,8 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 
 from eomgen.analysis.driven_rest import held_base
-from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.sparse_partials import sparse_partials, whole_partials
+from eomgen.analysis.state_warnings import Measures
 from eomgen.base.arrays import Array
 from eomgen.base.text import nearest, shown
 from eomgen.compiled.terms import Inputs, Parameters

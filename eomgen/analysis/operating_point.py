@@ -17,9 +17,9 @@ import numpy as np
 
 from eomgen.analysis.driven_rest import driven_components, held_base, law_rates
 from eomgen.analysis.equilibrium import Equilibrium, equilibrium
-from eomgen.analysis.equilibrium_warnings import Measures
-from eomgen.analysis.equilibrium_warnings import Measures as MeasuresOfScene
 from eomgen.analysis.loaded_statics import loaded_statics
+from eomgen.analysis.state_warnings import Measures
+from eomgen.analysis.state_warnings import Measures as MeasuresOfScene
 from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
 from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_finite, components

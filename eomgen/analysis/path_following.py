@@ -13,9 +13,9 @@ import numpy as np
 
 from eomgen.analysis.driven_rest import held_base
 from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
-from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.loaded_statics import Varied, check_partials, loaded_statics
 from eomgen.analysis.sampled import check_continuous
+from eomgen.analysis.state_warnings import Measures
 from eomgen.base.arrays import Array
 from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import number_of

@@ -12,8 +12,7 @@ from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import checked_options, fault_of_kind, readable, source_of
-from eomgen.scene.sources.source import Read
-from eomgen.scene.sources.text import read_text, shown_file
+from eomgen.scene.sources.source import Read, read_text, shown_file
 from eomgen.scene.sources.toml import TOML
 from eomgen.scene.sources.urdf.source import URDF
 

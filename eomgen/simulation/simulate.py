@@ -37,7 +37,7 @@ from eomgen.simulation.stepping.controllers import Controller, read_controllers
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import check_memory, chosen_stepper, positive
-from eomgen.simulation.stepping.start_state import start_description, start_of, starts_at_equilibrium
+from eomgen.simulation.stepping.states import start_description, start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import time_grid
 

@@ -30,7 +30,7 @@ from eomgen.simulation.stepping.events import ending
 from eomgen.simulation.stepping.inputs import CheckedSignal, Signal, check_held, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import check_span
-from eomgen.simulation.stepping.start_state import start_of
+from eomgen.simulation.stepping.states import start_of
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.system.events import mode_parameter

@@ -21,7 +21,7 @@ from eomgen.simulation.stepping.controllers import Controller, read_controllers
 from eomgen.simulation.stepping.inputs import InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import chosen_stepper, positive
-from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
+from eomgen.simulation.stepping.states import start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.time_grid import FINEST, TimeGrid
 
 

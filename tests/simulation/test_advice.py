@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.simulation.judgement.energy_balance import REPORTED, energy_balance
+from eomgen.simulation.judgement.invariants import REPORTED_ENERGY, energy_balance
 from tests.models.scenes import pendulum
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -75,7 +75,7 @@ def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:
     assert energy_balance(t[::250], few, conservative=True).error > 0.1  # no work can be between the rows
     assert str(energy_balance(t, {})) == "not known: the model was built without the term energy"
     shares = [energy_balance(t, energies(drift)).error for drift in (0.002, 0.003)]
-    assert shares[0] < REPORTED < shares[1] and shares[1] == pytest.approx(0.0128, rel=0.01)
+    assert shares[0] < REPORTED_ENERGY < shares[1] and shares[1] == pytest.approx(0.0128, rel=0.01)
     # of force 100 on a mass of 1, between two rows: the rows know nothing of its work
     pulse = (t > 0.5021) & (t < 0.5073)
     speed = 0.52 * (t >= 0.5073)

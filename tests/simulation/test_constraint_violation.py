@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.simulation.judgement.constraint_violation import largest_violation
+from eomgen.simulation.judgement.invariants import largest_violation
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

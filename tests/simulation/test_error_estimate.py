@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.simulation.accuracy.richardson import observed_order
-from eomgen.simulation.judgement.constraint_violation import largest_stretch
+from eomgen.simulation.judgement.invariants import largest_stretch
 from tests.models.scenes import absolute, breaking, flyer, pendulum
 
 pytestmark = pytest.mark.slow

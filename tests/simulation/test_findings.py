@@ -14,18 +14,16 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.analysis.bending import Bending
+from eomgen.analysis.state_warnings import Bending
 from eomgen.errors import Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate, Largest
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
 from eomgen.simulation.judgement import doubts, remarks, start_checks
-from eomgen.simulation.judgement.constraint_violation import Violation
-from eomgen.simulation.judgement.energy_balance import Balance
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, FACTS, Check, FinishedRun
 from eomgen.simulation.judgement.instability import Growth
-from eomgen.simulation.judgement.momentum import Drift
+from eomgen.simulation.judgement.invariants import Balance, Drift, Violation
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS, Verdict, message_of
 from eomgen.simulation.judgement.start_checks import Fastest
 from tests.models.scenes import pendulum

@@ -6,8 +6,7 @@ from __future__ import annotations
 from eomgen.base.files.archives import read_arrays, write_arrays
 from eomgen.base.files.csv_tables import read_cells, read_table, write_rows, write_table
 from eomgen.base.files.journal import Journal
-from eomgen.base.files.nearby import nearby
-from eomgen.base.files.writing import check_writable, make_folder, temporary_file, write_bytes, write_text
+from eomgen.base.files.writing import check_writable, make_folder, nearby, temporary_file, write_bytes, write_text
 
 __all__ = [
     "Journal",

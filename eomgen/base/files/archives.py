@@ -14,8 +14,7 @@ from typing import IO, Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.files.nearby import nearby
-from eomgen.base.files.writing import write_file
+from eomgen.base.files.writing import nearby, write_file
 from eomgen.base.text import shown
 from eomgen.errors import FileError, Problem
 

@@ -12,8 +12,7 @@ from typing import IO
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.files.nearby import nearby
-from eomgen.base.files.writing import write_file, write_text
+from eomgen.base.files.writing import nearby, write_file, write_text
 from eomgen.base.text import counted, shown
 from eomgen.errors import FileError, Problem
 

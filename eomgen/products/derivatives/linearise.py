@@ -31,7 +31,7 @@ from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.stepping.inputs import InputSignals, Signal, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import ChosenStepper, chosen_stepper, positive
-from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
+from eomgen.simulation.stepping.states import start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 

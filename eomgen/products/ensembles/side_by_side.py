@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.analysis.bending import shortenings
+from eomgen.analysis.state_warnings import shortenings
 from eomgen.base.arrays import Array
 from eomgen.compiled.consistent_states import ConsistentStates, consistent_samples
 from eomgen.compiled.functions import LANES_VARIABLE, Choice
@@ -29,8 +29,7 @@ from eomgen.simulation.judgement.remarks import turned_elements
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import chosen_stepper, followed_laws
-from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
-from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed
+from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed, start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.stepper import LaneStepper, times_of_inputs
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.system.description import component_names

@@ -30,8 +30,7 @@ from eomgen.scene.reading.kinds import Refused, described
 from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.register import all_options, readable, source_of
-from eomgen.scene.sources.source import OptionError, Read, Source
-from eomgen.scene.sources.text import read_text, shown_file
+from eomgen.scene.sources.source import OptionError, Read, Source, read_text, shown_file
 from eomgen.system.description import BASE, WORLD
 
 

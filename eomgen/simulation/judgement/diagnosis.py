@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from eomgen.analysis.definiteness import inertia_warning
+from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import Problem, UsageError

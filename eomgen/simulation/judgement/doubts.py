@@ -10,16 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eomgen.analysis.definiteness import linear_range_exceeded
+from eomgen.analysis.state_warnings import linear_range_exceeded
 from eomgen.base.arrays import Array
 from eomgen.base.text import listed
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate, Largest
 from eomgen.results.finding import FAILURE, Finding
-from eomgen.simulation.judgement.constraint_violation import FAILED as BROKEN
-from eomgen.simulation.judgement.energy_balance import FAILED, REPORTED
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
-from eomgen.simulation.judgement.momentum import momentum_drift
+from eomgen.simulation.judgement.invariants import FAILED_ENERGY, REPORTED_ENERGY, momentum_drift
+from eomgen.simulation.judgement.invariants import FAILED_VIOLATION as BROKEN
 from eomgen.simulation.judgement.singular_positions import nearest_singular, way_through
 
 #: Part of the motion above which an error is always reported, and estimates from which on it may be that large, since
@@ -170,13 +169,15 @@ def _extents(values: Array) -> tuple[list[float], list[float]]:
 
 def _energy_balance(run: FinishedRun) -> Iterator[Finding]:
     error = run.balance.error
-    if error is not None and error > REPORTED:
+    if error is not None and error > REPORTED_ENERGY:
         text = f"the energy is out of balance by {100.0 * error:.3g} % of the energies at work"
         yield Finding(value=error, text=text, hint=_remedy(run))
 
 
 def _energy_gained(run: FinishedRun) -> bool:
-    return run.balance.gain > FAILED and (run.conservative or not run.rows_are_sparse)  # rows may miss pulses of power
+    return run.balance.gain > FAILED_ENERGY and (
+        run.conservative or not run.rows_are_sparse
+    )  # rows may miss pulses of power
 
 
 def _momentum_drift(run: FinishedRun) -> Iterator[Finding]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from eomgen.analysis.definiteness import inertia_warning
+from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.compiled.consistent_states import tells_strain
 from eomgen.compiled.model import CompiledModel
@@ -14,7 +14,6 @@ from eomgen.integrators.events import ACCUMULATED, NO_VALUE, STATUSES, STOPPED
 from eomgen.integrators.samples import CONTROLLER_FAILED
 from eomgen.results.events import Events
 from eomgen.results.finding import FAILURE, NOTE, Finding
-from eomgen.simulation.judgement.constraint_violation import FAILED
 from eomgen.simulation.judgement.diagnosis import (
     SMALLER_ANGLES,
     advice,
@@ -25,6 +24,7 @@ from eomgen.simulation.judgement.diagnosis import (
 )
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
 from eomgen.simulation.judgement.instability import own_growth, unbounded_growth, unstable_growth
+from eomgen.simulation.judgement.invariants import FAILED_VIOLATION
 from eomgen.simulation.judgement.singular_positions import singular_ahead, way_past
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.events import ending, parameters_with, without_value
@@ -178,8 +178,8 @@ def _infinite_energy(run: FinishedRun) -> Iterator[Finding]:
 
 def _broken_constraint(run: FinishedRun) -> Iterator[Finding]:
     violation = run.violation
-    if violation is not None and violation.share > FAILED:
-        text = f"{violation.text}, more than {FAILED:g} of the size of the machine, or rad"
+    if violation is not None and violation.share > FAILED_VIOLATION:
+        text = f"{violation.text}, more than {FAILED_VIOLATION:g} of the size of the machine, or rad"
         yield Finding(value=violation.share, time=violation.time, text=text, hint="a smaller step")
 
 

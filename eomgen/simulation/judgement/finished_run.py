@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from eomgen.analysis.bending import Bending, largest_bending
+from eomgen.analysis.state_warnings import Bending, largest_bending
 from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import InitialState
 from eomgen.integrators.events import STOPPED
@@ -25,10 +25,18 @@ from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_esti
 from eomgen.simulation.accuracy.step_path import repeated_share, step_rows
 from eomgen.simulation.accuracy.unseen_events import unseen_events
 from eomgen.simulation.accuracy.unseen_laws import UnseenLaw, laws_between_steps, unseen_law
-from eomgen.simulation.judgement.constraint_violation import Violation, largest_stretch, largest_violation
-from eomgen.simulation.judgement.energy_balance import APART, REPORTED, Balance, energy_balance, same_time
 from eomgen.simulation.judgement.fast_motions import unresolved_motion
 from eomgen.simulation.judgement.instability import Growth, at_rest, unstable_growth
+from eomgen.simulation.judgement.invariants import (
+    APART,
+    REPORTED_ENERGY,
+    Balance,
+    Violation,
+    energy_balance,
+    largest_stretch,
+    largest_violation,
+    same_time,
+)
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.events import acting, parameters_over, table_of
 from eomgen.simulation.stepping.run import Run
@@ -252,7 +260,7 @@ class FinishedRun:
             sparse=self.rows_are_sparse,
             epsilon=float(np.finfo(np.float32 if self.single else np.float64).eps),
         )
-        off = balance.error is not None and balance.error > REPORTED
+        off = balance.error is not None and balance.error > REPORTED_ENERGY
         working = off and (self._works_between_rows or any(np.any(self.energy[one]) for one in ("power", "base_power")))
         if working and self.rows_are_sparse and untold_between_rows(self.states, self.run.model.factors):
             return Balance(None, APART)

@@ -1,16 +1,22 @@
-"""States at the rows of a run, and compiled functions evaluated at them in batches: outputs and energies."""
+"""States of a run: its start (initial values or static equilibrium, brought onto the constraints), and states at its
+rows, with compiled functions evaluated at them in batches: outputs and energies.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.compiled.consistent_states import CORRECTED, corrected_start, tells_strain
 from eomgen.compiled.equations import of_motion
+from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.compiled.model import CompiledModel
+from eomgen.errors import Problem, UsageError
 from eomgen.simulation.stepping.inputs import InputSignals
+from eomgen.simulation.stepping.run import SCENE_START, Run
 
 #: Rows in one call.
 _BATCH = 65536
@@ -89,3 +95,76 @@ def evaluated(name: str, model: CompiledModel, states: States, given: Prescribed
     if len(result) == 1:
         return dict(result[0])
     return {key: np.concatenate([one[key] for one in result]) for key in result[0]} if result else {}
+
+
+def start_description(*, equilibrium_start: bool, given: bool, chosen: str | None, of_scene: str) -> str:
+    """Return a description of the start of a run.
+
+    Parameters
+    ----------
+    equilibrium_start, given : whether it starts at static equilibrium, and whether initial values were given
+    chosen, of_scene : ``start`` of the run, if any, and of the scene
+    """
+    if equilibrium_start:
+        return "equilibrium near the initial values given" if given else "the scene's equilibrium"
+    if not given:
+        return SCENE_START if of_scene == "initial" else f"{SCENE_START}, not its equilibrium"
+    instead = chosen is None and of_scene == "equilibrium"
+    return "initial values given, in place of the scene's equilibrium" if instead else "initial values given"
+
+
+def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool:
+    """Return whether a run starts at static equilibrium.
+
+    Parameters
+    ----------
+    start, of_scene : of the run, if any, and of the scene
+    given : whether an initial state was
+
+    Raises
+    ------
+    UsageError
+        It can start so at neither.
+    """
+    chosen = start if start is not None else "initial" if given else of_scene
+    if chosen not in ("initial", "equilibrium"):
+        hint = "initial={...}, for a state" if isinstance(chosen, Mapping) else "initial or equilibrium"
+        raise UsageError(Problem("start", f"a run cannot start at {chosen!r}", hint))
+    return chosen == "equilibrium"
+
+
+def start_of(
+    run: Run, initial: Mapping[str, Any] | None, *, equilibrium_start: bool, changed: bool
+) -> tuple[InitialState, list[str], list[str]]:
+    """Return the state a run starts from, a sentence for each change of the requested state, and notes on its
+    doubts.
+
+    Parameters
+    ----------
+    equilibrium_start : whether to start at static equilibrium nearby
+    changed : whether the state or the parameters differ from the values that the model was built with
+    """
+    model, p, t = run.model, run.parameters, run.grid.start
+    own = not initial and p.tolist() == list(model.parameters.values())
+    state, sentences = initial_state(model, initial, p, asked=not (own or equilibrium_start)), []
+    if own:
+        sentences = [note for note in model.notes if note.startswith(CORRECTED) or tells_strain(note)]
+    notes: list[str] = []
+    if equilibrium_start:
+        inputs = run.driven(np.array([t]))[0] if run.driven else None
+        from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415  # SciPy comes with it
+
+        rest = equilibrium(model, {"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
+        v = np.where(rest.v != 0.0, rest.v, state.v)
+        state, sentences = InitialState(rest.q, v, rest.z), [f"initial position: {rest.message}"]
+        notes = [f"the start at rest: {note}" for note in rest.notes]
+    if model.multipliers and (equilibrium_start or changed or t != 0.0):
+        consistent = model.consistent(state.q, state.v, t, parameters=p)
+        names, units = (model.q_names, model.v_names), (model.q_units, model.v_units)
+        changes = corrected_start(consistent, (state.q, state.v), names, units)
+        state = InitialState(consistent.q, consistent.v, state.z)
+        sentences += [*consistent.corrections(), *changes, *consistent.deviations]
+    elif changed:  # all rows may be left out
+        sentences += model.check_left_out(state.q, state.v, t, p)
+    notes = [*notes, *(text for text in sentences if tells_strain(text))]
+    return state, sentences, notes

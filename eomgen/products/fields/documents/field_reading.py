@@ -36,7 +36,7 @@ from eomgen.products.fields.documents.entries import KIND, Entries, cell_formula
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
-from eomgen.scene.sources.text import read_text, shown_file
+from eomgen.scene.sources.source import read_text, shown_file
 from eomgen.scene.sources.toml import toml_data
 
 #: Commands and keys for Hamiltonian systems of coordinates, for messages.

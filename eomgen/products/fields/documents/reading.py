@@ -33,7 +33,7 @@ from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.includes.repeat import repeated
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
-from eomgen.scene.sources.text import read_text, shown_file
+from eomgen.scene.sources.source import read_text, shown_file
 from eomgen.scene.sources.toml import toml_data
 
 #: Commands and functions for systems of fields, for messages.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.analysis.definiteness import inertia_warning
+from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.base.text import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline

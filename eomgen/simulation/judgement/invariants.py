@@ -1,0 +1,385 @@
+"""Invariants of a motion over the samples of a run: the energy balance, momentum in directions without an external
+force, holonomic constraints, and unit quaternions.
+
+If no force has power the total energy is constant, and two rows are enough. Otherwise the work between rows is the
+integral of the power at the rows; its error is estimated by leaving out every second row.
+
+The rows of M v that belong to a free root are the momentum of its whole tree, and the same rows of Q - B^T lam are the
+external wrench on it: internal forces do no work in a rigid motion. A component of the momentum in the world along
+which there is no wrench in any row is kept (Marsden and Ratiu, Introduction to Mechanics and Symmetry (1999), section
+11.4): of one free tree, or of all of them together, as bodies in absolute coordinates are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.lie import numeric
+from eomgen.lie.groups import group_named
+from eomgen.lie.product import Factor
+from eomgen.system.description import BASE
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+    from eomgen.simulation.stepping.inputs import InputSignals
+
+
+#: Share of the energies at work beyond which a run says that its balance is off, and share beyond which a run has
+#: failed that gained them without work. Without power, a total energy that grows fiftyfold gains 49 % at least.
+REPORTED_ENERGY, FAILED_ENERGY = 0.01, 0.49
+#: Why the balance is not known if rows do not resolve the power between them.
+APART = "the rows are too far apart to tell the work in between"
+#: Rows that the integral of a power needs.
+_ROWS = 5
+#: Error of an integral over rows, in multiples of its change when every second row is left out.
+_MARGIN = 4.0
+#: An imbalance in fewer than one of this many intervals is due to single events between rows, not to every step.
+_FEW = 20
+#: Implausible ratio of gained energy to the initial energy plus the work of the largest recorded power.
+_EXPLODED = 1e3
+#: Part of the time in which the work has to be known.
+_KNOWN = 0.5
+
+
+class Balance(NamedTuple):
+    """How far the energy of a run is out of balance.
+
+    Attributes
+    ----------
+    error : largest violation of the balance, as a share of the energies that move; None if it is not known
+    unknown : why it is not known
+    infinite : s, the first time at which the energy is beyond the finite numbers; None if it never is
+    gain : part of the error that is energy gained without work; the rest was lost, as to numerical damping
+    """
+
+    error: float | None
+    unknown: str = ""
+    infinite: float | None = None
+    gain: float = 0.0
+
+    def __str__(self) -> str:
+        if self.error is None:
+            return f"not known: {self.unknown}"
+        return f"off by {100.0 * self.error:.2g} % of the energies at work"
+
+
+def energy_balance(
+    t: Array,
+    energy: Mapping[str, Array],
+    jumps: ArrayLike = (),
+    *,
+    conservative: bool = False,
+    sparse: bool = False,
+    epsilon: float = 0.0,
+) -> Balance:
+    """Return the balance of energy over rows.
+
+    Parameters
+    ----------
+    t : (n,) s
+    energy : mapping
+        ``kinetic``, ``potential``, ``total`` in J and ``power``, ``base_power`` in W, (n,) each.
+    jumps : (k,) s
+        Times at which forces jump: intervals that contain one are skipped, because rows do not resolve their work.
+    conservative : bool
+        Whether there is no power in any state.
+    sparse : bool
+        Whether steps lie between the rows, and with them pulses of power that no row shows.
+    epsilon : float
+        Last place of the numbers that energies are computed in.
+    """
+    if not all(name in energy for name in ("kinetic", "potential", "total", "power", "base_power")):
+        return Balance(None, "the model was built without the term energy")
+    kinetic, potential, total = energy["kinetic"], energy["potential"], energy["total"]
+    finite = np.isfinite(total) & np.isfinite(energy["power"]) & np.isfinite(energy["base_power"])
+    if not finite.all():
+        return Balance(None, "the energy is beyond the finite numbers", float(t[finite.argmin()]))
+    highest, lowest, fastest = potential.max(), potential.min(), kinetic.max()
+    moving = float(highest - lowest + fastest)
+    if len(t) < (2 if conservative else _ROWS):
+        if len(t) > 1 and (gained := _out_of_nothing(t, energy, moving)):
+            return Balance(gained, gain=gained)
+        return Balance(None, f"{len(t)} row{'s' * (len(t) != 1)} tell too little of the work in between")
+    floor = max(1e-9, 100.0 * epsilon) * (max(abs(highest), abs(lowest)) + fastest)
+    if conservative:
+        return _shares(total - total[0], moving) if moving > floor else Balance(0.0)
+    rate = energy["power"] + energy["base_power"]
+    known = _smooth_intervals(t, jumps)
+    spans = t[1:] - t[:-1]
+    if spans[known].sum() < _KNOWN * (t[-1] - t[0]):
+        return Balance(None, "forces jump, or states are sampled, next to most rows")
+    pieces = 0.5 * spans * (rate[1:] + rate[:-1])
+    work = _sums(pieces, known)
+    swing = moving + np.abs(work).max()
+    if swing <= floor:
+        return Balance(0.0)
+    off = _sums(total[1:] - total[:-1], known) - work
+    error, noticed = np.abs(off).max(), REPORTED_ENERGY * swing
+    uncertain = _MARGIN * _off_by_every_second_row(t, rate, pieces, known)
+    if (error <= uncertain and uncertain > noticed) or (error > noticed and sparse and _is_pulse(off)):
+        return Balance(None, APART)
+    return _shares(off, swing)
+
+
+def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> float:
+    """Return the gain of energy relative to the moving energy; 0 if the initial kinetic energy, the range of the
+    potential and the largest recorded power may explain the gain."""
+    known = energy["kinetic"][0] + np.ptp(energy["potential"])
+    known += (t[-1] - t[0]) * np.max(np.maximum(energy["power"] + energy["base_power"], 0.0))
+    gain = float(np.max(energy["total"] - energy["total"][0]))
+    return float(gain / moving) if gain > _EXPLODED * known else 0.0
+
+
+def _shares(off: Array, swing: float) -> Balance:
+    return Balance(float(np.abs(off).max() / swing), gain=float(off.max() / swing))
+
+
+def same_time(t: Array) -> float:
+    """Return the difference, s, below which two times of a run with rows at t (n,) count as equal."""
+    return 1e-9 * float(np.ptp(t)) + 8.0 * float(np.finfo(float).eps * np.abs(t).max())
+
+
+def _smooth_intervals(t: Array, jumps: ArrayLike) -> NDArray[np.bool_]:
+    """Return for each interval between rows whether no jump lies in it, ends included."""
+    known = np.asarray(jumps, float)
+    if not len(known):
+        return np.ones(len(t) - 1, dtype=bool)
+    near = same_time(t)
+    first, last = np.searchsorted(np.sort(known), [t[:-1] - near, t[1:] + near])
+    return np.asarray(first == last)
+
+
+def _sums(pieces: Array, known: NDArray[np.bool_]) -> Array:
+    """Return the sums from the first time on, (n + 1,), of pieces of known intervals, (n,)."""
+    sums = np.zeros(len(pieces) + 1)
+    np.cumsum(np.where(known, pieces, 0.0), out=sums[1:])
+    return sums
+
+
+def _off_by_every_second_row(t: Array, rate: Array, pieces: Array, known: NDArray[np.bool_]) -> float:
+    """Return the largest change of an integral by the trapezoidal rule, of pieces (n - 1,), if every second row is left
+    out."""
+    end = len(t) - (len(t) + 1) % 2  # an odd number of rows, so that every second one has both neighbours
+    both = known[: end - 1 : 2] & known[1 : end - 1 : 2]
+    coarse = 0.5 * (t[2:end:2] - t[: end - 2 : 2]) * (rate[2:end:2] + rate[: end - 2 : 2])
+    change = np.where(both, coarse - (pieces[: end - 1 : 2] + pieces[1 : end - 1 : 2]), 0.0)
+    return float(np.abs(np.cumsum(change)).max())
+
+
+def _is_pulse(off: Array) -> bool:
+    """Return whether few intervals make an imbalance (n,)."""
+    jumps = np.abs(off[1:] - off[:-1])
+    return bool(_FEW * jumps.sum() ** 2 < len(jumps) * (jumps**2).sum())
+
+
+#: Drift, as a part of the momenta of the bodies, from which on it is reported.
+REPORTED_MOMENTUM = 0.05
+#: Wrenches below this part of the largest generalized force are rounding, and so is their sum over a run.
+_ROUNDING = 1e-9
+#: Part of the mass by which inertia in different directions may differ; more is the added mass of water.
+_SAME_MASS = 1e-6
+#: Rows that are looked at, spread over all of the run.
+_MOMENTUM_ROWS = 50
+_NAMES = (*(f"angular momentum about {axis}" for axis in "xyz"), *(f"momentum along {axis}" for axis in "xyz"))
+
+
+class Drift(NamedTuple):
+    """A component of the momentum that drifts although no external force acts along it.
+
+    Attributes
+    ----------
+    name : in words
+    share : drift as a part of the momenta of the bodies
+    """
+
+    name: str
+    share: float
+
+    def __str__(self) -> str:
+        return f"the {self.name}, which no force changes, drifts by {100.0 * self.share:.2g} % of the momenta at work"
+
+
+def momentum_drift(
+    model: CompiledModel,
+    states: tuple[Array, Array, Array, Array],
+    p: Array,
+    signals: InputSignals | None = None,
+    multipliers: Array | None = None,
+) -> Drift | None:
+    """Return the largest drift of a momentum that no external force changes; None if every one is kept.
+
+    Parameters
+    ----------
+    states : t (rows,) in s, q (rows, nq), v (rows, nv), z (rows, nz)
+    p : (np,) parameters
+    signals : signals of the inputs; None: the scene's formulas
+    multipliers : (rows, number of constraints) if there are constraints
+    """
+    (roots, one_frame), (t, q, v, z) = _floating(model), states
+    needed = {"mass", "force"} | ({"constraint_jacobian"} if model.multipliers else set())
+    if not roots or len(t) < 2 or not needed <= set(model.terms) or (model.multipliers and multipliers is None):
+        return None
+    chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOMENTUM_ROWS)).astype(int))
+    t, q, v, z = t[chosen], q[chosen], v[chosen], z[chosen]
+    u = None if signals is None else signals.rows(t)
+    M = model.mass(q, parameters=p)
+    forces = model.force(q, v, t, u, z=z, parameters=p)
+    if multipliers is not None and model.multipliers:
+        rows = next(iter(model.evaluate("constraint_jacobian", q, t=t, parameters=p).values()))
+        forces = forces - np.einsum("nij,ni->nj", rows.reshape(len(t), -1, model.nv), multipliers[chosen])
+    if not (np.all(np.isfinite(M)) and np.all(np.isfinite(forces))):
+        return None
+    every = np.array([_of_root(root, q, v, M, forces) for root in roots])  # momentum, wrench, size of the momentum
+    together = every.sum(axis=0)[np.newaxis] if one_frame and len(roots) > 1 else every[:0]
+    rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
+    drift = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)]).max(axis=0)
+    worst = int(np.argmax(drift))
+    if not drift[worst] > REPORTED_MOMENTUM or any(_in_water(M[:, root.v, root.v]) for root in roots):
+        return None
+    return Drift(_NAMES[worst], float(drift[worst]))
+
+
+def _in_water(M: Array) -> bool:
+    """Return whether the inertia of a free root, (rows, 6, 6), includes added mass: the water takes momentum.
+
+    The inertia of bodies alone against translation is their mass in all directions.
+    """
+    translation = M[:, 3:, 3:]
+    mass = np.trace(translation, axis1=1, axis2=2) / 3.0
+    off = np.abs(translation - mass[:, np.newaxis, np.newaxis] * np.eye(3)).max(axis=(1, 2))
+    return bool(np.any(off > _SAME_MASS * np.abs(mass)))
+
+
+def _of_root(root: Factor, q: Array, v: Array, M: Array, forces: Array) -> Array:
+    """Return momentum, wrench and the size of the momentum of a free root with its tree, (3, rows, 6), in the world."""
+    group = group_named(root.group, root.v_size)
+    turned = np.swapaxes(numeric.adjoint(group, numeric.inverse(group, q[:, root.q])), -1, -2)
+    M = M[:, root.v]
+    momentum = (turned @ np.einsum("nij,nj->ni", M, v)[..., np.newaxis])[..., 0]
+    wrench = (turned @ forces[:, root.v, np.newaxis])[..., 0]
+    size = (np.abs(turned) @ np.einsum("nij,nj->ni", np.abs(M), np.abs(v))[..., np.newaxis])[..., 0]
+    return np.array([momentum, wrench, size])
+
+
+def _drifts(parts: Array, rounding: float, span: float) -> Array:
+    """Return by how much the components of a momentum drift that have to be kept, (6,), as parts of its size.
+
+    A momentum whose change is at most the accumulated rounding of forces is kept, however small it is.
+
+    Parameters
+    ----------
+    parts : as of ``_of_root``
+    rounding : generalized forces that count as none
+    span : time between the first and the last row, s
+    """
+    momentum, wrench, size = parts
+    change = np.ptp(momentum, axis=0)
+    sizes = np.repeat([size[:, :3].max(), size[:, 3:].max()], 3)
+    told = (np.abs(wrench).max(axis=0) <= rounding) & (change > rounding * span) & (sizes > 0.0)
+    return np.where(told, change / np.where(sizes > 0.0, sizes, 1.0), 0.0)
+
+
+def _floating(model: CompiledModel) -> tuple[list[Factor], bool]:
+    """Return the free joints to a base at rest, or to bodies that are fixed to it, and whether all have one frame.
+
+    In absolute coordinates all bodies are free; there are none if the base moves.
+    """
+    if model.library.layout["facts"]["moving_base"]:
+        return [], False
+    free = [factor for factor in model.factors if factor.group == "SE3"]
+    if model.description.joints:  # of bodies in absolute coordinates
+        return free, True
+    still, parents = {BASE}, {}
+    for hinge in model.description.drawing.hinges:  # parents before their children
+        if hinge.type == "fixed" and hinge.parent in still:
+            still.add(hinge.child)
+        parents[hinge.name] = hinge.parent
+    free = [factor for factor in free if parents.get(factor.name) in still]
+    return free, len({parents[factor.name] for factor in free}) == 1
+
+
+#: Parts of the machine, or rad, by which a constraint may be off: the first is reported, the second fails the run.
+REPORTED_VIOLATION, FAILED_VIOLATION = 1e-6, 1e-3
+#: Rounding of a constraint row, in last places of the sum of its terms' magnitudes.
+_LAST_PLACES = 1e3
+#: Rows of a run that are looked at, spread over all of it.
+_MOST_ROWS = 1000
+
+
+class Violation(NamedTuple):
+    """A violation of a holonomic row.
+
+    Attributes
+    ----------
+    share : part of the size of the machine, or rad
+    text : message with row, size and time
+    time : s; NaN between rows
+    """
+
+    share: float
+    text: str
+    time: float = math.nan
+
+
+def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, largest: float = 0.0) -> Violation | None:
+    """Return the worst violation of the holonomic constraints in a run; None if all are kept, or if the model has no
+    functions to evaluate them.
+
+    Parameters
+    ----------
+    t, q : (rows,) in s, (rows, nq)
+    p : (np,) parameters
+    largest : the largest violation at any step, in the units of the rows, if the stepper counts it
+    """
+    count = model.functions.sizes.get("holonomic", 0)
+    if not count or not all(name in model.functions for name in ("constraint", "constraint_size")):
+        return None
+    chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOST_ROWS)).round().astype(int))
+    t, q = t[chosen], q[chosen]
+    violation = np.abs(next(iter(model.evaluate("constraint", q, t=t, parameters=p).values())))[:, :count]
+    blocks = list(model.evaluate("constraint_size", q, t=t, parameters=p).values())
+    sizes = np.concatenate([np.asarray(part).reshape(len(t), -1) for part in blocks], axis=1)
+    rows = sizes.shape[1] // 2
+    summands, extents = sizes[:, :count], sizes[:, rows:]
+    lengths = np.array([unit != "1" for unit in model.library.layout["row_units"][:count]])
+    machine = extents.max(axis=1, initial=0.0)
+    scale = np.where(lengths, np.where(machine > 0.0, machine, 1.0)[:, None], 1.0)
+    epsilon = np.finfo(np.float32 if model.library.real == "float" else np.float64).eps
+    rounding = _LAST_PLACES * epsilon * summands
+    shares = np.where(violation > rounding, violation / scale, 0.0)
+    row, k = np.unravel_index(int(np.argmax(np.nan_to_num(shares, nan=np.inf))), shares.shape)
+    share, by = float(shares[row, k]), float(violation[row, k])
+    if share > REPORTED_VIOLATION:
+        unit = " m" if lengths[k] else ""
+        message = f"the constraint {model.multipliers[k]} is off by {by:.3g}{unit} at t = {t[row]:.6g} s"
+        return Violation(share, message, float(t[row]))
+    between = largest / float(scale.max())
+    if between > REPORTED_VIOLATION and largest > rounding.max():
+        return Violation(between, f"constraints are off by up to {largest:.3g} between the rows")
+    return None
+
+
+def largest_stretch(model: CompiledModel, t: Array, q: Array) -> Violation | None:
+    """Return the worst quaternion of a run; None if all have unit length, but for rounding.
+
+    Parameters
+    ----------
+    t, q : (rows,) in s, (rows, nq)
+    """
+    turning = [factor for factor in model.factors if factor.group != "R"]
+    if not turning:
+        return None
+    lengths = np.stack([np.linalg.norm(q[:, f.q_start : f.q_start + 4], axis=1) for f in turning], axis=1)
+    off = np.abs(lengths - 1.0)
+    if (off <= REPORTED_VIOLATION).all():
+        return None
+    off = np.nan_to_num(off, nan=np.inf)
+    row, k = np.unravel_index(int(np.argmax(off)), off.shape)
+    message = f"the quaternion of {turning[k].name} has the length {lengths[row, k]:.6g} at t = {t[row]:.6g} s"
+    return Violation(float(off[row, k]), message, float(t[row]))
