@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks import beam_simulations
 from benchmarks.contestants import CPP, TRACE
 from benchmarks.suite import environments
 from benchmarks.suite.contest import Context, Entry, contest, of_first_rows, relative_to_largest
@@ -363,6 +364,7 @@ SYMBOLIC = (
 # -- eomgen by its own goals -------------------------------------------------------------------------------------------
 
 COMPILERS = "gcc takes 1.7 s of processor time on two cores, after 0.7 s in which Python imports and reads"
+EQUAL_ELEMENTS = "Python derives, orders and schedules every element by itself, 10 ms each; then gcc and figures"
 WITH_LANES, SCALAR = "eomgen, lanes", "eomgen, scalar"
 DASK, THREADS = "eomgen, four processes of Dask", "eomgen, two threads"
 BETWEEN = "four processes and a scheduler share two cores, 14 kB of each sample go between them; 0.80 at 8000 samples"
@@ -448,6 +450,19 @@ OWN_GOALS = (
         "nothing: the library loads",
         _own({"work": "build"}, {}, "wall"),
         goals=(Goal(0.9, COMPILERS),),
+    ),
+    *(
+        Row(
+            f"beam_{elements}_{name}",
+            "eomgen alone",
+            f"exact beam of {elements} elements: eomgen simulate from its file, {case}, wall time",
+            "command",
+            "its own run, which reaches its end",
+            _own({"work": "simulate", "elements": elements, "case": case}, {"elements": 3}, "wall"),
+            goals=(Goal(seconds, EQUAL_ELEMENTS),) if seconds and name == "first" else (),
+        )
+        for elements, seconds in ((50, None), (200, 4.0), (800, 5.0))
+        for name, case in (("first", beam_simulations.CASES[0]), ("cached", beam_simulations.CASES[1]))
     ),
 )
 

@@ -13,6 +13,7 @@ import eomgen
 from benchmarks import (
     adaptive_steps,
     beam_kernels,
+    beam_simulations,
     build_scenes,
     build_time,
     equal_elements,
@@ -318,6 +319,14 @@ def test_exact_beams_of_more_elements_are_built(tmp_path: Path) -> None:
     assert [beam["elements"] for beam in beams] == [3, 6]
     assert all(beam["runs"][0]["us per step"] > 0.0 for beam in beams)
     assert beam_kernels.exponent([2, 4, 8], [3.0, 12.0, 48.0]) == pytest.approx(2.0)
+
+
+@pytest.mark.long
+def test_beams_are_simulated_from_a_file_twice(tmp_path: Path) -> None:
+    assert beam_simulations.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
+    (beam,) = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["beams"]
+    first, second = (beam["runs"][0][case] for case in beam_simulations.CASES)
+    assert beam["elements"] == 3 and 0.0 < second["CPU, s"] < first["CPU, s"]
 
 
 @pytest.mark.long

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from serve import Prepared, serve
 
-from benchmarks import generation_time, loops
+from benchmarks import beam_simulations, generation_time, loops
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
@@ -64,7 +64,16 @@ def first_build(_: dict[str, Any]) -> Prepared:
     return Prepared(list, 1, lambda: [1.0], ["eomgen"], taken=taken)
 
 
-WORK = {"one": one_trajectory, "ensemble": ensemble, "build": first_build}
+def beam_simulation(task: dict[str, Any]) -> Prepared:
+    """Seconds of the clock of the command ``simulate`` on a beam, from an empty cache or with its library there."""
+
+    def taken() -> float:
+        return beam_simulations.first_and_second(task["elements"])[task["case"]]["wall, s"]
+
+    return Prepared(list, 1, lambda: [1.0], ["eomgen"], taken=taken)
+
+
+WORK = {"one": one_trajectory, "ensemble": ensemble, "build": first_build, "simulate": beam_simulation}
 
 
 if __name__ == "__main__":

@@ -49,10 +49,10 @@ def extended_partials(
     seeds |= internal.seeds(3 * nv)
     owners: dict[int, int] = {}
     alone = _alone(tree)
-    for link, scalar in _passed_on(tree, kinematics, base, loads, posed=internal.count > 0):
-        if link in alone:
-            continue
-        owners.setdefault(abs(scalar.ref), tree.links[link].dofs[0])
+    if len(alone) < len(tree.links):
+        for link, scalar in _passed_on(tree, kinematics, base, loads, posed=internal.count > 0):
+            if link not in alone:
+                owners.setdefault(abs(scalar.ref), tree.links[link].dofs[0])
     outputs = [value.ref for value in (*residual, *internal.rates())]
     tangents, definitions, used = cut_partials(tape, outputs, seeds, owners, first)
     entries: dict[str, Entries] = {"K": {}, "C": {}, "M": {}, "X": {}}

@@ -135,7 +135,7 @@ def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest
     least = runs.size.sizes["increment"] / span  # smaller velocities are rounding
     measures = np.maximum(velocities, np.where(np.isfinite(least), least, 0.0))
     fastest = np.zeros(model.nv)
-    for unit in np.unique(units):
+    for unit in set(model.v_units):
         fastest[units == unit] = measures[units == unit].max()
     elastic = np.zeros(model.nv, dtype=bool)
     for factor in model.factors:
