@@ -11,7 +11,7 @@ import copy
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from eomgen.base.text import NAME_LENGTH
 from eomgen.formula.nodes import Formula, Vector
@@ -20,7 +20,7 @@ from eomgen.scene.reading.key_metadata import Table
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import Bound, Row
 from eomgen.scene.reading.values import Values
-from eomgen.system.random_processes import variables_of
+from eomgen.system.normal_series import variables_of
 from eomgen.system.signals import Parameter
 
 Kept = TypeVar("Kept")
@@ -48,6 +48,14 @@ class Entries(Protocol):
     def table(self, key: str) -> Any:
         """Return a section that is one table; None if the file has none."""
         ...
+
+
+class Unused(NamedTuple):
+    """Entries of a section that change nothing, with the nouns of one and of several."""
+
+    singular: str
+    plural: str
+    names: Sequence[str]
 
 
 @dataclass(frozen=True, eq=False)  # rows are themselves
@@ -140,6 +148,14 @@ class Section:
 
     def notes(self, reading: Reading) -> Iterable[str]:
         """Return notes on doubtful entries of a scene without problems."""
+        return ()
+
+    def unused(self, reading: Reading) -> Unused:
+        """Return the entries that no formula mentions although they are for formulas alone."""
+        return Unused("", "", ())
+
+    def plain_angles(self, entries: Mapping[str, Any]) -> Iterable[tuple[str, float]]:
+        """Return subject and value, rad, of each angle that is a plain number in the entries as they are written."""
         return ()
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.system.random_processes import RandomProcess
+from eomgen.system.normal_series import NormalSeries
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Input:
     formula : formula of t and parameters, or None
     harmonics : tuples (amplitude, angular frequency, phase), each adding amplitude cos(angular frequency t + phase)
     road : the road described by the harmonics, if any
-    random : the random process described by the formula, if any
+    series : the random process described by the formula, if any, as a series in standard normal variables
     """
 
     name: str
@@ -62,7 +62,7 @@ class Input:
     description: str = ""
     harmonics: tuple[tuple[float, float, float], ...] = ()
     road: RoadUnderWheel | None = None
-    random: RandomProcess | None = None
+    series: NormalSeries | None = None
 
     @property
     def given(self) -> bool:

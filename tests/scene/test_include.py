@@ -805,6 +805,7 @@ def test_every_kind_of_name_in_formulas_has_its_section() -> None:
         "controllers",
         "curve_arguments",
         "entries",
+        "laws",
         "exact_beams",
         "motions",
         "offered",

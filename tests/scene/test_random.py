@@ -33,7 +33,7 @@ from eomgen.products.reliability.random_processes import (
 )
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
-from eomgen.system.random_processes import RandomProcess
+from eomgen.system.normal_series import NormalSeries
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -84,13 +84,13 @@ def _scene(**random: dict[str, Any]) -> Scene:
     return _loaded(_with(**random))
 
 
-def _process(scene: Scene, place: int = 0) -> RandomProcess:
-    process = scene.inputs[place].random
+def _process(scene: Scene, place: int = 0) -> NormalSeries:
+    process = scene.inputs[place].series
     assert process is not None
     return process
 
 
-def _sum(process: RandomProcess, z: Array, times: Array) -> Array:
+def _sum(process: NormalSeries, z: Array, times: Array) -> Array:
     """Return the Gaussian process, its modes by their splines in Python."""
     return process.mean + np.array([mode(times) for mode in process.modes]).T @ z
 
@@ -380,7 +380,7 @@ def test_correlated_processes_have_their_correlations_and_a_lag_behind_them() ->
     assert len(names) == 3 * len(processes[0].modes) and processes[3].variables == processes[2].variables
     assert processes[1].own_variables == tuple(name for name in names if name.startswith("v_z"))
 
-    def row(process: RandomProcess, t: float) -> Array:
+    def row(process: NormalSeries, t: float) -> Array:
         """What each variable adds at a time, (variables,)."""
         found = np.zeros(len(names))
         for variable, weight, mode in zip(process.variables, process.weights, process.modes, strict=True):
@@ -414,7 +414,7 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
     assert v.own_variables == () and v.mean == 3.0 and w.coherent_with == ("u", "v")
     assert len([item for item in scene.parameters if "_z" in item.name]) == len(u.modes)
 
-    def covariance(one: RandomProcess, t: float, other: RandomProcess, s: float) -> float:
+    def covariance(one: NormalSeries, t: float, other: NormalSeries, s: float) -> float:
         rows = [
             np.array([weight * float(mode(np.array(at))) for weight, mode in zip(of.weights, of.modes, strict=True)])
             for of, at in ((one, t - one.lag), (other, s - other.lag))

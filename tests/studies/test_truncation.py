@@ -94,7 +94,7 @@ def test_the_variance_lost_and_kept_is_the_double_sum_over_the_covariance(
     text: str, covariance: Covariance, between: list[list[float]], delays: list[float]
 ) -> None:
     inputs = load_toml(SCENE.replace("PROCESS", f"modes = 7\n{text}").replace("EFFORT", OSCILLATOR)).inputs
-    processes = [item.random for item in inputs if item.random is not None]
+    processes = [item.series for item in inputs if item.series is not None]
     times = np.linspace(0.0, 6.0, 241)
     for seed in range(3):
         random = np.random.default_rng(seed)

@@ -346,7 +346,7 @@ class Sensitivities:
         columns = {
             item.name: number
             for number, item in enumerate(inputs)
-            if not item.given or item.random is not None or item.name in run.run.signals.given
+            if not item.given or item.series is not None or item.name in run.run.signals.given
         }
         if not columns:
             fault = "the scene has no inputs" if not inputs else "all inputs follow formulas of the scene"

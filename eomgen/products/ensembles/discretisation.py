@@ -22,7 +22,7 @@ from eomgen.results.error_estimate import ErrorEstimate, SampleErrors
 from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
-from eomgen.system.random_processes import RandomProcess
+from eomgen.system.normal_series import NormalSeries
 
 #: Maximum number of samples with an error estimate, and ensemble samples per estimate, which bound the cost.
 _MOST, _FOR_EACH = 4, 8
@@ -139,7 +139,7 @@ def unresolved_processes(model: CompiledModel, run: Solution, given: Collection[
     step = float(run.metadata["settings"]["step"])
     highest = 0.5 / step
     result = []
-    for process in (item.random for item in model.description.inputs if item.random and item.name not in given):
+    for process in (item.series for item in model.description.inputs if item.series and item.name not in given):
         if process.follows and process.translation is None:
             continue
         frequencies, power = _spectrum(model, process, start, end)
@@ -162,7 +162,7 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.2g}" if share < 0.995 else "100"
 
 
-def _spectrum(model: CompiledModel, process: RandomProcess, start: float, end: float) -> tuple[Array, Array]:
+def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: float) -> tuple[Array, Array]:
     """Return frequencies (n,) in Hz and the variance at each, (n,), of a process within a run.
 
     Modes are tapered, and exact for the sum of modes; a translated process has harmonics of these, and is realised.
@@ -182,7 +182,7 @@ def _spectrum(model: CompiledModel, process: RandomProcess, start: float, end: f
     return frequencies, power
 
 
-def _realised(model: CompiledModel, process: RandomProcess, times: Array) -> Array:
+def _realised(model: CompiledModel, process: NormalSeries, times: Array) -> Array:
     """Return realisations of a process at times (n,) without their mean, (realisations, n)."""
     names, column = list(model.parameters), list(model.inputs).index(process.name)
     places = [names.index(name) for name in process.variables]

@@ -69,11 +69,11 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
         fault = f"there is no input {shown(of)}"
         raise UsageError(Problem(label, fault, _others(model, kind)))
     item = model.description.inputs[place]
-    if kind == "seed" and item.random is not None and item.random.follows:
-        leader = item.random.follows
+    if kind == "seed" and item.series is not None and item.series.follows:
+        leader = item.series.follows
         fault = f"the random process {of} follows {leader}, and has its variables"
         raise UsageError(Problem(label, fault, f"seed.{leader}"))
-    if kind == "seed" and item.road is None and item.random is None:
+    if kind == "seed" and item.road is None and item.series is None:
         fault = f"the input {of} is no random road and no random process, so it has no seed"
         raise UsageError(Problem(label, fault, _others(model, kind)))
     if not item.given:
@@ -85,7 +85,7 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
 def has_variables(model: CompiledModel, place: int) -> bool:
     """Return whether the law at an index of ``law_of`` has random variables, which are parameters."""
     inputs = model.description.inputs
-    return place >= len(inputs) or inputs[place].random is not None
+    return place >= len(inputs) or inputs[place].series is not None
 
 
 def variables_of_seed(model: CompiledModel, place: int, seed: float) -> dict[str, float]:
@@ -95,7 +95,7 @@ def variables_of_seed(model: CompiledModel, place: int, seed: float) -> dict[str
     if place >= len(inputs):
         names = _waves(model)[place - len(inputs)].variables
         return dict(zip(names, standard_normals(int(seed), len(names), WAVES).tolist(), strict=True))
-    process = inputs[place].random
+    process = inputs[place].series
     if process is None:
         return {}
     own = process.own_variables
@@ -108,7 +108,7 @@ def _waves(model: CompiledModel) -> tuple[Any, ...]:
 
 
 def _own_variables(item: Input) -> bool:
-    return item.random is not None and bool(item.random.own_variables)
+    return item.series is not None and bool(item.series.own_variables)
 
 
 def _others(model: CompiledModel, kind: str) -> str:
@@ -134,7 +134,7 @@ def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
     """Raise UsageError if seeds, by name with the places of their inputs, are of wheels in the same track."""
     of_track: dict[tuple[str, int], str] = {}
     for name, place in seeds.items():
-        if model.description.inputs[place].random is not None:
+        if model.description.inputs[place].series is not None:
             continue
         track = _track(model.description.inputs[place])
         if (other := of_track.setdefault(track, name)) != name:

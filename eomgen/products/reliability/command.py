@@ -185,7 +185,7 @@ def described_processes(inputs: Sequence[Input]) -> list[dict[str, Any]]:
             "captured": list(process.captured),
         }
         for item in inputs
-        if (process := item.random) is not None
+        if (process := item.series) is not None
     ]
 
 

@@ -16,13 +16,11 @@ from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.frames import check_two_bodies
 from eomgen.scene.reading.report import Report, check_reference
-from eomgen.scene.reading.values import Values
-from eomgen.scene.section import Reading, Section
+from eomgen.scene.section import Reading, Section, Unused
 from eomgen.scene.signals.sections import CURVES
 from eomgen.scene.tree.beam_attachments import check_places
 from eomgen.scene.tree.sections import Tree
 from eomgen.system.events import mode_parameter
-from eomgen.system.random_processes import variables_of
 from eomgen.system.signals import motion_parameters
 
 
@@ -136,22 +134,26 @@ def _check_simulation(document: Document, reading: Reading) -> None:
         )
 
 
-def unused_names(document: Document, values: Values) -> list[str]:
-    """Return a note on the parameters, one on the inputs, one on the curves, one on the random processes, one on
-    the waves, and one on each mode and controller, that no formula mentions."""
+def unused_names(document: Document, reading: Reading) -> list[str]:
+    """Return a note on the parameters, one on the inputs, one on the curves, one on the entries of each other section
+    for formulas alone, and one on each mode and controller, that no formula mentions."""
     notes = []
+    values = reading.values
     mentioned = values.mentioned
-    random = document.section("random")
     by_parameters = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in mentioned}
-    by_parameters |= {name for name in random if ("parameter", variables_of(name, 1)[0]) in mentioned}
-    for kind, singular, plural, names in (
-        ("parameter", "parameter", "parameters", document.section("parameters")),
-        ("input", "input", "inputs", document.section("inputs")),
-        ("curve", "curve", "curves", document.section("curves")),
-        ("input", "random process", "random processes", random),
-        ("waves", "sea", "seas", document.section("waves")),
-    ):
-        unused = [name for name in names if (kind, name) not in mentioned and name not in by_parameters]
+    every = [
+        Unused(
+            kind,
+            f"{kind}s",
+            [
+                name
+                for name in document.section(f"{kind}s")
+                if (kind, name) not in mentioned and name not in by_parameters
+            ],
+        )
+        for kind in ("parameter", "input", "curve")
+    ]
+    for singular, plural, unused in (*every, *(row.unused(reading) for row in reading.rows)):
         if unused:
             several = len(unused) > 1
             note = f"the {plural} {listed(unused)} change" if several else f"the {singular} {unused[0]} changes"

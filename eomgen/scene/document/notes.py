@@ -123,8 +123,8 @@ GROUP = "eomgen.notes"
 NOTES: tuple[Note, ...] = (
     Note("start beyond a stop", _beyond_stops),
     Note("doubts of single sections", _of_sections),
-    Note("unused names", lambda facts: unused_names(facts.document, facts.values)),
-    Note("plain angles", lambda facts: angles_of_several_turns(facts.data)),
+    Note("unused names", lambda facts: unused_names(facts.document, facts.reading)),
+    Note("plain angles", lambda facts: angles_of_several_turns(facts.data, facts.reading.rows)),
     Note("plain times", lambda facts: doubtful_times(facts.data, facts.document)),
     Note("negative stiffness or damping", lambda facts: negative_laws(facts.document)),
     Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),

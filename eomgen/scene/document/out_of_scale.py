@@ -20,6 +20,7 @@ from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
+from eomgen.scene.section import Section
 from eomgen.system.description import BASE, WORLD, Point
 
 #: How many times as large as the scene a length has to be to be doubted.
@@ -154,15 +155,16 @@ def _lengths(
         yield key_of(section, name, field), f"the {field}", values.value(formula), "m"
 
 
-def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:
-    """Return a note on each start, limit, rest and offset of joints, each angle of a rotation, and each heading
-    of waves, of more than a turn as a plain number.
+def angles_of_several_turns(data: Mapping[str, Any], rows: Sequence[Section]) -> list[str]:
+    """Return a note on each start, limit, rest and offset of joints, each angle of a rotation, and each angle of other
+    sections, of more than a turn as a plain number.
 
     Parameters
     ----------
     data : of a scene that is well formed, as it is written: unit strings are not converted
     """
-    result = [*_of_joints(data), *_of_springs(data), *_of_rotations(data), *_of_waves(data)]
+    result = [*_of_joints(data), *_of_springs(data), *_of_rotations(data)]
+    result += [angle for row in rows if not row.single for angle in row.plain_angles(data.get(row.key, {}))]
     return list(dict.fromkeys(note for subject, angle in result if (note := several_turns(subject, angle))))
 
 
@@ -201,16 +203,6 @@ def _of_rotations(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     for subject, entry in turned:
         for rotation in entry.get("rotation") or ():
             if isinstance(value := rotation.get("angle"), int | float):
-                yield subject, value
-
-
-def _of_waves(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
-    for name, sea in data.get("waves", {}).items():
-        angles = [(f"the waves {name} run to", sea.get("heading"))]
-        for number, wave in enumerate(sea.get("regular") or ()):
-            angles.append((f"regular[{number}] of the waves {name} runs to", wave.get("heading")))
-        for subject, value in angles:
-            if isinstance(value, int | float):
                 yield subject, value
 
 

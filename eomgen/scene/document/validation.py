@@ -10,11 +10,11 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from eomgen.base.products import fault_of_absent
+from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.base.text import is_legal, key_of, nearest, shown
 from eomgen.scene.document.schema import Document, document_for, section_keys, without_absent_sections
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
-from eomgen.scene.reading.key_metadata import added_keys
+from eomgen.scene.reading.key_metadata import KeysElsewhere, added_keys
 from eomgen.scene.reading.kinds import Refused, described
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.rotation_schema import is_matrix, plain_angles
@@ -158,16 +158,6 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("nu", "poisson"), ("poisson_ratio",)),
     **dict.fromkeys(("G",), ("shear_modulus",)),
     **dict.fromkeys(("EI", "EA", "GJ", "GA"), ("stiffness", "section")),
-    # waves and hulls
-    **dict.fromkeys(("hs", "h_s", "hm0", "significant_height"), ("height",)),
-    **dict.fromkeys(("tp", "t_p", "peak_period"), ("period",)),
-    **dict.fromkeys(("gamma",), ("peakedness",)),
-    **dict.fromkeys(("wind_speed", "u19", "u10"), ("wind",)),
-    **dict.fromkeys(("direction", "mean_direction"), ("heading",)),
-    **dict.fromkeys(("water_depth",), ("depth",)),
-    **dict.fromkeys(("cd", "c_d"), ("drag",)),
-    **dict.fromkeys(("ca", "c_a"), ("added_mass",)),
-    **dict.fromkeys(("draft", "draught"), ("wet",)),
     # sections
     **dict.fromkeys(("loops", "loop", "closures", "equality"), ("constraints",)),
     **dict.fromkeys(("links", "link", "masses"), ("bodies",)),
@@ -194,8 +184,6 @@ def key_meant(name: str, keys: Collection[str], given: object) -> str:
     if name in ("x", "y", "z") and "position" in keys and isinstance(given, str | int | float):
         entries = ", ".join(quoted(given) if axis == name else "0" for axis in "xyz")
         return f"position = [{entries}]"
-    if name == "height" and "amplitude" in keys and isinstance(given, int | float):
-        return f"amplitude = {0.5 * given:.6g}, half of the height"
     of_base = {"position", "rotation"} <= set(keys) and _CARRIED.isdisjoint(keys)
     if name in ("acceleration", "velocity", "angular_velocity") and of_base:
         integral = "its second integral" if name == "acceleration" else "its integral"
@@ -207,8 +195,10 @@ def key_meant(name: str, keys: Collection[str], given: object) -> str:
         return "stiffness_damping, 2 ratio / w in s for the ratio at the angular frequency w"
     if name == "initial" and {"shape", "curvature", "section"} <= set(keys):
         return 'shape or curvature, of the beam at rest; runs start bent by start = "equilibrium" or initial={"q": ...}'
-    if name.lower() in ("cm", "c_m") and "added_mass" in keys:
-        return "added_mass, which is c_m - 1"
+    for row in rows_of("eomgen.keys_elsewhere", KeysElsewhere):
+        hint: str = row.hint(name, keys, given)
+        if hint:
+            return hint
     meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
     return next((key for key in meant if key in keys), "")
 

@@ -65,16 +65,16 @@ def read_included(text: str, names: Names, scope: Scope) -> Formula:
         In the words of the file.
     """
     formula = _read(text, spaces_of(text), names, scope)
-    if not names.modes and not names.motions and not names.random:
+    if not names.modes and not names.motions and not any(laws.formulas for laws in names.laws.values()):
         return formula
     return mapped(formula, lambda symbol: _by_parameters(symbol, names, scope))
 
 
 def _by_parameters(symbol: Symbol, names: Names, scope: Scope) -> Formula:
-    """Return a mode as the tunable parameter that holds its value, a motion as its polynomial, a random process as its
-    input or, in scopes without inputs, as its formula; other symbols unchanged."""
-    if symbol.kind == "random":
-        return Symbol("input", symbol.name) if "input" in scope.kinds else names.random[symbol.name]
+    """Return a mode as the tunable parameter that holds its value, a motion as its polynomial, a law as the
+    input of its name or, in scopes without inputs, as its formula; other symbols unchanged."""
+    if symbol.kind in names.laws:
+        return Symbol("input", symbol.name) if "input" in scope.kinds else names.laws[symbol.kind].formulas[symbol.name]
     if symbol.kind == "input" and symbol.name in names.motions:
         return names.motions[symbol.name]
     return Symbol("parameter", mode_parameter(symbol.name)) if symbol.kind == "mode" else symbol
@@ -111,6 +111,10 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
         for kind, item in outer.offered.items()
     }
     entries = {section: _Renamed(items, _locally(space, section, items)) for section, items in outer.entries.items()}
+    laws = {
+        section: replace(item, formulas=_Renamed(item.formulas, _locally(space, section, item.formulas)))
+        for section, item in outer.laws.items()
+    }
     for field in fields(Names):
         known = getattr(outer, field.name)
         here = _locally(space, "inputs" if field.name == "motions" else field.name, known)
@@ -121,7 +125,8 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
             names.parameters.get(symbol.name, False) for symbol in symbols(_bound(value, spaces[1:], names))
         )
     parameters = {**visible["parameters"], **bound}
-    return replace(outer, **{**visible, "parameters": parameters, "offered": offered, "entries": entries})
+    own = {"parameters": parameters, "offered": offered, "entries": entries, "laws": laws}
+    return replace(outer, **{**visible, **own})
 
 
 def _locally(space: Namespace, section: str, known: Collection[str]) -> dict[str, str]:

@@ -304,9 +304,10 @@ class _Reader:
         if name in self.names.inputs:
             self.allow(node, "time" if name in self.names.motions else "input", f"the input {shown(name)}")
             return Symbol("input", name), None
-        if name in self.names.random:
-            self.allow(node, "time", f"the random process {shown(name)}")
-            return Symbol("random", name), None
+        for section, laws in self.names.laws.items():
+            if name in laws.formulas:
+                self.allow(node, "time", f"the {laws.noun} {shown(name)}")
+                return Symbol(section, name), None
         for kind, names in (("state", self.names.states), ("controller", self.names.controllers)):
             if name in names:
                 self.allow(node, kind, f"the {kind} {shown(name)}")
@@ -322,7 +323,7 @@ class _Reader:
         declared = (
             self.names.parameters,
             self.names.inputs,
-            self.names.random,
+            *(laws.formulas for laws in self.names.laws.values()),
             self.names.states,
             self.names.controllers,
         )

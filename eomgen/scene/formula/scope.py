@@ -124,6 +124,15 @@ class Offered:
 
 
 @dataclass(frozen=True)
+class Laws:
+    """Formulas of time that the names of a section's entries stand for, in scopes with inputs the inputs of these
+    names; ``noun`` of an entry, for messages."""
+
+    noun: str
+    formulas: Mapping[str, Formula]
+
+
+@dataclass(frozen=True)
 class Names:
     """The names that formulas of one scene may mention.
 
@@ -137,7 +146,7 @@ class Names:
     curves : mapping from name to curve.
     curve_arguments : units in SI of the arguments of curves, of curves that say them.
     motions : formulas of time of the inputs that are motions.
-    random : formulas of the random processes.
+    laws : by section of a product, formulas of time that its entries are.
     entries : by section, the objects of its entries by name, of which words of the register are quantities.
     offered : mapping from kind of quantity to the elements that offer it.
     """
@@ -145,7 +154,7 @@ class Names:
     parameters: Mapping[str, bool] = field(default_factory=dict)
     inputs: tuple[str, ...] = ()
     motions: Mapping[str, Formula] = field(default_factory=dict)
-    random: Mapping[str, Formula] = field(default_factory=dict)
+    laws: Mapping[str, Laws] = field(default_factory=dict)
     states: Collection[str] = ()
     controllers: tuple[str, ...] = ()
     joints: Mapping[str, str] = field(default_factory=dict)
@@ -182,6 +191,6 @@ class Names:
         if kind in self.offered:
             return self.offered[kind].section
         word = QUANTITIES.get(kind, kind)
-        if word == "random":
+        if word in self.laws:
             return word
         return "" if word in ("time", "place", "local", "energy", "gaussian") else f"{word}s"

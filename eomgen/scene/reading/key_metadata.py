@@ -6,7 +6,7 @@ this.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import UnionType
@@ -142,6 +142,16 @@ class AddedKey:
     def name(self) -> str:
         """Its place in a scene file: ``base.follow``."""
         return f"{self.section}.{self.added}"
+
+
+@dataclass(frozen=True)
+class KeysElsewhere:
+    """Keys of the tables of a product as they are called in other tools: a row of the register.
+
+    ``hint``: from a name, the keys that the table has and the given value to the key, or keys; empty without one.
+    """
+
+    hint: Callable[[str, Collection[str], object], str]
 
 
 @cache

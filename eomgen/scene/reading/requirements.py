@@ -118,7 +118,6 @@ _OF_SECTIONS: Mapping[str, Bound] = {
 
 _BOUNDS: Mapping[str, Bound] = {
     "bodies.mass": (_negative, "the mass {0} is negative", "a positive number of kg"),
-    "waves.spectrum.height": (_not_positive, "the height {0} is not positive", "3"),
     "joints.pitch": _PITCH,
     "joints.rotor_inertia": (_negative, "the rotor inertia {0} is negative", "0 or more"),
     "joints.limits.stiffness": above_zero("the stiffness of a stop"),

@@ -16,7 +16,7 @@ from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.products.reliability.random_processes import Expansion
 from eomgen.products.reliability.section import schema as written
 from eomgen.scene.formula.namespaces import mapped
-from eomgen.system.random_processes import RandomProcess
+from eomgen.system.normal_series import NormalSeries
 from eomgen.system.signals import Input, Parameter
 
 #: Points of a table for each wave of its mode, and the least of them.
@@ -56,12 +56,12 @@ def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, .
 _DEPTH = 257
 
 
-def input_of(process: RandomProcess, entry: written.RandomProcess) -> Input:
+def input_of(process: NormalSeries, entry: written.RandomProcess) -> Input:
     """Return a process as an input, whose formula it is."""
-    return Input(process.name, _formula(process), entry.unit, entry.description, random=process)
+    return Input(process.name, _formula(process), entry.unit, entry.description, series=process)
 
 
-def variables_as_parameters(process: RandomProcess) -> list[Parameter]:
+def variables_as_parameters(process: NormalSeries) -> list[Parameter]:
     """Return the parameters that are the variables of a process."""
     names = process.own_variables
     values = standard_normals(process.seed, len(names), process.name).tolist()
@@ -71,7 +71,7 @@ def variables_as_parameters(process: RandomProcess) -> list[Parameter]:
     ]
 
 
-def _formula(process: RandomProcess) -> Formula:
+def _formula(process: NormalSeries) -> Formula:
     """Return a process as a formula of time and its variables."""
     x: Formula = Symbol("time")
     if process.speed:

@@ -11,6 +11,7 @@ import numpy as np
 from eomgen.base.random_inputs import FASTEST
 from eomgen.base.text import key_of
 from eomgen.errors import UsageError
+from eomgen.formula.nodes import Formula
 from eomgen.products.reliability.random_processes import (
     MOST_MODES,
     Coherence,
@@ -22,11 +23,12 @@ from eomgen.products.reliability.section import schema as written
 from eomgen.products.reliability.section.covariances import Coherences, Covariances, crossed
 from eomgen.products.reliability.section.process_inputs import input_of, mode_tables, variables_as_parameters
 from eomgen.products.reliability.section.translations import Translations
+from eomgen.scene.formula.scope import Laws
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import UNKNOWN, Values
-from eomgen.scene.section import Entries, Reading, Section, fault_of_variables
+from eomgen.scene.section import Entries, Reading, Section, Unused, fault_of_variables
 from eomgen.scene.signals.curves import Curves
-from eomgen.system.random_processes import RandomProcess, variables_of
+from eomgen.system.normal_series import NormalSeries, variables_of
 from eomgen.system.signals import Input, Parameter
 
 #: An eigenvalue of a correlation matrix up to which it is taken for singular.
@@ -66,9 +68,9 @@ class Processes:
                     result[process.name] = input_of(process, entries[process.name])
         for name, entry in entries.items():
             leader = result.get(entry.follows or "")
-            if leader is not None and leader.random is not None and name in lags:
+            if leader is not None and leader.series is not None and name in lags:
                 process = replace(
-                    leader.random,
+                    leader.series,
                     name=name,
                     lag=lags[name],
                     follows=leader.name,
@@ -120,7 +122,7 @@ class Processes:
 
     def _grouped(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess], lag: tuple[float, float]
-    ) -> list[RandomProcess]:
+    ) -> list[NormalSeries]:
         """Return the first process and all correlated or coherent with it; empty for a fault."""
         first, others = names[0], names[1:]
         coherences = None
@@ -144,8 +146,8 @@ class Processes:
         ]
 
     def _coherent(
-        self, first: RandomProcess, own: RandomProcess, name: str, entry: written.RandomProcess
-    ) -> RandomProcess:
+        self, first: NormalSeries, own: NormalSeries, name: str, entry: written.RandomProcess
+    ) -> NormalSeries:
         """Return a process with the variables of the first of its group, and modes of its own."""
         scale = self._scale(first, name, entry)
         process = replace(
@@ -161,7 +163,7 @@ class Processes:
         self._translations.check(process)
         return process
 
-    def _scale(self, first: RandomProcess, name: str, entry: written.RandomProcess) -> float:
+    def _scale(self, first: NormalSeries, name: str, entry: written.RandomProcess) -> float:
         """Return the standard deviation of a process relative to the first process of its group."""
         if entry.standard_deviation is None:
             return 1.0
@@ -172,8 +174,8 @@ class Processes:
         return scale
 
     def _group(
-        self, first: RandomProcess, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
-    ) -> list[RandomProcess]:
+        self, first: NormalSeries, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
+    ) -> list[NormalSeries]:
         """Return a process and all correlated with it: sums of the variables of all, by Cholesky's factor of their
         correlation matrix."""
         if len(names) == 1:
@@ -268,7 +270,7 @@ class Processes:
         latest: float,
         earliest: float,
         coherences: Sequence[Sequence[Coherence | None]] | None,
-    ) -> list[RandomProcess]:
+    ) -> list[NormalSeries]:
         """Return a process with a covariance of its own, and a process for each coherent one, with the coherent one's
         modes; empty for a fault.
 
@@ -311,7 +313,7 @@ class Processes:
         result = []
         for expansion in expansions:
             modes = mode_tables(name, expansion, start)
-            process = RandomProcess(
+            process = NormalSeries(
                 name,
                 entry.type,
                 mean,
@@ -363,7 +365,7 @@ class _Random(Section):
         return "", ""
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
-        return {"random": {}}
+        return {"laws": {"random": Laws("random process", {})}}
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
         entries = reading.document.section("random")
@@ -373,8 +375,21 @@ class _Random(Section):
         reading.add_parameters(variables)
         formulas = {item.name: item.formula for item in inputs if item.formula is not None}
         unknown = set(entries) - set(formulas) | reading.refused["random"]
-        reading.tables["random"] |= formulas | dict.fromkeys(unknown, UNKNOWN)
+        laws: dict[str, Formula] = reading.tables["laws"]["random"].formulas
+        laws |= formulas | dict.fromkeys(unknown, UNKNOWN)
         return {item.name: item for item in inputs}
+
+    def unused(self, reading: Reading) -> Unused:
+        mentioned = reading.values.mentioned
+        return Unused(
+            "random process",
+            "random processes",
+            [
+                name
+                for name in reading.document.section("random")
+                if mentioned.isdisjoint({("input", name), ("parameter", variables_of(name, 1)[0])})
+            ],
+        )
 
 
 RANDOM = _Random(

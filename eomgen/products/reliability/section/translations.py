@@ -15,7 +15,7 @@ from eomgen.products.reliability.random_processes import BEYOND, Covariance, qua
 from eomgen.products.reliability.section import schema as written
 from eomgen.scene.formula.scope import TRANSLATION
 from eomgen.scene.reading.values import Values
-from eomgen.system.random_processes import RandomProcess
+from eomgen.system.normal_series import NormalSeries
 
 #: How many standard deviations from its mean a process is looked at, and at how many places.
 _FARTHEST, _PLACES = 6.0, 1201
@@ -92,7 +92,7 @@ class Translations:
         """Return whether a formula mentions a parameter that was refused, so that its values are unknown."""
         return any(item.kind == "parameter" and item.name not in self.values.parameters for item in symbols(formula))
 
-    def check(self, process: RandomProcess) -> None:
+    def check(self, process: NormalSeries) -> None:
         """Report a translation that has no value for a possible g; note one that is not monotonic there."""
         formula = process.translation
         if formula is None or curves(formula) or self._mentions_refused(formula):

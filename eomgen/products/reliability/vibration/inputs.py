@@ -19,7 +19,7 @@ from eomgen.simulation.option_types import SensitivityOptions
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
-    from eomgen.system.random_processes import RandomProcess
+    from eomgen.system.normal_series import NormalSeries
 
 #: Samples at least, if any are requested.
 FEWEST = 20
@@ -51,7 +51,7 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
     """Return the random processes of a scene, and the parameters that are their variables. Raises UsageError."""
     result, variables = [], []
     for item in model.description.inputs:
-        process = item.random
+        process = item.series
         if process is None:
             continue
         captured = process.captured[-1]
@@ -72,13 +72,13 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
     return tuple(result), variables
 
 
-def cut_processes(model: Model) -> list[RandomProcess]:
+def cut_processes(model: Model) -> list[NormalSeries]:
     """Return the random processes of a scene that share an expansion of which modes are left out, or follow one."""
-    processes = [item.random for item in model.description.inputs if item.random is not None]
+    processes = [item.series for item in model.description.inputs if item.series is not None]
     return processes if any(one.captured[-1] <= _ALL for one in processes) else []
 
 
-def doubts_of_truncation(lost: float, processes: Sequence[RandomProcess], *, linear: bool) -> list[str]:
+def doubts_of_truncation(lost: float, processes: Sequence[NormalSeries], *, linear: bool) -> list[str]:
     """Return a note on the share of the output's variance that is lost with the modes left out, if it matters."""
     if lost <= _TRUNCATED:
         return []
@@ -102,7 +102,7 @@ def truncated_processes(model: Model, variables: Sequence[str], gradient: Array)
     slopes, whole = dict(zip(variables, (gradient**2).tolist(), strict=True)), float(gradient @ gradient)
     notes = []
     for item in model.description.inputs:
-        process = item.random
+        process = item.series
         own = () if process is None else process.own_variables
         if process is None or process.captured[-1] > _ALL or not own:
             continue

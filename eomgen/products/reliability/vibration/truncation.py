@@ -14,7 +14,7 @@ import numpy as np
 from scipy import signal
 
 from eomgen.base.arrays import Array
-from eomgen.system.random_processes import RandomProcess
+from eomgen.system.normal_series import NormalSeries
 
 #: By how much of its norm the gradient in the variables may miss the one by derivatives in the values of processes.
 _EXPLAINED = 0.02
@@ -26,13 +26,13 @@ _ROUNDED = 1e-12
 class _Contribution:
     """A process as far as it has the variables of one expansion: ``weights`` (rows,) times g at ``places`` (rows,)."""
 
-    process: RandomProcess
+    process: NormalSeries
     weights: Array
     places: Array
 
 
 def lost_variance(
-    processes: Sequence[RandomProcess],
+    processes: Sequence[NormalSeries],
     times: Array,
     derivatives: Mapping[str, Array],
     variables: Sequence[str],
@@ -42,7 +42,7 @@ def lost_variance(
 
     Parameters
     ----------
-    processes : sequence of RandomProcess
+    processes : sequence of NormalSeries
     times : ndarray, shape (rows,)
         Equally spaced, in s.
     derivatives : mapping from names of processes to ndarrays, shape (rows,)
@@ -85,18 +85,18 @@ def lost_variance(
     return max(0.0, (variance - kept) / (variance - kept + float(gradient @ gradient)))
 
 
-def _owners(process: RandomProcess) -> dict[str, float]:
+def _owners(process: NormalSeries) -> dict[str, float]:
     """Return the weights of the expansions that a process is a sum of, by the name of the owner of the variables."""
     return {
         variable.rpartition("_")[0]: weight for variable, weight in zip(process.variables, process.weights, strict=True)
     }
 
 
-def _places(process: RandomProcess, times: Array) -> Array:
+def _places(process: NormalSeries, times: Array) -> Array:
     return np.asarray((process.speed or 1.0) * times - process.lag)
 
 
-def _gradient(process: RandomProcess, times: Array, derivatives: Array, place: Mapping[str, int]) -> Array:
+def _gradient(process: NormalSeries, times: Array, derivatives: Array, place: Mapping[str, int]) -> Array:
     """Return the derivatives in all variables by way of a process, (variables,)."""
     result = np.zeros(len(place))
     x = np.clip(_places(process, times), *process.window)

@@ -33,7 +33,7 @@ from eomgen.products.waves.section.breaking import UnbrokenSea
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
-from eomgen.system.random_processes import variables_of
+from eomgen.system.normal_series import variables_of
 from eomgen.system.signals import Parameter
 
 #: By type of spectrum: the keys that it needs, and the keys that it may have in addition.

@@ -1,13 +1,14 @@
-"""Schema of waves."""
+"""Schema of waves, and the keys of waves and hulls in other tools."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS
-from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
+from eomgen.scene.reading.key_metadata import KeysElsewhere, Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Pair, Value
 from eomgen.scene.signals.schema import Seed
 
@@ -92,3 +93,30 @@ class SeaWaves(Table):
         "wheeler",
     )
     description: Description = key("for tables", "")
+
+
+#: Names of keys in other tools.
+_KEYS: Mapping[str, str] = {
+    **dict.fromkeys(("hs", "h_s", "hm0", "significant_height"), "height"),
+    **dict.fromkeys(("tp", "t_p", "peak_period"), "period"),
+    "gamma": "peakedness",
+    **dict.fromkeys(("wind_speed", "u19", "u10"), "wind"),
+    **dict.fromkeys(("direction", "mean_direction"), "heading"),
+    "water_depth": "depth",
+    **dict.fromkeys(("cd", "c_d"), "drag"),
+    **dict.fromkeys(("ca", "c_a"), "added_mass"),
+    **dict.fromkeys(("draft", "draught"), "wet"),
+}
+
+
+def _key_meant(name: str, keys: Collection[str], given: object) -> str:
+    """Return the key of waves or hulls for a name from another tool; empty without one."""
+    if name == "height" and "amplitude" in keys and isinstance(given, int | float):
+        return f"amplitude = {0.5 * given:.6g}, half of the height"
+    if name.lower() in ("cm", "c_m") and "added_mass" in keys:
+        return "added_mass, which is c_m - 1"
+    meant = _KEYS.get(name, _KEYS.get(name.lower(), ""))
+    return meant if meant in keys else ""
+
+
+ELSEWHERE = KeysElsewhere(_key_meant)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from eomgen.formula.evaluate import symbols
 from eomgen.products.waves.section.level_water import LevelWater
 from eomgen.products.waves.section.reading import no_waves, read_waves, variables_as_parameters
 from eomgen.products.waves.section.schema import SeaWaves
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.section import Entries, Reading, Section, fault_of_variables
+from eomgen.scene.section import Entries, Reading, Section, Unused, fault_of_variables
 
 
 class _Waves(Section):
@@ -46,6 +48,21 @@ class _Waves(Section):
         fields |= {name: no_waves(name) for name in sorted(reading.refused["waves"])}
         return {name: fields[name] for name in document.section("waves")}
 
+    def plain_angles(self, entries: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+        for name, sea in entries.items():
+            angles = [(f"the waves {name} run to", sea.get("heading"))]
+            for number, wave in enumerate(sea.get("regular") or ()):
+                angles.append((f"regular[{number}] of the waves {name} runs to", wave.get("heading")))
+            for subject, value in angles:
+                if isinstance(value, int | float):
+                    yield subject, value
+
+    def unused(self, reading: Reading) -> Unused:
+        mentioned = reading.values.mentioned
+        return Unused(
+            "sea", "seas", [name for name in reading.document.section("waves") if ("waves", name) not in mentioned]
+        )
+
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         return {"parts": {"waves": tuple(reading.items["waves"].values())}}
 
@@ -55,6 +72,7 @@ WAVES = _Waves(
     behind="random",
     entry=SeaWaves,
     method="waves",
+    bounds={"spectrum.height": (lambda height: np.less_equal(height, 0.0), "the height {0} is not positive", "3")},
     after=("random",),
     before=("bodies",),
     documentation="""

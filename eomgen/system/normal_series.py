@@ -1,4 +1,4 @@
-"""Random processes as inputs have them: a sum of modes times independent standard normal variables, then a map."""
+"""Inputs as series: a sum of modes times independent standard normal variables, then a map."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _VARIABLE = "z"
 
 
 def variables_of(name: str, count: int) -> tuple[str, ...]:
-    """Return the names of the tunable parameters of a process: its standard normal variables."""
+    """Return the names of the tunable parameters of an entry: its standard normal variables."""
     return tuple(f"{name}_{_VARIABLE}{k}" for k in range(1, count + 1))
 
 
 @dataclass(frozen=True)
-class RandomProcess:
+class NormalSeries:
     """A stationary process by its Karhunen-Loeve expansion: X(t) = T(g(x(t))), g(x) = mean + sum w_i z_i
     m_i(x).
 
