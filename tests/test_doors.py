@@ -25,9 +25,16 @@ PRODUCT_WORDS: dict[str, set[str]] = {
         *("compared", "contender", "facts_of", "fine_by", "identification", "ladder", "ladders", "method_facts"),
         *("policies", "policy", "studied", "tuning", "work_precision"),
     },
-    "products.ensembles": {"ensembles"},
-    "products.reliability": {"importance_sampling", "karhunen_loeve", "reliability", "vibration"},
-    "products.fields": {"posterior"},
+    "products.derivatives": {"run_sensitivities", "sensitivities"},
+    "products.ensembles": {"Ensemble", "designs", "ensemble", "ensembles", "lane_code"},
+    "products.reliability": {
+        *("RandomProcess", "RandomVibration", "covariances", "importance_sampling", "karhunen_loeve"),
+        *("most_probable_point", "processes", "random_processes", "random_vibration", "reliability", "vibration"),
+    },
+    "products.fields": {"FieldSystem", "Hamiltonian", "HamiltonianModel", "hamiltonian", "posterior", "posteriors"},
+    "products.waves": {
+        *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),
+    },
 }
 
 #: For each room: the other rooms that it may import, or the one module of a room. Every room is here; a product is a

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TypeVar
@@ -44,8 +44,8 @@ def broken(entry: EntryPoint, fault: str) -> UsageError:
     return UsageError(Problem(entry.group, f"{where} {fault}", f"another version of {who}, or uninstall it"))
 
 
-def code_stamp(kind: type) -> str:
-    """Return a digest of the file or package of another distribution's class; empty for eomgen's own classes."""
+def code_stamp(kind: Callable[..., object]) -> str:
+    """Return a digest of the file or package of another distribution's class or function; empty for eomgen's own."""
     if kind.__module__.partition(".")[0] == __name__.partition(".")[0]:
         return ""
     file = Path(inspect.getfile(kind))

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, Typ
 import numpy as np
 
 from eomgen.base.calls import checked_calls, not_assigned_to, unknown_attribute
+from eomgen.base.extensions import code_stamp
 from eomgen.base.html import page, paragraph, table
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.infix import infix
@@ -78,8 +79,8 @@ def _add(value: Any, parts: list[bytes]) -> None:
         parts.append(kind.__qualname__.encode())
         for name in _field_names(cast("Hashable", kind)):
             _add(getattr(value, name), parts)
-    elif callable(value) and hasattr(value, "__qualname__"):  # the rules of requirements
-        parts.append(f"{value.__module__}.{value.__qualname__}".encode())
+    elif callable(value) and hasattr(value, "__qualname__"):  # rules of requirements, values of words of formulas
+        parts.append(f"{value.__module__}.{value.__qualname__}{code_stamp(value)}".encode())
     else:
         raise TypeError(f"a {kind.__qualname__} in a scene has no digest")
 

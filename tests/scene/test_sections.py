@@ -8,14 +8,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.errors import DescriptionError, UsageError
+from eomgen.formula.evaluate import evaluate_batch
+from eomgen.formula.infix import infix
+from eomgen.formula.words import other_words
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import renewed, schema
 from eomgen.scene.document.schema import Document, document_for, every_document
 from eomgen.scene.load import load_toml
+from eomgen.scene.reading.symbol_units import unit_of
 from eomgen.scene.section import in_reading_order
 from eomgen.scene.sections import OWN, others
 from tests.models import drags_for_eomgen as drags
@@ -63,12 +68,15 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     information = tmp_path / "drags_for_eomgen-1.0.dist-info"
     information.mkdir()
     (information / "METADATA").write_text("Metadata-Version: 2.1\nName: drags-for-eomgen\nVersion: 1.0\n", "utf-8")
-    entry = f"[eomgen.sections]\ndrags = {drags.__name__}:DRAGS\n"
+    entry = f"[eomgen.sections]\ndrags = {drags.__name__}:DRAGS\nwinds = {drags.__name__}:WINDS\n"
+    entry += f"[eomgen.formula_words]\nwind_speed = {drags.__name__}:WIND_SPEED\n"
     (information / "entry_points.txt").write_text(entry, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     others.cache_clear()
+    other_words.cache_clear()
     yield
     others.cache_clear()
+    other_words.cache_clear()
 
 
 @pytest.mark.usefixtures("installed")
@@ -79,6 +87,87 @@ def test_a_body_falls_with_a_drag_of_another_distribution() -> None:
     terminal = np.sqrt(MASS * GRAVITY / COEFFICIENT)
     assert np.max(np.abs(run.v[:, 0] - terminal * np.tanh(GRAVITY * run.t / terminal))) <= 1e-8 * terminal
     assert np.allclose(run.outputs["pull"], COEFFICIENT * run.v[:, 0] ** 2, rtol=1e-12)
+
+
+#: A body on a slider in a wind whose speed is a word of another distribution.
+WINDY = f"""
+format = 1
+name = "windy"
+[winds.site]
+speed = 12
+exponent = 0.25
+time = "2 s"
+[bodies.sail]
+mass = {MASS}
+[joints.along]
+type = "prismatic"
+parent = "base"
+child = "sail"
+axis = [1, 0, 0]
+[efforts.push]
+joint = "along"
+effort = "{COEFFICIENT} * wind_speed.site(20 + q.along)"
+[outputs.wind]
+formula = "wind_speed.site(20 + q.along)"
+[simulation]
+method = "rk4"
+step = 1e-2
+"""
+
+
+def windy(t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Return the speed of the wind of ``WINDY``, m/s."""
+    return np.asarray(12.0 * ((20.0 + x) / 10.0) ** 0.25 * (1.0 - np.exp(-t / 2.0)))
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_word_of_another_distribution_is_a_quantity_in_formulas() -> None:
+    """The motion against SciPy's integration of m x'' = c w(20 + x, t)."""
+    model = eomgen.build(load_toml(WINDY), profile="quick")
+    run = model.simulate(3.0)
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        return [y[1], COEFFICIENT / MASS * float(windy(np.asarray(t), y[0]))]
+
+    exact = solve_ivp(rates, (0.0, 3.0), [0.0, 0.0], t_eval=run.t, rtol=1e-11, atol=1e-13)
+    assert np.allclose(run.q[:, 0], exact.y[0], rtol=0.0, atol=1e-9)
+    assert np.allclose(run.outputs["wind"], windy(run.t, run.q[:, 0]), rtol=1e-12)
+    formula = load_toml(WINDY).outputs[0].values[0]
+    assert infix(formula) == "wind_speed.site(20 + q.along)"
+    values = evaluate_batch(formula, lambda symbol: run.t if symbol.kind == "time" else run.q[:, 0])
+    assert np.allclose(values, windy(run.t, run.q[:, 0]), rtol=1e-12)
+    assert unit_of(formula, {"along": "prismatic"}) == "m/s"
+
+
+@pytest.mark.usefixtures("installed")
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ("wind_speed.sight(20)", r"wind_speed.sight: there are no winds 'sight' \(column 1\); try: site"),
+        ("wind_speed.site(20, 1)", r"wind_speed.site\(\) takes 1 arguments, not 2 .*; try: wind_speed.site\(z\)"),
+        ("wind_speed.site", r"wind_speed.site is a function of z, and needs arguments .*; try: wind_speed.site\(z\)"),
+        ("wind_speed(20)", r"unknown function 'wind_speed' .*; try: wind_speed.site\(z\)"),
+    ],
+)
+def test_mistakes_in_its_words_are_told_as_in_any_other(written: str, message: str) -> None:
+    text = WINDY.replace('formula = "wind_speed.site(20 + q.along)"', f'formula = "{written}"')
+    with pytest.raises(DescriptionError, match=message):
+        load_toml(text)
+
+
+def test_without_the_distribution_its_words_are_unknown() -> None:
+    other_words.cache_clear()
+    others.cache_clear()
+    text = WINDY.replace('[winds.site]\nspeed = 12\nexponent = 0.25\ntime = "2 s"\n', "")
+    with pytest.raises(DescriptionError, match=r"only functions can be called, not 'wind_speed.site'"):
+        load_toml(text)
+
+
+@pytest.mark.usefixtures("installed")
+def test_words_of_included_files_have_the_names_of_the_file(tmp_path: Path) -> None:
+    (tmp_path / "windy.toml").write_text(WINDY, encoding="utf-8")
+    whole = load_toml('format = 1\nname = "two"\n[include.left]\nfile = "windy.toml"\n', folder=tmp_path)
+    assert infix(whole.outputs[0].values[0]) == "wind_speed.left_site(20 + q.left_along)"
 
 
 @pytest.mark.usefixtures("installed")
@@ -139,8 +228,11 @@ def test_libraries_follow_from_its_code(tmp_path: Path, monkeypatch: pytest.Monk
     changed = tmp_path / "changed" / "__init__.py"
     changed.parent.mkdir()
     changed.write_text("LAW = None\n", encoding="utf-8")
+    windy_before = SCENES.content(load_toml(WINDY))
+    assert windy_before == SCENES.content(load_toml(WINDY))
     monkeypatch.setattr("inspect.getfile", lambda kind: str(changed))
     assert SCENES.content(scene) != before
+    assert SCENES.content(load_toml(WINDY)) != windy_before
 
 
 def test_a_row_under_another_name_is_refused(installed: None, tmp_path: Path) -> None:

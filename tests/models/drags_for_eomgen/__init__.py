@@ -1,19 +1,25 @@
-"""Another distribution: the section ``drags`` of scenes, quadratic drag at a point, with its law in ``law``."""
+"""Another distribution: the section ``drags`` of scenes, quadratic drag at a point, with its law in ``law``, and the
+section ``winds`` with the word of formulas ``wind_speed.NAME(z)``."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import numpy as np
+
+from eomgen.base.arrays import Array
 from eomgen.base.text import key_of
-from eomgen.formula.nodes import Formula, Vector
+from eomgen.formula.nodes import Formula, Symbol, Vector
+from eomgen.formula.words import Word
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
-from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.requirements import not_below_zero
+from eomgen.scene.section import Reading, Section
 
 
 class DragEntry(Table):
@@ -58,4 +64,51 @@ DRAGS = ElementSection(
     bounds={"coefficient": not_below_zero("the coefficient of a drag")},
     offers={"drag": "element"},
     positional=("point", "coefficient"),
+)
+
+
+class WindEntry(Table):
+    """A wind over the ground, by a power law of the height, that grows from rest."""
+
+    speed: Value = key("at a height of 10 m", unit="m/s", names=FIXED_PARAMETERS)
+    exponent: Value = key("of the height", 0.2, names=FIXED_PARAMETERS)
+    time: Value = key("in which it grows to 63 %", 1.0, unit="s", names=FIXED_PARAMETERS)
+
+
+@dataclass(frozen=True)
+class Wind:
+    """A wind by a power law; speed in m/s at 10 m, time in s."""
+
+    name: str
+    speed: float
+    exponent: float
+    time: float
+
+    def speed_at(self, word: str, component: int, z: Array, t: Array) -> Array:
+        """Return the speed at heights and times, m/s."""
+        return self.speed * (1.0 - np.exp(-t / self.time)) * np.maximum(z, 0.0) ** self.exponent / 10.0**self.exponent
+
+
+class _Winds(Section):
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        return {"entries": {"winds": {}}}
+
+    def read_entry(self, name: str, entry: WindEntry, reading: Reading) -> Wind:
+        key, values = key_of("winds", name), reading.values
+        numbers = {
+            word: values.constant(f"{key}.{word}", getattr(entry, word)) for word in ("speed", "exponent", "time")
+        }
+        wind: Wind = reading.tables["entries"]["winds"].setdefault(name, Wind(name, **numbers))
+        return wind
+
+
+WINDS = _Winds(key="winds", entry=WindEntry, before=("bodies",))
+WIND_SPEED = Word(
+    "wind_speed",
+    "winds",
+    ("z",),
+    Wind.speed_at,
+    "tests.models.drags_for_eomgen.law:wind_speed",
+    added=lambda wind: (Symbol("time"),),
+    unit="m/s",
 )

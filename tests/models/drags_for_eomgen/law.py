@@ -1,12 +1,14 @@
-"""The law of drags on the tape."""
+"""The law of drags, and the speed of winds, on the tape."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from eomgen.mechanics.forces.loads import Law, Loads, push
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, scaled, transpose
-from tests.models.drags_for_eomgen import Drag
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, dot, minus, scaled, transpose
+from tests.models.drags_for_eomgen import Drag, Wind
 
 
 def _velocities(quantities: Quantities, drag: Drag) -> tuple[Vector, Vector, Scalar]:
@@ -32,3 +34,11 @@ def add_drag(loads: Loads, drag: Drag, quantities: Quantities) -> None:
 
 
 LAW = Law(Drag, add_drag, {"drag": _size})
+
+
+def wind_speed(algebra: Algebra, wind: Wind, word: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
+    """Return the speed of a wind at a height and a time."""
+    z, t = arguments
+    grown = 1.0 - algebra.call(Op.EXP, t * (-1.0 / wind.time))
+    height = algebra.call(Op.MAX, z, algebra.zero)
+    return (wind.speed / 10.0**wind.exponent) * grown * algebra.call(Op.POW, height, algebra.scalar(wind.exponent))
