@@ -14,6 +14,7 @@ import pytest
 
 import eomgen
 from eomgen.base.products import products
+from eomgen.base.resources import template_folder
 from tests.models.scenes import PENDULUM_TOML
 from tests.product_names import COMMAND, text_of
 
@@ -69,6 +70,7 @@ from pathlib import Path
 import eomgen
 from eomgen.cli import main
 from eomgen.base.products import products
+from eomgen.base.resources import template_folder
 
 def cli(*words):
     out, err = io.StringIO(), io.StringIO()
@@ -113,6 +115,7 @@ def without(product: str, folder: Path) -> list[str]:
     shutil.copytree(PACKAGE, folder / "eomgen")
     shutil.copytree(PACKAGE.parent / "templates", folder / "eomgen" / "_templates")
     shutil.rmtree(folder / "eomgen" / "products" / product)
+    shutil.rmtree(folder / "eomgen" / "_templates" / product, ignore_errors=True)
     gone = [product]
     while more := [name for name, row in products().items() if name not in gone and set(row.needs) & set(gone)]:
         gone += more
@@ -148,6 +151,11 @@ def test_the_core_works_without_a_product(product: str, tmp_path: Path, cache: P
 
 def test_every_product_is_deleted_once() -> None:
     assert set(USES) == set(products())
+
+
+def test_templates_are_of_the_core_or_of_one_product() -> None:
+    folders = {folder.name for folder in template_folder().iterdir() if folder.is_dir()}
+    assert {"c", "html"} < folders and folders - {"c", "html"} <= set(products())
 
 
 def test_names_for_messages_are_up_to_date() -> None:

@@ -295,7 +295,7 @@ def compiled(folder: Path, name: str, text: str, *flags: str) -> ctypes.CDLL:
     real = environment().get_template("c/model/eomgen_real.h.jinja").render()
     (folder / "eomgen_real.h").write_text(real, encoding="utf-8")
     (folder / "eomgen_lanes.h").write_text(
-        environment().get_template("c/lanes/lanes.h.jinja").render(), encoding="utf-8"
+        environment().get_template("ensembles/lanes.h.jinja").render(), encoding="utf-8"
     )
     source = folder / f"{name}.c"
     source.write_text(text, encoding="utf-8")

@@ -19,8 +19,8 @@ from eomgen.toolchain.builder import Builder
 
 @functools.cache
 def routine(files: Sequence[str], cdef: str, *, in_complex: bool = False) -> tuple[Any, Any]:
-    """Return ``ffi`` and ``lib`` of files of ``templates/c/sensitivities``, as one source behind ``algebra.c``."""
-    folder = template_folder() / "c" / "sensitivities"
+    """Return ``ffi`` and ``lib`` of files of ``templates/derivatives``, as one source behind ``algebra.c``."""
+    folder = template_folder() / "derivatives"
     texts = [(folder / name).read_text(encoding="utf-8") for name in ("algebra.c", *files)]
     source = "\n".join(["#define EG_COMPLEX"] * in_complex + texts)
     return Builder().build_routine(source, cdef)
@@ -55,7 +55,7 @@ long eomgen_step_adjoints(const eg_steps *given, const double *direct, const dou
 
 @dataclass(frozen=True)
 class StepMatrices:
-    """Matrices of linearised steps, (steps, ...) each, as ``templates/c/sensitivities/generalized_alpha.c`` says.
+    """Matrices of linearised steps, (steps, ...) each, as ``templates/derivatives/generalized_alpha.c`` says.
 
     ``rows`` of Jq to P: residual, minus rates of internal states, holonomic constraints, rates of all constraints.
     A and T have the rotating factors' blocks one behind the other.

@@ -180,7 +180,7 @@ def _masked(name: str, source: Source, sizes: list[int]) -> str:
     return "\n".join(lines)
 
 
-#: The interface of a library of lanes; ``templates/c/lanes/driver.c.jinja`` implements it.
+#: The interface of a library of lanes; ``templates/ensembles/driver.c.jinja`` implements it.
 LANES_CDEF = """\
 long eomgen_lanes_size(int what);
 void eomgen_lanes_start(const double *parameters, const double *settings, const double *inputs, const double *start,
@@ -250,7 +250,7 @@ def lane_files(
     }
     body = translated(preprocessed(plain, step), roots, outputs)
     templates = environment()
-    driver = templates.get_template("c/lanes/driver.c.jinja").render(
+    driver = templates.get_template("ensembles/driver.c.jinja").render(
         P=prefix,
         parameters=sizes["p"],
         inputs=sizes["u"],
@@ -266,7 +266,7 @@ def lane_files(
         modes=[mode["parameter"] for mode in events["modes"]],
         **hooks,
     )
-    text = templates.get_template("c/lanes/stepper.c.jinja").render(prefix=prefix, body=body, driver=driver)
+    text = templates.get_template("ensembles/stepper.c.jinja").render(prefix=prefix, body=body, driver=driver)
     kept = {
         name: text
         for name, text in files.items()
@@ -274,6 +274,6 @@ def lane_files(
     }
     return {
         **kept,
-        "eomgen_lanes.h": templates.get_template("c/lanes/lanes.h.jinja").render(),
+        "eomgen_lanes.h": templates.get_template("ensembles/lanes.h.jinja").render(),
         f"{prefix}_lanes.c": text,
     }

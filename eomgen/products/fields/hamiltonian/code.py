@@ -174,9 +174,9 @@ def library_files(document: Hamiltonian, program: Program) -> dict[str, str]:
     """Return all that a loadable library is compiled from."""
     prefix = program.prefix
     templates = {
-        f"{prefix}.h": "c/hamiltonian/header.h.jinja",
-        f"{prefix}_steps.c": "c/hamiltonian/steps.c.jinja",
-        "exported.c": "c/hamiltonian/exported.c.jinja",
+        f"{prefix}.h": "fields/hamiltonian/header.h.jinja",
+        f"{prefix}_steps.c": "fields/hamiltonian/steps.c.jinja",
+        "exported.c": "fields/hamiltonian/exported.c.jinja",
     }
     files = rendered(program, templates, **_extra(document))
     interface = generate_interface(program, files)
@@ -188,9 +188,9 @@ def folder_files(document: Hamiltonian, program: Program, method: Method) -> dic
     """Return the stand-alone folder: file name to text. The same system gives the same bytes."""
     prefix, run = program.prefix, document.simulation
     templates = {
-        f"{prefix}.h": "c/hamiltonian/header.h.jinja",
-        f"{prefix}_steps.c": "c/hamiltonian/steps.c.jinja",
-        "main.c": "c/hamiltonian/main.c.jinja",
+        f"{prefix}.h": "fields/hamiltonian/header.h.jinja",
+        f"{prefix}_steps.c": "fields/hamiltonian/steps.c.jinja",
+        "main.c": "fields/hamiltonian/main.c.jinja",
     }
     extra = _extra(document) | {
         "method": method,
@@ -205,7 +205,7 @@ def folder_files(document: Hamiltonian, program: Program, method: Method) -> dic
     }
     files = rendered(program, templates, **extra)
     command = compile_command(program, sorted(name for name in files if name.endswith(".c")))
-    readme = rendered(program, {"README.md": "c/hamiltonian/README.md.jinja"}, **extra, command=command)
+    readme = rendered(program, {"README.md": "fields/hamiltonian/README.md.jinja"}, **extra, command=command)
     return files | {"README.md": readme["README.md"]}
 
 

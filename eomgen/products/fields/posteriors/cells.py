@@ -231,7 +231,7 @@ def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequ
         return indented(Printer(inputs, [list(targets)]).lines(plan.parts[0].statements), 2)
 
     results = [f"r[{k}]" for k in range(len(fields))]
-    text = environment().get_template("c/fields/cells.c.jinja")
+    text = environment().get_template("fields/cells.c.jinja")
     idle = made.idle
     return folded(
         text.render(

@@ -69,7 +69,7 @@ def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, st
     shared = {"case": ", ".join(words), "finite": case.finite, "spread": case.spread, "entries": case.entries}
     coefficients = (
         environment()
-        .get_template("c/waves/coefficients.c.jinja")
+        .get_template("waves/coefficients.c.jinja")
         .render(
             **shared,
             columns=COLUMNS,
@@ -84,7 +84,7 @@ def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, st
     )
     sums = (
         environment()
-        .get_template("c/waves/sums.c.jinja")
+        .get_template("waves/sums.c.jinja")
         .render(
             **shared,
             col={name: number for number, name in enumerate(COLUMNS)},

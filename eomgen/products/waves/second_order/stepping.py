@@ -94,7 +94,7 @@ def source(plane: bool) -> str:
     plan = schedule(tape, [refs], ("f",), 10**9, NEST_LIMIT, fill=False, reroll=False)
     inputs = {"f": [f"fields[{k} * points + n]" for k in range(len(names))]}
     targets = [f"given[{k} * points + n]" for k in range(len(refs))]
-    text = environment().get_template("c/waves/forcing.c.jinja")
+    text = environment().get_template("waves/forcing.c.jinja")
     case = "two horizontal directions" if plane else "one horizontal direction"
     body = indented(Printer(inputs, [targets]).lines(plan.parts[0].statements), 2)
     return folded(text.render(case=case, fields=names, given=given_of(plane), body=body))
