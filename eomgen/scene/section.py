@@ -51,7 +51,7 @@ class Entries(Protocol):
 
 
 class Unused(NamedTuple):
-    """Entries of a section that change nothing, with the nouns of one and of several."""
+    """Entries of a section without an effect, with the nouns of one and of several."""
 
     singular: str
     plural: str

@@ -20,7 +20,7 @@ from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import renewed, schema
 from eomgen.scene.document.schema import Document, document_for, every_document
 from eomgen.scene.load import load_toml
-from eomgen.scene.reading.symbol_units import unit_of
+from eomgen.scene.reading.values import unit_of
 from eomgen.scene.section import in_reading_order
 from eomgen.scene.sections import OWN, others
 from tests.models import drags_for_eomgen as drags
