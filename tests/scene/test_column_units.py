@@ -15,7 +15,7 @@ from eomgen.errors import DescriptionError
 from eomgen.formula.curves import Curve
 from eomgen.formula.units.table import UNITS
 from eomgen.scene.document.units import in_si
-from eomgen.scene.load import load_toml
+from eomgen.scene.load import load, load_toml
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
 from tests.scene.test_units import _PINT, registry
@@ -328,3 +328,111 @@ def test_messages_quote_nothing_of_a_table_outside_the_folder_of_the_scene(tmp_p
             assert message.count("secret") == message.count("secret.conf")
     (inside / "own.csv").write_text("time,force\n0,high\n")
     assert "column 'force': 'high'" in refused(inside, '[inputs.u]\ntable = { file = "own.csv" }\n')
+
+
+# ---- labels of random processes, whose columns are squares -----------------------------------------------------------
+
+_LABELS = ("m", "N", "rad", "1/s", "N/m", "m/s^2")
+_SLIDER = """
+format = 1
+name = "slider"
+[bodies.a]
+mass = 1.0
+[joints.x]
+type = "prismatic"
+parent = "base"
+child = "a"
+axis = [1, 0, 0]
+[random.g]
+duration = 2.0
+modes = 2
+"""
+
+
+def _process(folder: Path, lines: str, effort: str = "g") -> Scene:
+    path = folder / "process.toml"
+    path.write_text(f'{_SLIDER}{lines}\n[efforts.f]\njoint = "x"\neffort = "{effort}"\n')
+    return load(path)
+
+
+def _square(label: str) -> str:
+    above, _, below = label.partition("/")
+    over, _, power = below.partition("^")
+    root = "" if above == "1" else f"{above}^2"
+    return f"{root or '1'}/{over}^{2 * int(power or 1)}" if below else root
+
+
+@pytest.mark.parametrize("label", _LABELS)
+@pytest.mark.parametrize("kind", ["covariance", "spectrum", "spectrum over distance"])
+def test_values_of_a_random_process_are_squares_of_its_label(label: str, kind: str, tmp_path: Path) -> None:
+    square = _square(label)
+    if kind == "covariance":
+        unit, x = square, ("0 s", "1 s", "2 s")
+    elif kind == "spectrum":
+        unit, x = f"{square}/Hz", ("0.1 Hz", "1 Hz", "2 Hz")
+    else:
+        unit, x = (square.replace("1/", "m/") if square.startswith("1/") else f"m {square}"), ("0.1 1/m", "1 1/m")
+    points = ", ".join(f'["{place}", "{2.0 - k} {unit}"]' for k, place in enumerate(x))
+    speed = "speed = 1.0\n" if kind == "spectrum over distance" else ""
+    scene = _process(tmp_path, f'type = "{kind.split(maxsplit=1)[0]}"\n{speed}unit = "{label}"\npoints = [{points}]')
+    process = scene.inputs[0]
+    assert process.unit == label
+    assert process.random is not None
+    if kind == "covariance":
+        assert process.random.total == pytest.approx(2.0 * 2.0, rel=1e-12)  # R(0) times the window
+
+
+@pytest.mark.parametrize(
+    ("lines", "fault"),
+    [
+        (
+            'type = "spectrum"\nunit = "m"\npoints = [[0.1, "1 N^2/Hz"], [1, 1]]',
+            "(random.g.points[0][1]): '1 N^2/Hz' is in N^2/Hz, a quantity in m^2/Hz is expected",
+        ),
+        (
+            'type = "spectrum"\nunit = "m"\npoints = [[0.1, "1 m^2"], [1, 1]]',
+            "a quantity in m^2/Hz is expected",
+        ),
+        (
+            'type = "covariance"\nunit = "N"\npoints = [[0, "1 N"], [1, 0]]',
+            "(random.g.points[0][1]): '1 N' is a force, a quantity in N^2 is expected",
+        ),
+        (
+            'type = "covariance"\nunit = "mm"\npoints = [[0, "1 mm^2"], [1, 0]]',
+            "its values become m^2, of a quantity in m, and the label 'mm' says otherwise;"
+            ' try: unit = "m", or no unit',
+        ),
+    ],
+)
+def test_labels_of_random_processes_against_their_values(lines: str, fault: str, tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        _process(tmp_path, lines)
+    assert fault in str(caught.value)
+
+
+def test_a_table_of_a_spectrum_in_square_millimetres_is_of_a_process_in_m(tmp_path: Path) -> None:
+    (tmp_path / "spectrum.csv").write_text("f,G\n0.1,1e6\n1.0,2e6\n2.0,0\n")
+    table = 'type = "spectrum"\ntable = {file = "spectrum.csv", value_unit = "mm^2/Hz"}'
+    labelled, plain = (_process(tmp_path, f"{lines}{table}").inputs[0] for lines in ('unit = "m"\n', ""))
+    assert (labelled.unit, plain.unit) == ("m", "")  # g is not in m^2/Hz
+    assert labelled.random is not None and plain.random is not None
+    # int G df of the line through (0.1, 1), (1, 2), (2, 0) m^2/Hz
+    assert labelled.random.total / 2.0 == pytest.approx(0.9 * 1.5 + 1.0, rel=1e-12)
+    assert plain.random.total == labelled.random.total
+
+
+def test_a_translated_process_has_a_unit_apart_from_its_covariance(tmp_path: Path) -> None:
+    lines = 'type = "covariance"\nunit = "N"\ntranslation = "3*g"\npoints = [[0, "4 m^2"], [1, 0]]'
+    process = _process(tmp_path, lines).inputs[0]
+    assert process.unit == "N"
+    assert process.random is not None
+    assert process.random.total == pytest.approx(8.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("unit", ["m", "kg", "Hz", "N s"])
+def test_lags_of_the_wrong_kind_are_refused_for_the_unit(unit: str, tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        _process(tmp_path, f'type = "covariance"\npoints = [["0 {unit}", 1], ["1 {unit}", 0.5], ["2 {unit}", 0]]')
+    problems = str(caught.value).splitlines()[1:]
+    assert all("(random.g.points[" in line for line in problems), problems
+    assert "a time in s is expected" in problems[0]

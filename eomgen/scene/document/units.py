@@ -201,7 +201,9 @@ class _Converter:
         """Label a curve by the units that its columns were converted to; report a label that says otherwise."""
         if "unit" in model.model_fields and "value" in columns.converted:
             label = result.get("unit", "")
-            if fault := columns.fault_of_label("value", label):
+            if not model.labels_values:
+                self.squared_values(key, label, columns)
+            elif fault := columns.fault_of_label("value", label):
                 self.report.add(f"{key}.unit", *fault)
             elif isinstance(label, str) and not label.strip():
                 result["unit"] = columns.of("value")
@@ -209,6 +211,13 @@ class _Converter:
             if fault := columns.fault_of_label("argument", result.get("argument_unit")):
                 self.report.add(f"{key}.argument_unit", *fault)
             result["argument_unit"] = unit
+
+    def squared_values(self, key: str, label: object, columns: ColumnUnits) -> None:
+        """Report a label in another unit than SI of a quantity whose squares are converted to SI."""
+        factors = _factors(label) if isinstance(label, str) else None
+        if factors and not _is_same(factors, unit := _in_si(factors)):
+            fault = f"its values become {columns.of('value')}, of a quantity in {unit}, and the label {shown(label)}"
+            self.report.add(f"{key}.unit", f"{fault} says otherwise", f'unit = "{unit}", or no unit')
 
     def label(self, key: str, data: Mapping[str, Any], result: dict[str, Any], name: str) -> None:
         """Set the label of a value with any unit: the SI unit if a unit string was converted, else the label as

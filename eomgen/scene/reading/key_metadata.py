@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import UnionType
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
@@ -35,6 +35,9 @@ class Table(BaseModel):
     def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
         """Return the labels of argument and value of the curve that an entry is, from its data; None for others."""
         return None
+
+    #: Whether the label ``unit`` of an entry is the unit of its column of values.
+    labels_values: ClassVar[bool] = True
 
 
 def label_of(text: object) -> str:

@@ -148,8 +148,8 @@ class Covariances:
             self.report.add(place, f"the damping ratio {number:.6g} is not below 1", "damping = 0.6")
         return number
 
-    def _points(self, key: str, name: str, entry: written.RandomProcess) -> Curve:
-        """Return the points of a covariance or a spectrum; faults are reported."""
+    def _points(self, key: str, name: str, entry: written.RandomProcess) -> Curve | None:
+        """Return the points of a covariance or a spectrum; None for a fault, which is reported."""
         spectrum = entry.type == "spectrum"
         shape = (
             Shape(points=entry.points, table=entry.table, interpolation="linear", outside="hold")
@@ -158,8 +158,8 @@ class Covariances:
         )
         before = len(self.report.noted)
         curve = self.curves.through_points(key, name, shape)
-        if len(self.report.noted) > before or self.report.concerns(key):
-            return curve
+        if len(self.report.noted) > before or self.report.concerns(key):  # refused units are reported before
+            return None
         place = f"{key}.{'points' if entry.points is not None else 'table'}"
         if curve.start < 0.0:
             fault = f"the first {'frequency' if spectrum else 'lag'} {curve.start:.6g} is negative"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, TRANSLATION
-from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, label_of, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value
 from eomgen.scene.signals.schema import RoadClass, Seed, TableFile
 
@@ -111,12 +112,24 @@ class RandomProcess(Table):
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 
+    labels_values: ClassVar[bool] = False
+
     @classmethod
     def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
         over_distance = data.get("speed") is not None
+        translated = data.get("translation") is not None or data.get("quantiles") is not None
+        variance = "" if translated and data.get("covariance_of") != "translated" else _squared(data.get("unit"))
         if data.get("type") == "spectrum":
-            return "1/m" if over_distance else "Hz", ""
-        return "m" if over_distance else "s", ""
+            return ("1/m", variance and f"{variance} m") if over_distance else ("Hz", variance and f"{variance}/Hz")
+        return "m" if over_distance else "s", variance
+
+
+def _squared(label: object) -> str:
+    """Return the square of a unit; empty for a label that is no unit."""
+    try:
+        return " ".join(f"{name}^{2 * exponent}" for name, exponent in read_unit(label_of(label)))
+    except UnitError:
+        return ""
 
 
 #: Keys of a process that one which follows it has from it.
