@@ -69,37 +69,37 @@ PRODUCT = Product(
             Verb(
                 "savings",
                 "Costs of a scene with the terms that it needs, and with more.",
-                "eomgen.products.studies.commands.savings:savings",
+                "eomgen.products.studies.commands.models:savings",
                 behind="generate",
             ),
             Verb(
                 "check",
                 "Hold every closed form against differences and complex steps.",
-                "eomgen.products.studies.commands.check:check",
+                "eomgen.products.studies.commands.models:check",
                 behind="savings",
             ),
             Verb(
                 "identify",
                 "Unknown parameters of a scene from measured runs, with intervals.",
-                "eomgen.products.studies.commands.identify:identify",
+                "eomgen.products.studies.commands.models:identify",
                 behind="random",
             ),
             Verb(
                 "tradeoff",
                 "Measure speed against accuracy: methods, formulations, steps.",
-                "eomgen.products.studies.commands.tradeoff:tradeoff",
+                "eomgen.products.studies.commands.runs:tradeoff",
                 behind="animate",
             ),
             Verb(
                 "tune",
                 "Find the cheapest settings that meet a demand on the error.",
-                "eomgen.products.studies.commands.tune:tune",
+                "eomgen.products.studies.commands.runs:tune",
                 behind="tradeoff",
             ),
             Verb(
                 "extremes",
                 "Runs under extreme conditions: their failures and warnings.",
-                "eomgen.products.studies.commands.extremes:extremes",
+                "eomgen.products.studies.commands.runs:extremes",
                 behind="tune",
             ),
         )

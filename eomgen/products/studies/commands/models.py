@@ -1,0 +1,333 @@
+"""``eomgen check``, ``savings`` and ``identify``: studies of the model of a scene, its closed forms, its costs and
+its parameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.base.text import counted
+from eomgen.cli.options import (
+    arguments_of,
+    assignments,
+    debug_option,
+    derivable_stepper_options,
+    in_units,
+    initial_option,
+    input_option,
+    json_option,
+    names_of,
+    profile_option,
+    scene_options,
+    set_option,
+)
+from eomgen.cli.printing import building, console, print_json, print_table, say
+from eomgen.cli.running import read_scene, say_notes, say_stand_in
+from eomgen.errors import NumericalError, Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.products.studies import CheckReport, FormReport, Identification
+    from eomgen.products.studies.savings import Cost, Savings
+    from eomgen.scene.scene import Scene
+
+
+#: Largest number of non-smooth functions that are named.
+_NAMED = 20
+
+_of_check = arguments_of("eomgen.products.studies:check")
+
+
+@click.command()
+@scene_options
+@_of_check("--states", type=int, metavar="N")
+@_of_check("--seed", type=int, metavar="N")
+@_of_check("--only", multiple=True, metavar="FORM")
+@click.option(
+    "--out", "folder", default=None, metavar="DIR", help="Write the data and draw the errors over the steps there."
+)
+@json_option
+@debug_option
+def check(
+    scene: str, states: int, seed: int, only: tuple[str, ...], folder: str | None, as_json: bool, **reading: Any
+) -> int:
+    """Check every closed form of a SCENE, as compiled, against finite differences, complex steps and second
+    derivations.
+
+    Exits with 6 when one fails.
+    """
+    from eomgen.pipeline.pipeline import load_scene  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.products.studies import check as checked  # noqa: PLC0415
+    from eomgen.products.studies.verification.report import make  # noqa: PLC0415
+
+    if folder is not None:
+        make(Path(folder))
+    described = load_scene(scene, **reading)
+    with building(described.name):
+        report = checked(described, states=states, seed=seed, only=only)
+    if as_json:
+        print_json(report.to_dict())
+    else:
+        _print_report(report)
+    if folder is not None:
+        say(f"written: {', '.join(str(path) for path in report.write(folder))}")
+    for form in report.failures:
+        say(f"{form.name} {_why(form)}")
+    return 0 if report.passed else NumericalError.exit_code
+
+
+def _why(form: FormReport) -> str:
+    if form.worst is not None:
+        return f"FAILS: {form.worst}"
+    return (
+        "cannot be decided: neither differences nor complex steps are finite"
+        if form.verdict == "undecided"
+        else ("was not checked: no state where it is finite")
+    )
+
+
+def _print_report(report: CheckReport) -> None:
+    header = ("closed form", "is", "differences", "at step", "slope", "complex step", "second", "derivation", "verdict")
+    rows = [
+        (
+            form.name,
+            form.meaning,
+            _short(form.agreement),
+            _short(form.step),
+            "" if form.slope is None else f"{form.slope:.2f}",
+            _short(form.complex_step),
+            _short(form.second),
+            form.second_name,
+            form.verdict,
+        )
+        for form in report.forms
+    ]
+    title = f"{report.scene}: {counted(len(report.forms), 'closed form')} at {counted(len(report.states), 'state')}"
+    print_table(title, header, rows, numeric=(2, 3, 4, 5, 6), whole=(0, 8))
+    for note in (*report.remarks, *report.notes):
+        say(note)
+    if report.corners:
+        more = len(report.corners) - _NAMED
+        say(f"not smooth everywhere: {', '.join(report.corners[:_NAMED])}{f' and {more} more' if more > 0 else ''}")
+    say(report.summary)
+
+
+def _short(value: float | None) -> str:
+    return "" if value is None else f"{value:.1e}"
+
+
+#: Columns of the table: the cost, its heading, and by how much and in which format it is printed.
+_COLUMNS = (
+    ("step_operations", "flops of a step's terms", 1.0, ".0f"),
+    ("c_bytes", "C, kB", 1e-3, ".1f"),
+    ("build_seconds", "build, s", 1.0, ".2f"),
+    ("step_seconds", "step, us", 1e6, ".3f"),
+    ("observed_seconds", "observed step, us", 1e6, ".3f"),
+)
+
+_of_savings = arguments_of("eomgen.products.studies.savings:savings")
+
+
+@click.command()
+@scene_options
+@click.option("--method", default=None, help="Whose steps are timed; the scene's by default.")
+@_of_savings("--rounds", type=int, metavar="N")
+@_of_savings("--only", multiple=True, metavar="VARIANT")
+@click.option("--out", "folder", default=None, metavar="DIR", help="Write savings.csv and savings.json there.")
+@json_option
+@debug_option
+def savings(
+    scene: str,
+    method: str | None,
+    rounds: int,
+    only: tuple[str, ...],
+    folder: str | None,
+    as_json: bool,
+    **reading: Any,
+) -> None:
+    """Measure the costs of a SCENE as it is requested: operations, bytes of C, seconds to build, time per step.
+
+    Against the same scene with the terms of a run alone, the terms of a step alone, all terms, all numbers tunable, a
+    base that moves in all six ways, absolute coordinates, and all of that. Every variant is built in an empty cache, so
+    this takes a while.
+    """
+    from eomgen.base.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.pipeline.pipeline import load_scene  # noqa: PLC0415
+    from eomgen.products.studies.savings import savings as measured  # noqa: PLC0415
+
+    if folder is not None:
+        make_folder(Path(folder))
+    described = load_scene(scene, **reading)
+    say_notes(described)
+    say_stand_in(described, method, "steps are timed with")
+    with building(f"variants of {scene}") as progress:
+        study = measured(scene, method=method, rounds=rounds, only=only, progress=progress, **reading)
+    if as_json:
+        print_json(study.to_dict())
+    else:
+        _print_costs(study)
+    if folder is not None:
+        say(f"written: {', '.join(str(path) for path in study.write(folder))}")
+
+
+def _print_costs(study: Savings) -> None:
+    title = f"{study.scene}, {study.method}, step {study.step:.6g} s: cost, and its ratio to that as asked"
+    header = ("variant", *(name for _, heading, _, _ in _COLUMNS for name in (heading, "x")))
+    rows = [(cost.name, *(text for column in _COLUMNS for text in _pair(study, cost, column))) for cost in study.costs]
+    print_table(title, header, rows, numeric=tuple(range(1, len(header))), whole=(0,))
+    console().print()
+    names = [cost.name for cost in study.costs if cost.operations]
+    of_terms = [
+        (
+            term,
+            *("" if (count := cost.operations.get(term)) is None else count for cost in study.costs if cost.operations),
+        )
+        for term in study.costs[0].operations
+    ]
+    print_table(
+        "Additions and multiplications by term", ("term", *names), of_terms, numeric=tuple(range(1, len(names) + 1))
+    )
+    for cost in study.costs:
+        if cost.problem:
+            console().print(f"\n{cost.name}: {cost.problem}", markup=False)
+
+
+def _pair(study: Savings, cost: Cost, column: tuple[str, str, float, str]) -> tuple[str, str]:
+    key, _, factor, form = column
+    value, ratio = getattr(cost, key), study.ratio(cost, key)
+    return ("" if value is None else f"{value * factor:{form}}", "" if ratio is None else f"{ratio:.2f}")
+
+
+_of_identify = arguments_of("eomgen.products.studies:identify")
+
+
+@click.command()
+@scene_options
+@click.option("--data", multiple=True, required=True, metavar="FILE", help="CSV of a measured run; may be repeated.")
+@click.option(
+    "--parameters",
+    "unknown",
+    default=None,
+    callback=names_of,
+    metavar="NAME,NAME",
+    help="Tunable parameters that are unknown.",
+)
+@_of_identify("--states", default=None, callback=names_of, metavar="NAME,NAME")
+@click.option("--bounds", multiple=True, metavar="NAME=LOW:HIGH", help="Of an unknown; may be repeated.")
+@click.option(
+    "--deviation",
+    "deviations",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Standard deviation of a column's noise; estimated if none is given. May be repeated.",
+)
+@click.option(
+    "--output", "outputs", multiple=True, metavar="NAME", help="Columns compared; all by default. May be repeated."
+)
+@_of_identify("--missing", type=click.Choice(["refuse", "drop"]))
+@_of_identify("--by", type=click.Choice(["run", "torque"]))
+@_of_identify("--confidence", type=float, metavar="P")
+@click.option("--t-start", type=float, default=None, metavar="S", help="Of the runs; the first time by default.")
+@click.option("--out", "folder", default=None, metavar="DIR", help="Folder for the table, residuals and figures.")
+@derivable_stepper_options
+@input_option
+@set_option
+@initial_option
+@profile_option
+@json_option
+@debug_option
+def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
+    """Find parameters of a SCENE with which its runs fit measured ones best, and how certain they are.
+
+    Writes identification.json, estimates.csv, residuals and figures of each run if --out is given.
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.products.studies import identify as study  # noqa: PLC0415
+
+    own = {name: options.pop(name) for name in ("data", "missing", "confidence", "t_start", "by")}
+    unknown, states, outputs = (list(options.pop(name) or ()) for name in ("unknown", "states", "outputs"))
+    bounds, deviations = _bounds(options.pop("bounds")), options.pop("deviations")
+    described = read_scene(scene, options)
+    sigma = _deviations(described, deviations)
+    profile = options.pop("profile")
+    with building(described.name):
+        model = pipeline.built_for_run(described, options["method"], profile=profile)
+    values = options.pop("parameters")
+    given = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
+    fit = study(
+        model,
+        list(own.pop("data")),
+        unknown,
+        states=states,
+        values=values,
+        bounds=bounds or None,
+        deviations=sigma,
+        outputs=outputs or None,
+        **own,
+        **given,
+    )
+    files = [] if folder is None else fit.save(folder) + fit.plot(folder)
+    if as_json:
+        written = {"files": [file.name for file in files], "folder": str(folder)} if files else {}
+        print_json(fit.to_dict() | written)
+    else:
+        _print_estimates(fit)
+    say(fit.message)
+    if files:
+        say(f"written to {folder}: {', '.join(file.name for file in files)}")
+    return 0
+
+
+def _print_estimates(fit: Identification) -> None:
+    share = f"{100.0 * fit.confidence:.6g} %"
+    print_table(
+        f"{fit.scene}: estimates",
+        ("unknown", "estimate", "unit", f"{share} from", "to", "start", ""),
+        [
+            (one.name, f"{one.value:.6g}", one.unit, *_interval(one.low, one.high), f"{one.start:.6g}", one.state)
+            for one in fit.estimates
+        ],
+        numeric=(1, 3, 4, 5),
+    )
+    if fit.combinations:
+        print_table(
+            "combinations",
+            ("determined combination", "estimate", f"{share} from", "to", "as"),
+            [(one.text, f"{one.value:.6g}", *_interval(one.low, one.high), one.form) for one in fit.combinations],
+            numeric=(1, 2, 3),
+        )
+    print_table(
+        "measured",
+        ("column", "samples", f"deviation, {fit.noise}", "rms of residuals", "unit", "autocorrelation"),
+        [
+            (one.name, one.samples, f"{one.deviation:.4g}", f"{one.rms:.4g}", one.unit, f"{one.autocorrelation:.2f}")
+            for one in fit.columns
+        ],
+        numeric=(1, 2, 3, 5),
+    )
+
+
+def _interval(low: float, high: float) -> tuple[str, str]:
+    return f"{low:.6g}", f"{high:.6g}"
+
+
+def _bounds(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
+    result = {}
+    for text in texts:
+        name, equals, ends = text.partition("=")
+        first, colon, last = ends.partition(":")
+        try:
+            if not (equals and colon and name.strip()):
+                raise ValueError
+            result[name.strip()] = (float(first or "-inf"), float(last or "inf"))
+        except ValueError:
+            fault = "a name and two numbers are needed"
+            raise UsageError(Problem(f"--bounds {text}", fault, "--bounds mass=0.5:2, --bounds mass=0:")) from None
+    return result
+
+
+def _deviations(scene: Scene, texts: tuple[str, ...]) -> dict[str, float] | None:
+    if not texts:
+        return None
+    return in_units("--deviation", assignments("--deviation", texts), scene.outputs)

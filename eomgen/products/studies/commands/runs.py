@@ -1,0 +1,439 @@
+"""``eomgen tradeoff``, ``tune`` and ``extremes``: studies of runs of a scene, of their speed, accuracy and limits."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.base.files import check_writable
+from eomgen.base.progress import terminal_bar
+from eomgen.base.text import counted, listed
+from eomgen.cli.options import (
+    arguments_of,
+    assignments,
+    debug_option,
+    end_option,
+    folder_option,
+    in_units,
+    input_option,
+    json_option,
+    names_of,
+    scene_options,
+    set_option,
+)
+from eomgen.cli.printing import console, print_json, print_table, say
+from eomgen.cli.running import SCENE_OPTIONS, say_notes
+from eomgen.errors import NumericalError, Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.products.studies import Cell, Extremes, Point, RealTime, Tradeoff, Tuned
+
+
+#: A measured order that is off its declared one by more than this is told.
+_OFF = 0.15
+#: So many of these are named.
+_NAMED = 4
+
+_of_tradeoff = arguments_of("eomgen.products.studies:tradeoff")
+
+
+@click.command()
+@scene_options
+@folder_option
+@click.option(
+    "--output", "outputs", multiple=True, metavar="NAME",
+    help="Whose error: an output, q, v, state (both; the default) or multipliers; the front is of the first.",
+)  # fmt: skip  # a table
+@_of_tradeoff("--measure", metavar="largest|rms|final")
+@click.option(
+    "--axes",
+    default=None,
+    callback=names_of,
+    metavar="NAME,NAME",
+    help="Varied axes: formulation, method, parameters, resolution, policy, arithmetic, profile, fidelity; by"
+    " default all but fidelity.",
+)
+@_of_tradeoff("--methods", default=None, callback=names_of, metavar="NAME,NAME")
+@click.option("--steps", default=None, metavar="S,S", help="Steps in s; each must divide the largest.")
+@end_option
+@_of_tradeoff("--budget", type=float, metavar="S")
+@_of_tradeoff("--repeats", type=int, metavar="N")
+@set_option
+@input_option
+@_of_tradeoff("--resume", is_flag=True)
+@json_option
+@debug_option
+def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
+    """Measure speed against accuracy of a SCENE: time and error of its methods, formulations, steps and settings.
+
+    Writes tradeoff.json, tradeoff.csv and tradeoff.png; points are kept as they come, for --resume.
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.products.studies import tradeoff as studied  # noqa: PLC0415
+
+    reading = {name: options.pop(name) for name in SCENE_OPTIONS}
+    described = pipeline.load_scene(scene, **reading)
+    say_notes(described)
+    parameters = in_units("--set", assignments("--set", options["parameters"]), described.parameters)
+    inputs = in_units("--input", assignments("--input", options["inputs"]), described.inputs)
+    with _bar_of_runs(described.name) as progress:
+        study = studied(
+            scene,
+            outputs=options["outputs"],
+            measure=options["measure"],
+            axes=options["axes"] or (),
+            methods=options["methods"] or (),
+            steps=_numbers(options["steps"]),
+            t_end=options["t_end"],
+            parameters=parameters or None,
+            inputs=inputs or None,
+            budget=options["budget"],
+            repeats=options["repeats"],
+            folder=folder,
+            resume=options["resume"],
+            progress=progress,
+            announce=lambda stage: say(f"{described.name}: {stage}"),
+            **reading,
+        )
+    files = study.save(folder)
+    if as_json:
+        print_json(study.to_dict())
+    else:
+        _print_tradeoff(study)
+    for line in _remarks(study):
+        say(line)
+    say(f"written to {Path(folder)}: {', '.join(file.name for file in files)}")
+    return 0
+
+
+@contextlib.contextmanager
+def _bar_of_runs(name: str) -> Iterator[Callable[[int, int, str], None] | None]:
+    with terminal_bar(name) as bar:
+        yield None if bar is None else lambda done, total, _: bar(done, total)
+
+
+def _numbers(text: str | None) -> list[float]:
+    try:
+        return [float(word) for word in (text or "").split(",") if word.strip()]
+    except ValueError:
+        raise UsageError(Problem(f"--steps {text}", "these are not numbers of seconds", "--steps 1e-3,5e-4")) from None
+
+
+def _print_tradeoff(study: Tradeoff) -> None:
+    from eomgen.products.studies import DEMANDS  # noqa: PLC0415
+
+    rows: list[tuple[str, ...]] = []
+    for demand in DEMANDS:
+        best = study.best(demand)
+        if best is None:
+            rows.append((f"{demand:g}", "none meets it", "", "", "", "", ""))
+            continue
+        other = _second(study, demand, best)
+        rows.append((f"{demand:g}", *_cells(study, best), *_next(other, best)))
+    title = f"{study.scene}: {study.measure} error of {study.quantity}, {study.span[1] - study.span[0]:g} s"
+    header = ("demand", "cheapest that meets it", "step or tolerance", "error", "time", "next method", "costs")
+    print_table(title, header, rows, numeric=(0, 3, 4, 6), whole=(2,))
+
+
+def _cells(study: Tradeoff, point: Point) -> tuple[str, str, str, str]:
+    return (point.configuration.label, _resolution(point), f"{study.error(point):.1e}", _time(point.seconds))
+
+
+def _next(other: Point | None, best: Point) -> tuple[str, str]:
+    if other is None or not other.seconds or not best.seconds:
+        return "", ""
+    return other.configuration.label, f"{other.seconds / best.seconds:.3g} x"
+
+
+def _second(study: Tradeoff, demand: float, best: Point) -> Point | None:
+    """Return the cheapest point of another method that meets a demand."""
+    name = best.configuration.method
+    able = [p for p in study.usable if study.error(p) <= demand and p.configuration.method != name]
+    return min(able, key=lambda p: p.seconds or 0.0, default=None)
+
+
+def _resolution(point: Point) -> str:
+    return f"{point.value:.4g}{' s' if point.kind == 'step' else ''}"
+
+
+def _time(seconds: float | None) -> str:
+    if seconds is None:
+        return ""
+    unit, size = next((u, s) for u, s in (("s", 1.0), ("ms", 1e-3), ("us", 0.0)) if seconds >= s)
+    return f"{seconds / (size or 1e-6):.3g} {unit}"
+
+
+def _remarks(study: Tradeoff) -> list[str]:
+    """Return remarks below the table, a line each."""
+    by, second = study.reference["by"], study.reference["held against"]
+    result = [f"reference: {by}, known to {study.uncertainty:.1e} by {second}"]
+    own = study.points[0] if study.points else None
+    if own is not None and own.seconds is not None:
+        better = study.best(study.error(own))
+        faster = ""
+        if better is not None and better.seconds and own.seconds > 1.1 * better.seconds:
+            faster = f"; {better.label} is {own.seconds / better.seconds:.3g} x as fast at no more"
+        result.append(f"the scene's own, {own.label}: error {study.error(own):.1e} in {_time(own.seconds)}{faster}")
+    off = [s for s in study.slopes if abs(s.slope - s.declared) > _OFF]
+    every = len(study.slopes)
+    slopes = f"order as declared within {_OFF:g}: {every - len(off)} of {counted(every, 'configuration')}"
+    for slope in off[:_NAMED]:
+        slopes += f"; {slope.configuration.label} {slope.slope:.2f} (declared {slope.declared})"
+    if len(off) > _NAMED:
+        slopes += f"; and {len(off) - _NAMED} more, under slopes in tradeoff.json"
+    result.append(slopes)
+    if study.wrong:
+        said = len(study.wrong) - len(study.silent)
+        result.append(f"wrong by more than 10 %: {counted(len(study.wrong), 'run')}, of which {said} said something")
+    if study.failures:
+        result.append(f"did not reach the end: {counted(len(study.failures), 'run')}")
+    if study.left_out:
+        left_out = f"left out: {counted(len(study.left_out), 'configuration')}, with reasons in tradeoff.json"
+        late = len(study.not_built)
+        result.append(f"{left_out}; {late} for want of time: --resume goes on with them" if late else left_out)
+    built = sum(study.compiled.values())
+    machine = f"{study.machine['processor']}, {study.machine['compiler']}"
+    result.append(
+        f"{counted(len(study.points), 'run')} in {study.seconds:.0f} s, {built:.0f} s of it building; {machine}"
+    )
+    return result
+
+
+_UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
+#: Rivals that are named.
+_RIVALS = 5
+
+_of_tune = arguments_of("eomgen.products.studies:tune")
+_NAMES: dict[str, Any] = {"default": None, "callback": names_of, "metavar": "NAME,NAME"}
+
+
+@click.command()
+@scene_options
+@_of_tune("--error", type=float, default=None, metavar="X")
+@click.option(
+    "--real-time", default=None, metavar="CYCLE",
+    help="In place of --error: motion of this time, 1ms, is to be computed within it in 99.99 % of the cycles.",
+)  # fmt: skip  # a table
+@click.option("--iterations", type=int, default=None, metavar="N", help="With --real-time: most iterations of a step.")
+@_of_tune("--output", metavar="NAME")
+@_of_tune("--measure", metavar="largest|rms|final")
+@click.option("--axes", help="Settings to vary, as of tradeoff; all by default.", **_NAMES)
+@_of_tune("--methods", **_NAMES)
+@end_option
+@_of_tune("--budget", type=float, metavar="S")
+@set_option
+@input_option
+@click.option("--out", "file", default=None, metavar="FILE.toml", help="Write the scene with the settings there.")
+@json_option
+@debug_option
+def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
+    """Find the cheapest method, step and settings of a SCENE that meet a demand on its error.
+
+    Verified on runs with other initial states, parameters and inputs. Exits with 6 if one of these misses the
+    demand.
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.products.studies import Tuned  # noqa: PLC0415
+    from eomgen.products.studies import tune as tuned  # noqa: PLC0415
+
+    reading = {name: options.pop(name) for name in SCENE_OPTIONS}
+    described = pipeline.load_scene(scene, **reading)
+    say_notes(described)
+    if file is not None and Path(file).suffix != ".toml":
+        raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file", "--out tuned.toml"))
+    if (options["error"] is None) == (options["real_time"] is None):
+        raise UsageError(Problem("tune", "either --error is demanded or a cycle of --real-time", "--error 1e-4"))
+    if file is not None:
+        check_writable(Path(file))
+    with _status(described.name) as progress:
+        result = tuned(
+            scene,
+            options["error"],
+            real_time=_seconds(options["real_time"]),
+            iterations=options["iterations"],
+            output=options["output"],
+            measure=options["measure"],
+            axes=options["axes"] or (),
+            methods=options["methods"] or (),
+            t_end=options["t_end"],
+            parameters=in_units("--set", assignments("--set", options["parameters"]), described.parameters) or None,
+            inputs=in_units("--input", assignments("--input", options["inputs"]), described.inputs) or None,
+            budget=options["budget"],
+            progress=progress,
+            **reading,
+        )
+    if as_json:
+        print_json(result.to_dict())
+    elif isinstance(result, Tuned):
+        _print_tuned(result)
+    else:
+        _print_real_time(result)
+    say(result.why)
+    if file is not None:
+        say(f"written: {result.save(file)}")
+    return 0 if not isinstance(result, Tuned) or result.met else NumericalError.exit_code
+
+
+@contextlib.contextmanager
+def _status(name: str) -> Iterator[Callable[[str], None] | None]:
+    if not sys.stderr.isatty():
+        yield None
+        return
+    with console(stderr=True).status(name) as status:
+        yield lambda stage: status.update(f"{name}: {stage}")
+
+
+def _seconds(text: str | None) -> float | None:
+    """Return a cycle in seconds: ``1ms``, ``250us``, ``0.001``."""
+    if text is None:
+        return None
+    unit = next((unit for unit in _UNITS if text.endswith(unit)), "")
+    try:
+        return float(text.removesuffix(unit)) * _UNITS.get(unit, 1.0)
+    except ValueError:
+        raise UsageError(Problem(f"--real-time {text}", "this is no time", "--real-time 1ms")) from None
+
+
+def _print_tuned(tuned: Tuned) -> None:
+    rows = [("cheapest", tuned.label)]
+    rows.append(("error", f"{tuned.error:.2g} of {tuned.quantity}, {tuned.measure}; demanded {tuned.demand:g}"))
+    rows.append(
+        ("time", f"{1e3 * tuned.seconds:.4g} ms of stepping for {tuned.span:.4g} s of motion, {tuned.steps:.0f} steps")
+    )
+    rows.append(("", "outputs, energies and the error estimate apart, which simulate computes, too"))
+    own, error, seconds = tuned.own
+    if error < float("inf"):
+        times = f"{seconds / tuned.seconds:.3g} x the time"
+        rows.append(("the scene's own", f"{own}: error {error:.2g}, {times}"))
+    rows.append(("one digit more", f"costs about {tuned.next_digit:.3g} x"))
+    for rival in tuned.rivals[:_RIVALS]:
+        how = "" if rival.measured else " (expected)"
+        rows.append(
+            ("next" if rival is tuned.rivals[0] else "", f"{rival.label}: {rival.seconds / tuned.seconds:.3g} x{how}")
+        )
+    for run in tuned.verified:
+        fine = "met" if run.error <= tuned.demand else "MISSED"
+        rows.append(("verified" if run is tuned.verified[0] else "", f"{run.what}: error {run.error:.2g}, {fine}"))
+    rows += [("[simulation]" if n == 0 else "", f"{k} = {v!r}") for n, (k, v) in enumerate(tuned.simulation.items())]
+    spent, runs = tuned.spent
+    rows.append(
+        ("spent", f"{spent:.3g} s for {counted(runs, 'run')} and verification, {tuned.built:.3g} s of building")
+    )
+    print_table(f"{tuned.scene}: {tuned.measure} error of {tuned.quantity} below {tuned.demand:g}", ("", ""), rows)
+
+
+def _print_real_time(tuned: RealTime) -> None:
+    header = ("configuration", "steps in a cycle", "99.99 % below, us", "error")
+    rows = [(label, steps, f"{1e6 * late:.3g}", f"{error:.1e}") for label, steps, late, error in tuned.tried]
+    rows.sort(key=lambda row: row[:2])
+    print_table(f"{tuned.scene}: cycles of {1e6 * tuned.cycle:.6g} us", header, rows, numeric=(1, 2, 3))
+
+
+#: Cells and ladders that are left out for one reason are named up to so many.
+_NAMED_CELLS = 8
+
+_of_extremes = arguments_of("eomgen.products.studies:extremes")
+_names_option = partial(click.option, default=None, callback=names_of, metavar="NAME,NAME")
+
+
+@click.command()
+@scene_options
+@click.option("--out", "folder", default=None, metavar="DIR", help="Folder for table, JSON and picture.")
+@_names_option("--ladders", help="step, stiffness, length, ...; all by default.")
+@_names_option("--methods", help="In place of all methods that suit the scene.")
+@click.option("--cell", "cells", multiple=True, metavar="LADDER:VALUE[:METHOD]", help="This cell alone; repeatable.")
+@_of_extremes("--budget", type=float, metavar="S")
+@_of_extremes("--limit", type=float, metavar="S")
+@_of_extremes("--resume", is_flag=True)
+@json_option
+@debug_option
+def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
+    """Run a SCENE under extreme conditions: steps, stiffness, spins, units, ...; report the verdict of each run.
+
+    Every cell holds, is coarse, says that it is doubtful, stops or is refused with a message, or fails: a hang, a
+    crash, a number that is not finite, or a wrong answer called success. The exit code is 6 if one fails.
+    """
+    from eomgen.products.studies import extremes as studied  # noqa: PLC0415  # imported when the arguments are known to be fine
+
+    reading = {name: options.pop(name) for name in SCENE_OPTIONS}
+    if folder is not None and not folder.strip():
+        raise UsageError(Problem("--out", "the name of the folder is empty", "--out . for this folder"))
+    for name in ("budget", "limit"):
+        if not options[name] > 0.0:
+            fault = f"{options[name]:g} is no positive number of seconds"
+            raise UsageError(Problem(f"--{name}", fault, f"--{name} 60"))
+    with _bar_of_cells(Path(scene).stem) as progress:
+        result = studied(
+            scene,
+            ladders=options["ladders"] or (),
+            methods=options["methods"] or (),
+            cells=options["cells"],
+            budget=options["budget"],
+            limit=options["limit"],
+            folder=folder,
+            resume=options["resume"],
+            progress=progress,
+            **reading,
+        )
+    files = [] if folder is None else result.save(folder)
+    if as_json:
+        print_json(result.to_dict())
+    elif options["cells"]:
+        _print_cells(result)
+    else:
+        _print_map(result)
+    for why in dict.fromkeys(result.left_out.values()):
+        names = [name for name, reason in result.left_out.items() if reason == why]
+        say(f"left out: {listed(names) if len(names) <= _NAMED_CELLS else counted(len(names), 'cell')}: {why}")
+    if files:
+        say(f"written to {folder}: {', '.join(file.name for file in files)}")
+    for cell in result.fails:
+        said = f", and says: {cell.said}" if cell.said else ""
+        say(f"fails: {_what(cell)}{said}; {result.command(cell)}")
+    return NumericalError.exit_code if result.fails else 0
+
+
+def _print_map(result: Extremes) -> None:
+    from eomgen.products.studies import LADDERS, VERDICTS  # noqa: PLC0415
+
+    rows = []
+    for ladder in LADDERS:
+        for method in dict.fromkeys(cell.method for cell in result.of(ladder.name)):
+            cells = [cell for cell in result.of(ladder.name) if cell.method == method]
+            counts = [sum(cell.verdict == name for cell in cells) for name in VERDICTS]
+            rows.append((ladder.scales, method, *(str(count or "") for count in counts)))
+    title = f"{result.scene}: {counted(len(result.cells), 'cell')} in {result.seconds:.0f} s"
+    print_table(title, ("ladder", "method", *VERDICTS), rows, numeric=tuple(range(2, 2 + len(VERDICTS))))
+
+
+def _print_cells(result: Extremes) -> None:
+    rows = [
+        (cell.name, cell.verdict, "" if cell.error is None else f"{cell.error:.2g}", cell.said, cell.reference)
+        for cell in result.cells
+    ]
+    print_table(f"{result.scene}: cells", ("cell", "verdict", "error", "it says", "held against"), rows, numeric=(2,))
+
+
+def _what(cell: Cell) -> str:
+    return f"{cell.name}" if cell.error is None else f"{cell.name} is wrong by {100.0 * cell.error:.2g} % of its motion"
+
+
+@contextlib.contextmanager
+def _bar_of_cells(name: str) -> Iterator[Callable[[int, int, str], None] | None]:
+    with terminal_bar(name) as bar:
+        if bar is not None:
+            yield lambda done, total, _: bar(done, total)
+            return
+        yield _lines if not sys.stderr.isatty() else None
+
+
+def _lines(done: int, total: int, cell: str) -> None:
+    """Report every tenth of the cells, if there is no terminal for a bar."""
+    if total and done and done % max(1, total // 10) == 0:
+        say(f"{done} of {total} cells; now {cell}")
