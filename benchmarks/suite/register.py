@@ -364,7 +364,7 @@ SYMBOLIC = (
 # -- eomgen by its own goals -------------------------------------------------------------------------------------------
 
 COMPILERS = "gcc takes 1.7 s of processor time on two cores, after 0.7 s in which Python imports and reads"
-EQUAL_ELEMENTS = "Python derives, orders and schedules every element by itself, 10 ms each; then gcc and figures"
+EQUAL_ELEMENTS = "Python derives, orders and schedules every element by itself; then gcc and figures"
 WITH_LANES, SCALAR = "eomgen, lanes", "eomgen, scalar"
 DASK, THREADS = "eomgen, four processes of Dask", "eomgen, two threads"
 BETWEEN = "four processes and a scheduler share two cores, 14 kB of each sample go between them; 0.80 at 8000 samples"
