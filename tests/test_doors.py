@@ -386,7 +386,9 @@ LATE: dict[str, dict[str, str]] = {
     "scene.document.units": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
     "scene.scaling": {"formula.units.conversion": "Pint; studies of other sizes alone change units"},
     "scene.signals.curves": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
-    "scene.signals.sections": {"formula.units.conversion": "Pint; most outputs have the unit of their kind"},
+    "scene.signals.sections": {
+        "formula.units.conversion": "Pint; most outputs have the unit of their kind, few definitions one of their own"
+    },
     "formula.units.labels": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
     "scene.load": {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",

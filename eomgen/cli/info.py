@@ -83,6 +83,10 @@ def info(
     if base_parameters:
         data["base_parameters"] = _base_parameters(described_scene)
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
+    data["definitions"] = [
+        {"name": item.name, "formula": item.text, "unit": item.unit, "description": item.description}
+        for item in described_scene.parts.get("definitions", ())
+    ]
     for part in rows_of(GROUP, InfoPart):
         data |= part.describe(described_scene)
     if as_json:
@@ -216,6 +220,10 @@ def _print(data: dict[str, Any]) -> None:
         ]
         if values:
             print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
+    if data["definitions"]:
+        out.print()
+        lines = [(item["name"], item["formula"], item["unit"], item["description"]) for item in data["definitions"]]
+        print_table("Definitions", ("name", "formula", "unit", "description"), lines)
     for part in sections:
         part.show(data)
     if data["states"]:

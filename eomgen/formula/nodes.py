@@ -6,7 +6,7 @@ Code that walks a formula needs to know only these classes; no text of the user 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from eomgen.formula.curves import AnyCurve
@@ -59,7 +59,7 @@ class Symbol(Node):
     ----------
     kind : str
         ``time``, ``place`` (along a beam), ``local`` (place of a load), ``number`` (one of a list), ``parameter``,
-        ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``,
+        ``input``, ``state``, ``controller``, ``definition`` (until it is written out), ``q``, ``v``, ``a``,
         ``position``, ``velocity``, ``acceleration``, ``gravity``, ``tau``, ``length``, ``rate``, ``tension``,
         ``load``, ``deflection``, ``reaction``, ``drive_effort``, ``section_load`` or ``energy``.
     name : str
@@ -90,10 +90,13 @@ class Operation(Node):
         ``add sub mul div pow neg``, ``lt le`` (1.0 or 0.0), ``select`` (condition, then, otherwise), or a function:
         ``sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs sign min max``.
     arguments : tuple of Formula
+    label : str
+        Name of the definition whose expression it is; empty for others. Equal operations may differ in it.
     """
 
     name: str
     arguments: tuple[Formula, ...]
+    label: str = field(default="", compare=False, kw_only=True)
 
 
 @dataclass(frozen=True)

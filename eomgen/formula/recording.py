@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from eomgen.base.products import named
@@ -48,6 +49,12 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         except (ValueError, ArithmeticError):
             fault = f"the curve {formula.curve.name} has no value at {algebra.tape.value(argument.ref):.6g}"
             raise ModelError(Problem("", fault, "an argument within its points")) from None
+    if formula.label:
+        with algebra.tape.block(f"definition {formula.label}"):
+            value = record(algebra, replace(formula, label=""), resolve)
+        # Local values of the C have an underscore in their names.
+        algebra.tape.name(value.ref, formula.label if "_" in formula.label else f"{formula.label}_value")
+        return value
     if formula.name == "select":
         condition, *branches = formula.arguments
         taken = algebra.tape.value(record(algebra, condition, resolve).ref)

@@ -60,6 +60,14 @@ class SectionMethods:
         unit: str | None = ...,
         description: str | None = ...,
     ) -> Self: ...
+    def definition(
+        self,
+        name: str,
+        formula: Value,
+        *,
+        unit: str | None = ...,
+        description: str | None = ...,
+    ) -> Self: ...
     def input(
         self,
         name: str,

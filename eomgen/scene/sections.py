@@ -13,7 +13,7 @@ from eomgen.scene.events.sections import EVENTS, MODES
 from eomgen.scene.forces.register import ELEMENTS
 from eomgen.scene.reading.requirements import BOUNDS, Row, bounds
 from eomgen.scene.section import Section
-from eomgen.scene.signals.sections import CURVES, INPUTS, OUTPUTS, PARAMETERS, STATES
+from eomgen.scene.signals.sections import CURVES, DEFINITIONS, INPUTS, OUTPUTS, PARAMETERS, STATES
 from eomgen.scene.tree.sections import BASE, BEAMS, BODIES, CONSTRAINTS, FRAMES, JOINTS, POINTS, REACTIONS
 
 #: The group of entry points under which a distribution gives its sections: objects of the class ``Section``, each under
@@ -22,6 +22,7 @@ GROUP = "eomgen.sections"
 _CORE: tuple[Section, ...] = (
     PARAMETERS,
     CURVES,
+    DEFINITIONS,
     INPUTS,
     STATES,
     CONTROLLERS,

@@ -109,6 +109,17 @@ class State:
 
 
 @dataclass(frozen=True)
+class Definition:
+    """A named expression: as its file has it, and with its definitions written out."""
+
+    name: str
+    text: str
+    formula: Formula
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
 class Output:
     """A named output: ``values`` are formulas of everything (positions, accelerations and energies included).
 

@@ -135,8 +135,8 @@ def _check_simulation(document: Document, reading: Reading) -> None:
 
 
 def unused_names(document: Document, reading: Reading) -> list[str]:
-    """Return a note on the parameters, one on the inputs, one on the curves, one on the entries of each other section
-    for formulas alone, and one on each mode and controller, that no formula mentions."""
+    """Return a note on each kind of names that no formula mentions: parameters, inputs, curves, definitions, entries
+    of other sections for formulas alone; and one on each such mode and controller."""
     notes = []
     values = reading.values
     mentioned = values.mentioned
@@ -151,7 +151,7 @@ def unused_names(document: Document, reading: Reading) -> list[str]:
                 if (kind, name) not in mentioned and name not in by_parameters
             ],
         )
-        for kind in ("parameter", "input", "curve")
+        for kind in ("parameter", "input", "curve", "definition")
     ]
     for singular, plural, unused in (*every, *(row.unused(reading) for row in reading.rows)):
         if unused:

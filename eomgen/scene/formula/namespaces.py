@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.scene.formula.definitions import check_extent, expanded, mentioned
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import DRIVEN, PARAMETERS, REACTING, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
@@ -65,6 +66,10 @@ def read_included(text: str, names: Names, scope: Scope) -> Formula:
         In the words of the file.
     """
     formula = _read(text, spaces_of(text), names, scope)
+    if names.definitions and (used := mentioned(formula)):
+        parts = {one: expanded(one, names, scope, lambda text: read_included(text, names, scope)) for one in used}
+        check_extent(formula, parts)
+        formula = mapped(formula, lambda symbol: parts[symbol][0] if symbol in parts else symbol)
     if not names.modes and not names.motions and not any(laws.formulas for laws in names.laws.values()):
         return formula
     return mapped(formula, lambda symbol: _by_parameters(symbol, names, scope))

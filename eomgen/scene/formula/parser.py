@@ -312,6 +312,8 @@ class _Reader:
             if name in names:
                 self.allow(node, kind, f"the {kind} {shown(name)}")
                 return Symbol(kind, name), None
+        if name in self.names.definitions:
+            return Symbol("definition", name), None  # which kinds it may mention here is asked when it is written out
         if name in FUNCTIONS:
             raise self.error(node, f"the function {name} needs arguments", f"{name}(x)")
         if name in self.names.curves:
@@ -326,6 +328,7 @@ class _Reader:
             *(laws.formulas for laws in self.names.laws.values()),
             self.names.states,
             self.names.controllers,
+            self.names.definitions,
         )
         known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
         hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)

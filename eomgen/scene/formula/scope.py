@@ -111,6 +111,9 @@ ALONG_A_BEAM: Mapping[Scope, Scope] = {
     for scope in (PARAMETERS, FIXED_PARAMETERS, LOCAL_LOAD)
 }
 EVERYTHING = Scope("any quantity", LOAD.kinds | {"a", "acceleration", "power", "reaction", "drive_effort"})
+#: Of named expressions by themselves, which stand in any formula.
+ANYWHERE = Scope(EVERYTHING.description, EVERYTHING.kinds | {"local"})
+ANYWHERE_ALONG_A_BEAM = Scope(EVERYTHING.description, ANYWHERE.kinds | {"place"})
 
 
 @dataclass(frozen=True)
@@ -149,6 +152,7 @@ class Names:
     laws : by section of a product, formulas of time that its entries are.
     entries : by section, the objects of its entries by name, of which words of the register are quantities.
     offered : mapping from kind of quantity to the elements that offer it.
+    definitions : mapping from name to the ``NamedExpression``.
     """
 
     parameters: Mapping[str, bool] = field(default_factory=dict)
@@ -169,6 +173,7 @@ class Names:
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)
     curve_arguments: Mapping[str, str] = field(default_factory=dict)
     entries: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    definitions: Mapping[str, Any] = field(default_factory=dict)
     offered: Mapping[str, Offered] = field(default_factory=dict)
 
     def fault_of_reaction(self, name: str) -> tuple[str, str] | None:

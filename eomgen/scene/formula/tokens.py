@@ -46,9 +46,10 @@ _ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"
 
 
 class FormulaError(DescriptionError):
-    """A formula that cannot be read: ``what``, ``column`` (from 1) and ``hint`` give fault, place and remedy."""
+    """A formula that cannot be read: ``fault``, ``column`` (from 1) and ``hint``; ``what`` is fault with column."""
 
     def __init__(self, fault: str, column: int, hint: str = "") -> None:
+        self.fault = fault
         self.what = f"{fault} (column {column})"
         self.column = column
         self.hint = hint
@@ -75,7 +76,7 @@ class FormulaText:
         self.columns: list[int] = []
         if len(text) > TEXT_LENGTH:
             fault = f"the formula has {len(text)} characters, more than {TEXT_LENGTH}"
-            raise FormulaError(fault, TEXT_LENGTH + 1, "parameters or inputs for its parts")
+            raise FormulaError(fault, TEXT_LENGTH + 1, "[definitions] for its parts")
         if not text.strip():
             raise FormulaError("the formula is empty", 1, "a number")
         self.aliased = self.alias()

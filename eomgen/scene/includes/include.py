@@ -66,8 +66,8 @@ class Renamer:
         return result
 
     def entry(self, model: type[Table], entry: Any) -> Any:
-        if isinstance(entry, str) and "point" in model.model_fields:
-            entry = {"point": entry}  # the short form of a frame
+        if isinstance(entry, str) and model.short:
+            entry = {model.short: entry}
         if not isinstance(entry, Mapping):
             return entry
         known = fields_of(model)

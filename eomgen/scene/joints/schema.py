@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
@@ -25,6 +25,8 @@ from eomgen.scene.reading.rotation_schema import Rotations
 
 class Frame(Table):
     """A frame that a constraint or a bushing holds: a point's name, or a table."""
+
+    short: ClassVar[str] = "point"
 
     body: str | None = optional("body of the frame", refers="bodies", kind="body or `base`")
     point: str | None = optional("the same, by a point's name", refers="points")

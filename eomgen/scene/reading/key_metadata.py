@@ -27,8 +27,9 @@ Column = Literal["", "argument", "value"]
 
 
 class Table(BaseModel):
-    """A table with known keys only."""
+    """A table with known keys only; a text in its place is the value of the key ``short``, if it has one."""
 
+    short: ClassVar[str] = ""
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     @classmethod

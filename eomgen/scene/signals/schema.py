@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -130,6 +130,25 @@ class Road(Shape):
     @classmethod
     def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
         return "m", "m"
+
+
+class Definition(Table):
+    """A named expression, which formulas use by its name as if its text stood there."""
+
+    short: ClassVar[str] = "formula"
+
+    formula: Value = key(
+        "of all that may stand in the formulas that mention it, other definitions among them",
+        unit=ANY_UNIT,
+        names=EVERYTHING,
+    )
+    unit: Unit = key("of its value; another one than its formula is known to have is refused", "")
+    description: Description = key("for tables", "")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_formula(cls, data: object) -> object:
+        return {"formula": data} if isinstance(data, str) else data
 
 
 class Input(Shape):

@@ -16,17 +16,25 @@ from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.units.parser import Factors, UnitError, read_unit
 from eomgen.formula.units.table import names
-from eomgen.scene.formula.scope import ENERGIES, EVERYTHING, REACTION_PARTS, STATE, TIME
+from eomgen.scene.formula.definitions import NamedExpression
+from eomgen.scene.formula.scope import (
+    ANYWHERE,
+    ANYWHERE_ALONG_A_BEAM,
+    ENERGIES,
+    EVERYTHING,
+    PLACE,
+    REACTION_PARTS,
+    STATE,
+    TIME,
+)
 from eomgen.scene.reading import report
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.values import Values, unit_of_symbol
+from eomgen.scene.reading.values import UNKNOWN, Values, unit_of, unit_of_symbol
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.scene.signals import schema
-from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.sampling import read_sampled_state
-from eomgen.scene.signals.schema import State as WrittenState
-from eomgen.system.signals import Input, Motion, Output, Parameter, State, motion_parameters
+from eomgen.system.signals import Definition, Input, Motion, Output, Parameter, State, motion_parameters
 
 
 def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> str:
@@ -60,7 +68,7 @@ def _factors(label: str) -> Factors:
         return ()
 
 
-def read_motion(name: str, entry: written.Input, report: Report) -> Motion:
+def read_motion(name: str, entry: schema.Input, report: Report) -> Motion:
     """Return an input with a motion that others follow; keys of its value over time are reported."""
     key = key_of("inputs", name)
     for word in ("formula", "table", "points", "wave", "road", "interpolation", "outside"):
@@ -80,7 +88,7 @@ def piece_of(motion: Motion) -> Formula:
     return result
 
 
-def read_input(name: str, entry: written.Input, curves: Curves, values: Values) -> tuple[Input, dict[str, AnyCurve]]:
+def read_input(name: str, entry: schema.Input, curves: Curves, values: Values) -> tuple[Input, dict[str, AnyCurve]]:
     """Return an input, and the curves that it is made of."""
     key = key_of("inputs", name)
     if entry.initial is not None:
@@ -101,7 +109,7 @@ def read_input(name: str, entry: written.Input, curves: Curves, values: Values) 
     return Input(name, formula, entry.unit, entry.description, harmonics, under_wheel), table
 
 
-def read_state(name: str, entry: WrittenState, values: Values) -> list[State]:
+def read_state(name: str, entry: schema.State, values: Values) -> list[State]:
     """Return an internal state; for a delayed sampled state also the states that hold its values."""
     key = key_of("states", name)
     if entry.rate is None or entry.sample is not None:
@@ -134,10 +142,10 @@ _UNITS = {
 
 
 #: From the key, the kind and the entry of an output of sections to its components.
-Sections = Callable[[str, str, written.Output], tuple[Formula, ...]]
+Sections = Callable[[str, str, schema.Output], tuple[Formula, ...]]
 
 
-def read_output(name: str, output: written.Output, sections: Sections, values: Values) -> Output:
+def read_output(name: str, output: schema.Output, sections: Sections, values: Values) -> Output:
     """Return an output; without a given unit, in its kind's unit."""
     key = key_of("outputs", name)
     kinds = (*_UNITS, "formula", "energy")
@@ -203,6 +211,52 @@ class _Curves(Section):
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         return {"curves": tuple(reading.tables["curves"].values())}
+
+
+def _unit_fault(label: str, known: str) -> tuple[str, str] | None:
+    """Return the fault of a label that is a unit of another kind than ``known``, and a hint; None for others."""
+    try:
+        factors = read_unit(label)
+    except UnitError:
+        return None
+    if factors == read_unit(known):
+        return None
+    from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+
+    fault = unit_fault(label, factors, known)
+    return fault and (fault[0], f'"{known}", the unit of its formula in SI')
+
+
+class _Definitions(Section):
+    """Named expressions: formulas that mention them read them in their own scopes; here each is read by itself."""
+
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        entries: Mapping[str, schema.Definition] = reading.document.section("definitions")
+        return {
+            "definitions": {
+                name: NamedExpression(name, entry.formula if isinstance(entry.formula, str) else repr(entry.formula))
+                for name, entry in entries.items()
+            }
+        }
+
+    def read_entry(self, name: str, entry: schema.Definition, reading: Reading) -> Definition | None:
+        values, where, this = reading.values, key_of("definitions", name), ("definition", name)
+        before = this in values.mentioned
+        scope = ANYWHERE if PLACE in reading.names.parameters else ANYWHERE_ALONG_A_BEAM
+        formula = values.formula(f"{where}.formula", reading.names.definitions[name].text, scope)
+        if not before:
+            values.mentioned.discard(this)  # its own expression is no use of it
+        if formula is UNKNOWN:
+            values.refused = {*values.refused, name}
+            return None
+        known = unit_of(formula, reading.names.joints)
+        if entry.unit and known and (fault := _unit_fault(entry.unit, known)):
+            reading.report.add(f"{where}.unit", *fault)
+        return Definition(name, reading.names.definitions[name].text, formula, entry.unit or known, entry.description)
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        made = tuple(item for item in reading.items["definitions"].values() if item is not None)
+        return {"parts": {"definitions": made}} if made else {}
 
 
 class _Inputs(Section):
@@ -292,6 +346,15 @@ CURVES = _Curves(
     documentation="""
     Add a function of one number: table, points, wave, bump or road as in a scene file, interpolation and
     outside.""",
+)
+DEFINITIONS = _Definitions(
+    key="definitions",
+    entry=schema.Definition,
+    bare="a definition",
+    after=("curves",),
+    positional=("formula",),
+    documentation="""
+    Add a named expression: formulas mention it by its name, and it is computed once.""",
 )
 INPUTS = _Inputs(
     key="inputs",

@@ -1,0 +1,246 @@
+"""Named expressions: equal to their text in its place, recorded once, in scopes of their users, in included files."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.errors import DescriptionError
+from eomgen.mechanics.derive import derive
+from eomgen.scene.formula.definitions import MOST_LEVELS, MOST_OPERATIONS
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+HEAD = """
+format = 1
+name = "cart"
+gravity = [0, 0, -9.81]
+[parameters]
+k = { value = 100.0, tunable = true, unit = "N/m" }
+[bodies.cart]
+mass = 2.0
+[joints.rail]
+type = "prismatic"
+parent = "base"
+child = "cart"
+axis = [1, 0, 0]
+initial = { position = 0.3, velocity = -0.2 }
+[points.hook]
+body = "cart"
+position = [0.1, 0, 0]
+[inputs]
+push = { formula = "sin(3 * t)" }
+"""
+DEFINED = (
+    HEAD
+    + """
+[definitions]
+force = "-k * stretch - drag + push"
+stretch = { formula = "position.hook[0] - 0.2", unit = "m", description = "beyond the free length" }
+drag = "3 * v.rail * abs(v.rail)"
+[states.dose]
+rate = "drag * v.rail"
+[efforts.spring]
+joint = "rail"
+effort = "force"
+[outputs]
+power = { formula = "force * v.rail" }
+[events.slack]
+when = "stretch - 0.15"
+action = "reset"
+[events.slack.reset]
+dose = "dose + drag"
+"""
+)
+WRITTEN = (
+    HEAD
+    + """
+[states.dose]
+rate = "3 * v.rail * abs(v.rail) * v.rail"
+[efforts.spring]
+joint = "rail"
+effort = "-k * (position.hook[0] - 0.2) - 3 * v.rail * abs(v.rail) + push"
+[outputs]
+power = { formula = "(-k * (position.hook[0] - 0.2) - 3 * v.rail * abs(v.rail) + push) * v.rail" }
+[events.slack]
+when = "position.hook[0] - 0.2 - 0.15"
+action = "reset"
+[events.slack.reset]
+dose = "dose + 3 * v.rail * abs(v.rail)"
+"""
+)
+
+
+def written(folder: Path, text: str, name: str = "scene.toml") -> Path:
+    file = folder / name
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def problems(folder: Path, definitions: str, rest: str = "") -> list[str]:
+    with pytest.raises(DescriptionError) as caught:
+        eomgen.load(written(folder, f"{HEAD}[definitions]\n{definitions}\n{rest}"))
+    return [f"{problem.where.partition('(')[2]} {problem.what}; {problem.hint}" for problem in caught.value.problems]
+
+
+def test_a_definition_is_its_text_in_its_place(tmp_path: Path) -> None:
+    runs = []
+    for name, text in (("defined", DEFINED), ("written", WRITTEN)):
+        model = eomgen.build(written(tmp_path, text, f"{name}.toml"), method="rk4")
+        runs.append(model.simulate(0.5, 1e-3, parameters={"k": 80.0}))
+    defined, whole = runs
+    for one, other in ((defined.q, whole.q), (defined.z, whole.z), (defined.outputs["power"], whole.outputs["power"])):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_definition_is_computed_once_under_its_name(tmp_path: Path) -> None:
+    defined, whole = (derive(eomgen.load(written(tmp_path, text))) for text in (DEFINED, WRITTEN))
+    assert {name: count.flops for name, count in defined.counts.items()} == {
+        name: count.flops for name, count in whole.counts.items()
+    }
+    eomgen.generate(tmp_path / "scene.toml", tmp_path / "whole")
+    eomgen.generate(written(tmp_path, DEFINED), tmp_path / "defined")
+    text = (tmp_path / "defined" / "cart.c").read_text(encoding="utf-8")
+    outputs = text[text.index("void cart_outputs(") :].split("\n}\n")[0]
+    assert re.search(r"/\* Definition force \*/\n    const real drag_value = ", outputs)
+    assert outputs.count("EG_ABS") == 1  # the force and the power take the same drag
+
+
+def test_local_quantities_are_those_of_the_load_that_mentions_the_definition(tmp_path: Path) -> None:
+    loads = """
+[forces.left]
+body = "cart"
+point = [0, 0.5, 0]
+force = ["{law}", 0, 0]
+[forces.right]
+body = "cart"
+point = [0, -0.5, 0]
+force = ["2 * ({law})", 0, 0]
+"""
+    drag = "-4 * velocity.here[0] * (1 + position.here[1])"
+    texts = (
+        f'{HEAD}[definitions]\ndrag = "{drag}"\n{loads.format(law="drag")}',
+        f"{HEAD}{loads.format(law=drag)}",
+    )
+    ends = [eomgen.build(written(tmp_path, text), method="rk4").simulate(0.2, 1e-3).q[-1] for text in texts]
+    np.testing.assert_array_equal(*ends)
+
+
+def test_values_along_a_beam_take_definitions_of_their_place(tmp_path: Path) -> None:
+    beam = """
+format = 1
+name = "blade"
+gravity = [0, 0, -9.81]
+{definitions}
+[beams.blade]
+length = 1.0
+model = "cosserat"
+elements = 3
+[beams.blade.section]
+shape = "rectangle"
+width = "{width}"
+height = 0.02
+density = 2700
+elastic_modulus = 70e9
+poisson_ratio = 0.3
+[joints.root]
+type = "fixed"
+parent = "base"
+child = "blade"
+"""
+    whole = beam.format(definitions="", width="0.05 * (1 - 0.5 * s)")
+    parts = beam.format(definitions='[definitions]\ntaper = "1 - 0.5 * s"\nwidth = "0.05 * taper"', width="width")
+    ends = [eomgen.build(written(tmp_path, text)).equilibrium().q for text in (whole, parts)]
+    np.testing.assert_array_equal(*ends)
+
+
+def test_definitions_of_included_files_have_names_of_their_own(tmp_path: Path) -> None:
+    written(tmp_path, DEFINED.replace('name = "cart"', 'name = "part"'), "part.toml")
+    whole = """
+format = 1
+name = "two"
+[definitions]
+force = "17 * q.a_rail"
+[include.a]
+file = "part.toml"
+[include.b]
+file = "part.toml"
+parameters = { k = 50 }
+[outputs]
+own = { formula = "force" }
+first = { formula = "a_force" }
+"""
+    model = eomgen.build(written(tmp_path, whole, "two.toml"), method="rk4")
+    run = model.simulate(0.1, 1e-3)
+    np.testing.assert_allclose(run.outputs["own"], 17 * run.q[:, 0], rtol=1e-14)
+    a, v = run.q[:, 0], run.v[:, 0]
+    expected = -100 * (a + 0.1 - 0.2) - 3 * v * np.abs(v) + np.sin(3 * run.t)
+    np.testing.assert_allclose(run.outputs["first"], expected, rtol=1e-12)
+
+
+def test_definitions_that_double_one_another_stay_within_a_limit(tmp_path: Path) -> None:
+    chain = "\n".join(f'x{k} = "x{k - 1} * x{k - 1}"' for k in range(1, 40))
+    [fault] = problems(tmp_path, f'x0 = "q.rail"\n{chain}')[:1]
+    assert fault == (
+        "definitions.x15.formula) the formula has 32767 operations in 16 levels with its definitions written out, of at"
+        f" most {MOST_OPERATIONS} and {MOST_LEVELS} (column 1); an internal state, an input or an output in place of a"
+        " definition"
+    )
+    chain = "\n".join(f'y{k} = "1 + y{k - 1}"' for k in range(1, 160))
+    [fault] = problems(tmp_path, f'y0 = "q.rail"\n{chain}')[:1]
+    assert "the formula has 150 operations in 151 levels" in fault
+
+
+@pytest.mark.parametrize(
+    ("definitions", "rest", "expected"),
+    [
+        (
+            'a = "b + 1"\nb = "2 * a"',
+            "",
+            "definitions.a.formula) the definition b mentions itself (column 1); an expression of other names",
+        ),
+        (
+            'a = "sin(q.rai)"\nb = "2 * a"',
+            '[outputs]\ny = { formula = "a + b" }',
+            "definitions.a.formula) q.rai: there is no joint 'rai' (column 5); rail",
+        ),
+        (
+            'speed = { formula = "v.rail", unit = "N" }',
+            "",
+            "definitions.speed.unit) the unit 'N' is of a force, a speed in m/s is expected; \"m/s\", the unit of its"
+            " formula in SI",
+        ),
+        (
+            'load = "2 * v.rail"',
+            '[bodies.other]\nmass = "load"\n[joints.j]\ntype = "fixed"\nparent = "base"\nchild = "other"',
+            "bodies.other.mass) in the definition load, v.rail cannot be used here (column 5); parameters only",
+        ),
+        ('k = "2"', "", "definitions.k) the name k is both a parameter and a definition; another name for one of them"),
+        ('a = { unit = "m" }', "", "definitions.a.formula) the key formula is missing; formula = ..."),
+    ],
+)
+def test_mistakes_are_named_at_their_place(definitions: str, rest: str, expected: str, tmp_path: Path) -> None:
+    found = problems(tmp_path, definitions, rest)
+    assert found == [expected]
+
+
+def test_info_lists_definitions_and_notes_unused_ones(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = written(tmp_path, DEFINED + '[definitions.spare]\nformula = "2 * stretch"\n')
+    assert main(["info", str(file)]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"stretch +position\.hook\[0\] - 0\.2 +m +beyond the free length", printed)
+    assert "the definition spare changes nothing: no formula mentions it" in printed
+    assert printed.count("changes nothing") == 1
+
+
+def test_the_builder_takes_definitions(tmp_path: Path) -> None:
+    builder = eomgen.SceneBuilder("cart").definition("force", "-5 * q.rail", unit="N")
+    builder.body("cart", 2.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"position": 0.1})
+    run = eomgen.build(builder.effort("spring", "rail", "force").build(), method="rk4").simulate(1.0, 1e-3)
+    np.testing.assert_allclose(run.q[:, 0], 0.1 * np.cos(np.sqrt(2.5) * run.t), atol=1e-10)
