@@ -18,15 +18,18 @@ from eomgen.results.scenery import scenery
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import schema, tables
 from eomgen.scene.forces.element_section import ElementSection
-from eomgen.scene.forces.register import ELEMENTS, STRUCTURE
+from eomgen.scene.forces.register import STRUCTURE
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
+from eomgen.scene.sections import OWN
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import derivative, random_states
 from tests.scene.every_value import LEVEL, SCENE, TILTED
 
 pytestmark = pytest.mark.slow
 
+#: Of the core and of products, in the order of the sections.
+ELEMENTS = [row for row in OWN if isinstance(row, ElementSection)]
 EVERY = pytest.mark.parametrize("row", ELEMENTS, ids=lambda row: row.key)
 ENTRIES: dict[str, Any] = {"efforts": {"motor": {"joint": "hinge", "effort": "2 - 0.3 * v.hinge"}}, **SCENE}
 #: Parts of the scene of every value: an arm on a hinge, a nut on a screw, a free disc, a puck on a table;
