@@ -15,7 +15,7 @@ from eomgen.analysis.sparse_partials import SparsePartials, dense, soft_modes, s
 from eomgen.analysis.state_warnings import SAME, Measures, equilibrium_notes
 from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import number_of
-from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.initial_state import angles_of_several_turns, initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem
 from eomgen.formula.rough_operations import rough_operations
@@ -177,7 +177,7 @@ def equilibrium(
     if np.any(driven):
         check_lasting(model, measures, u, chosen.point.q, driven, chosen.point.z)
     deviations = model.check_left_out(chosen.point.q, driven, time, p)
-    notes = [*deviations, *_elsewhere(model, statics, chosen, damped)]
+    notes = [*angles_of_several_turns(model, initial), *deviations, *_elsewhere(model, statics, chosen, damped)]
     if not any_kind and chosen is damped and chosen is not stepped and left_at_start(statics, start.z, damped):
         notes.append(_left(model, statics, damped))
     notes += equilibrium_notes(measures, chosen.path, u)
@@ -368,7 +368,9 @@ def _result(
     elif stable is None:
         message += f"; whether it is stable was not examined, for stiffness alone does not decide it: {why}"
     if undetermined:
-        message += f"; nothing determines {_few(undetermined)}"
+        motions = int(np.sum(soft))
+        joint = "" if motions == len(undetermined) else f"{motions} motion{'s' * (motions > 1)} along "
+        message += f"; nothing determines {joint}{_few(undetermined)}"
     message = "; ".join((message, *notes))
     return Equilibrium(
         point.q,

@@ -59,7 +59,8 @@ def initial_state(
     given = {} if initial is None else initial
     check_initial(given)
     units = {"q": model.q_units, "v": model.v_units, "z": model.z_units}
-    blocks = {name: value for name, value in given.items() if name in _BLOCKS}
+    joint_z = not model.nz and any(factor.name == "z" for factor in model.factors)
+    blocks = {name: value for name, value in given.items() if name in _BLOCKS and not (name == "z" and joint_z)}
     for name, value in blocks.items():
         if name == "z" and isinstance(value, Mapping):
             state.z[:] = by_name(
@@ -95,14 +96,15 @@ def check_initial(given: object) -> None:
 
 
 def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | None) -> list[str]:
-    """Return a note on each joint that a caller starts at more than a turn, as a plain number: rad, and no degrees.
+    """Return a note on each joint that a caller starts at more than a turn, as a plain number: rad, not degrees.
 
-    Arrays for all of q have no notes, nor have numbers of more than one decimal: these come from programs and other
-    runs.
+    Numbers of more than one decimal have no notes, nor have arrays for all of q with such a number: these come from
+    programs and other runs.
     """
-    notes = []
+    given, notes = initial or {}, []
+    whole = _written_by_hand(given.get("q"), model.nq)
     for factor in model.factors:
-        value = (initial or {}).get(factor.name)
+        value = given.get(factor.name, None if whole is None else whole[factor.q_start])
         angle = value.get("position") if isinstance(value, Mapping) else value
         turns = factor.q_size == 1 and model.q_units[factor.q_start] == "rad"
         if not (turns and isinstance(angle, int | float) and float(10.0 * angle).is_integer()):
@@ -110,6 +112,15 @@ def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | N
         if note := several_turns(f"the joint {factor.name} starts at", angle):
             notes.append(note)
     return notes
+
+
+def _written_by_hand(q: object, size: int) -> list[float] | None:
+    """Return all of q, (nq,), if it is of plain numbers of one decimal at most; None for other values."""
+    values = q.tolist() if isinstance(q, np.ndarray) else q
+    if not isinstance(values, list | tuple) or len(values) != size:
+        return None
+    plain = [float(value) for value in values if isinstance(value, int | float)]
+    return plain if len(plain) == size and all((10.0 * value).is_integer() for value in plain) else None
 
 
 def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState) -> None:

@@ -38,6 +38,8 @@ def _text(formula: Formula, sizes: Callable[[Symbol], int]) -> tuple[str, int]:
 def _name(symbol: Symbol, sizes: Callable[[Symbol], int]) -> str:
     if symbol.kind == "time":
         return "t"
+    if symbol.kind == "local":  # of the place at which a load acts, with three components
+        return f"{symbol.name}.here[{symbol.index}]"
     name = symbol.name if symbol.kind in _PLAIN else f"{symbol.kind}.{symbol.name}"
     return f"{name}[{symbol.index}]" if sizes(symbol) > 1 or symbol.index else name
 

@@ -46,7 +46,7 @@ class Largest:
     def __str__(self) -> str:
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
         percent = 100.0 * self.share
-        share = f"{percent:.2g}" if percent < 100.0 else f"{percent:.0f}"
+        share = f"{percent:.0f}" if 100.0 <= percent < 1e6 else f"{percent:.2g}"
         return f"{self.error:.2g}{unit} of {self.name} at t = {self.time:.6g} s, {share} % of {self.measure}"
 
 

@@ -285,14 +285,14 @@ class Wheel:
     axis: tuple[float, float, float] | None = None
 
     def deep(self, height: float, radius: float, road: float, stiffness: float) -> str:
-        """Return a note on a tyre with a road beyond half of its radius; empty for others.
+        """Return a note on a tyre with a road beyond a quarter of its radius; empty for others.
 
         Parameters
         ----------
         height, road : of the centre and of the road under it, m
         """
         depth = road + radius - height
-        if not depth > 0.5 * radius > 0.0:
+        if not depth > 0.25 * radius > 0.0:
             return ""
         start = f"the tyre {self.name} starts {depth:.4g} m deep in its road, with a radius of {radius:.4g} m"
         force = f"{stiffness * depth / 1e3:.3g} kN push it out"

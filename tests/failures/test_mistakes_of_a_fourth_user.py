@@ -14,6 +14,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from eomgen.results.error_estimate import Largest
 from eomgen.scene.load import load_toml
 
 SLIDER = """\
@@ -203,7 +204,7 @@ def car() -> eomgen.Model:
     return eomgen.build(load_toml(CAR), profile="quick")
 
 
-@pytest.mark.parametrize("height", [0.1, 0.0, -2.0])
+@pytest.mark.parametrize("height", [0.2, 0.1, 0.0, -2.0])
 def test_a_tyre_that_a_call_starts_in_the_road_is_told_with_depth_and_force(car: eomgen.Model, height: float) -> None:
     found = car.simulate(0.01, 1e-3, initial={"h": height})
     depth = 0.3 - height
@@ -212,9 +213,100 @@ def test_a_tyre_that_a_call_starts_in_the_road_is_told_with_depth_and_force(car:
     assert "deep_start" in {finding.name for finding in found.findings}
 
 
-@pytest.mark.parametrize("height", [0.16, 0.3, 2.0])
+@pytest.mark.parametrize("height", [0.24, 0.3, 2.0])
 def test_a_tyre_on_its_road_is_left_alone(car: eomgen.Model, height: float) -> None:
     assert "deep in its road" not in car.simulate(0.01, 1e-3, initial={"h": height}).message
+
+
+def test_a_tyre_in_the_road_is_told_by_simulators(car: eomgen.Model) -> None:
+    note = "the tyre w starts 0.3 m deep in its road"
+    simulator = car.start({"h": 0.0})
+    assert any(note in text for text in simulator.notes)
+    simulator.set_state({"h": 0.3})
+    assert simulator.notes == ()
+    simulator.set_state({"h": 0.0})
+    assert any(note in text for text in simulator.notes)
+    assert car.start({"h": 0.0}, start="equilibrium").notes[0].startswith("initial position")
+
+
+@pytest.mark.parametrize(
+    ("initial", "turned"),
+    [
+        ({"q": [45]}, True),
+        ({"q": np.array([-90.0])}, True),
+        ({"shoulder": 90}, True),
+        ({"q": [6]}, False),
+        ({"q": [44.98213]}, False),
+        ({"q": np.radians([400.0])}, False),
+        ({"shoulder": "450 deg"}, False),
+    ],
+)
+def test_starts_of_many_turns_are_told_for_runs_and_equilibria(
+    arm: eomgen.Model, initial: dict[str, object], *, turned: bool
+) -> None:
+    note = "the joint shoulder starts at"
+    assert (note in arm.simulate(0.01, 1e-3, initial=initial).message) is turned
+    assert any(note in text for text in arm.start(initial).notes) is turned
+    assert any(note in text for text in arm.equilibrium(initial).notes) is turned
+
+
+@pytest.mark.parametrize(
+    ("text", "farthest"),
+    [
+        ("uniform(20, 40)", 39.0),
+        ("uniform(-180, 180)", -162.0),
+        ("values(10, 30)", 30.0),
+        ("uniform(20 deg, 40 deg)", None),
+        ("normal(0, 1)", None),
+        ("uniform(-3.2, 3.2)", None),
+    ],
+)
+def test_samples_that_start_at_many_turns_are_told(arm: eomgen.Model, text: str, farthest: float | None) -> None:
+    message = arm.simulate_many(0.01, 1e-3, vary={"q.shoulder": text}, samples=2, workers=1).message
+    told = f"vary q.shoulder = {text}: samples start at up to"
+    assert (told in message) is (farthest is not None)
+    if farthest is not None:
+        assert abs(float(message.partition(told)[2].split()[0])) == pytest.approx(abs(farthest))
+
+
+@pytest.mark.parametrize(("unit", "note"), [("N", "its unit N is a label, and its values are in m"), ("m", None)])
+def test_the_height_of_a_road_is_in_metres(unit: str, note: str | None) -> None:
+    bump = "bump = { position = 1, length = 1, height = 0.1 }"
+    road = f'motor = {{ unit = "{unit}", road = {{ speed = 10, {bump} }} }}'
+    text = SLIDER.replace('motor = { unit = "N" }', road).replace('effort = "motor"', 'effort = "2 * motor"')
+    notes = load_toml(text).notes
+    assert notes == (() if note is None else (f"inputs.motor: {note}",))
+
+
+def test_a_length_that_is_a_time_is_one_problem() -> None:
+    text = SLIDER.replace('motor = { unit = "N" }', 'motor = { road = { speed = 10, bump = { length = "1 s" } } }')
+    with pytest.raises(eomgen.DescriptionError) as error:
+        load_toml(text.replace('"1 s"', '"1 s", height = 0.1'))
+    (problem,) = error.value.problems
+    assert "'1 s' is a time, a length in m is expected" in problem.what
+
+
+def test_a_joint_of_the_name_of_a_block_without_numbers_is_a_joint() -> None:
+    model = eomgen.build(load_toml(CAR.replace("joints.h", "joints.z")), profile="quick")
+    for value in (0.5, "50 cm", {"position": 0.5}, [0.5]):
+        assert model.simulate(0.01, 1e-3, initial={"z": value}).q[0, 0] == 0.5
+        assert model.start({"z": value}).q[0] == 0.5
+
+
+def test_one_motion_of_several_coordinates_that_nothing_determines_is_told_as_one() -> None:
+    """A body hangs on a ball joint with its centre beside all of its axes: turns about the vertical have no force."""
+    text = ARM.replace('"revolute"', '"spherical"').replace("axis = [0, 1, 0]", "")
+    text = text.replace("center_of_mass = [0, 0, -0.25]", "center_of_mass = [0.1, 0.2, -0.25]")
+    rest = eomgen.build(load_toml(f"{text}\n[base]\n"), profile="quick").equilibrium()
+    assert len(rest.undetermined) == 3
+    assert f"nothing determines 1 motion along {', '.join(rest.undetermined)}" in rest.message
+
+
+@pytest.mark.parametrize("share", [1e-3, 0.5, 2.0, 35.0, 9.9e3, 1e5, 1.6e172, float("inf")])
+def test_percentages_of_errors_are_short(share: float) -> None:
+    told = str(Largest("q.x", 7.1, "m", 2.0, share)).partition("s, ")[2].partition(" %")[0]
+    assert len(told) <= 8
+    assert float(told) == pytest.approx(100.0 * share, rel=0.06)
 
 
 def test_a_tyre_on_a_raised_road_is_measured_from_there() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from eomgen.formula.nodes import Operation, Symbol
 from eomgen.formula.rough_operations import rough_operations
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, Names
@@ -38,3 +39,8 @@ def test_operations_with_a_derivative_or_of_parameters_alone_are_not_named(text:
 )
 def test_roots_logarithms_powers_and_angles_of_moving_quantities_are_named(text: str) -> None:
     assert _named(f"sin(1 + {text})") != ""
+
+
+def test_quantities_at_the_place_of_a_load_are_named_as_they_are_written() -> None:
+    arguments = (Symbol("local", "velocity", 1), Symbol("local", "velocity", 0))
+    assert rough_operations([Operation("atan2", arguments)]) == "atan2(velocity.here[1], velocity.here[0])"

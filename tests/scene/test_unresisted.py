@@ -171,3 +171,16 @@ def test_the_unit_of_length_makes_no_note(factor: float) -> None:
             except DescriptionError:
                 outcomes.append(-1)  # a joint that carries nothing is refused
         assert outcomes[0] == outcomes[1], seed
+
+
+@pytest.mark.parametrize("lengths", [(1e-3, 1.0, 1e3), (1e-4, 1.0, 1e4), (1e-6, 1.0, 1e6), (1.0, 1e-5, 1e3)])
+def test_short_links_that_carry_long_ones_resist(lengths: tuple[float, ...]) -> None:
+    bodies, joints, before = {}, {}, ("base", 0.0)
+    for k, length in enumerate(lengths):
+        inertia = length**2 / 12.0
+        bodies[f"b{k}"] = {"mass": 1.0, "center_of_mass": [0, 0, -length / 2], "inertia": [inertia] * 3}
+        place = {"parent": before[0], "child": f"b{k}", "position": [0, 0, -before[1]]}
+        joints[f"j{k}"] = {"type": "revolute", "axis": [0, -1, 0], **place}
+        before = f"b{k}", length
+    scene = from_data({"format": 1, "name": "chain", "bodies": bodies, "joints": joints})
+    assert unresisted(scene) == []

@@ -44,7 +44,14 @@ from eomgen.products.ensembles.journal import Journal
 from eomgen.products.ensembles.samples import Block, Samples
 from eomgen.products.ensembles.side_by_side import Alike
 from eomgen.products.ensembles.statistics import Reduction
-from eomgen.products.ensembles.variations import Variation, VariedOptions, read_table, read_varied, with_scenes_laws
+from eomgen.products.ensembles.variations import (
+    Variation,
+    VariedOptions,
+    read_table,
+    read_varied,
+    starts_of_several_turns,
+    with_scenes_laws,
+)
 from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution
 from eomgen.simulation.option_types import EnsembleOptions
@@ -209,7 +216,18 @@ def simulate_many(
         method=str(pilot.metadata["method"]),
         how=how,
         notes=tuple(
-            filter(None, (unbalanced(name, samples), *unresolved, _doubts(pilot), *of_samples, *journal.notes, *notes))
+            filter(
+                None,
+                (
+                    unbalanced(name, samples),
+                    *starts_of_several_turns(items, vary),
+                    *unresolved,
+                    _doubts(pilot),
+                    *of_samples,
+                    *journal.notes,
+                    *notes,
+                ),
+            )
         ),
         error=errors,
     )

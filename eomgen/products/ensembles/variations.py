@@ -21,6 +21,8 @@ from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import Problem, UsageError
+from eomgen.formula.units.angles import several_turns
+from eomgen.formula.units.parser import is_quantity
 from eomgen.products.ensembles.distributions import Distribution, Quantiles, read_distribution, read_number
 from eomgen.simulation.option_types import LawOverTime
 from eomgen.system.signals import Input
@@ -287,6 +289,25 @@ def read_varied(
             check_seeds(item.name, distributions[-1])
     check_tracks(model, {item.name: item.place for item in result if item.block == "seed"})
     return result, distributions
+
+
+def starts_of_several_turns(items: Sequence[Variation], vary: Mapping[str, str | Distribution] | None) -> list[str]:
+    """Return a note on each initial angle that a text of plain numbers puts at more than a turn.
+
+    Tails beyond the middle nine tenths of a distribution have no note.
+    """
+    notes = []
+    for item in items:
+        text = (vary or {}).get(item.name)
+        if item.block != "q" or item.unit != "rad" or not isinstance(text, str):
+            continue
+        arguments = text.partition("(")[2].rstrip(" )").split(",")
+        if any(is_quantity(word.strip()) for word in arguments):
+            continue
+        ends = read_distribution(f"vary {item.name}", text, item.unit).quantiles(np.array([0.05, 0.95]))
+        farthest = float(ends[np.argmax(np.abs(ends))])
+        notes.append(several_turns(f"vary {item.name} = {text}: samples start at up to", farthest))
+    return [note for note in notes if note]
 
 
 def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[list[Variation], Array]:

@@ -86,7 +86,7 @@ def _motions(
             resisted, directions = np.linalg.eigh((S.T @ inertia @ S + rotors) / np.outer(scale, scale))
             for motion in (directions[:, resisted <= _NOTHING] / scale[:, np.newaxis]).T:
                 moved = S @ motion
-                if moved @ own[body] @ moved <= _NOTHING * np.linalg.norm(own[body]) * (moved @ moved):
+                if moved @ own[body] @ moved <= _NOTHING * (np.abs(moved) @ np.abs(own[body]) @ np.abs(moved)):
                     notes.append(_note(joint, moved, _beyond(body, answers), inertias))
                     break
             kept = directions[:, resisted > _NOTHING] / scale[:, np.newaxis]

@@ -235,7 +235,7 @@ class Curves:
     def bump(self, key: str, name: str, bump: written.Bump) -> Bump:
         """Return a single bump."""
         position, length, height = self.values.constants(key, (bump.position, bump.length, bump.height))
-        if not length > 0.0:
+        if length <= 0.0:  # NaN is reported by its reader
             self.report.add(f"{key}.length", f"the length {length:.6g} is not positive", "a length such as 0.5")
         return Bump(name, position, length, height)
 

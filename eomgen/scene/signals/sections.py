@@ -48,7 +48,7 @@ def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> 
 
 
 def doubtful_label(label: str, unit: str) -> str:
-    """Return a note on the label of an output whose values are in another unit; empty for the same unit, and for a
+    """Return a note on the label of a signal whose values are in another unit; empty for the same unit, and for a
     label that is no unit."""
     factors = _factors(label)
     if not unit or not factors or factors == _factors(unit):
@@ -104,6 +104,8 @@ def read_input(name: str, entry: schema.Input, curves: Curves, values: Values) -
         parts += [] if isinstance(road, tuple) else [road]
         harmonics = road if isinstance(road, tuple) else ()
         under_wheel = curves.under_wheel(f"{key}.road", entry.road) if harmonics else None
+        if entry.unit and (note := doubtful_label(entry.unit, "m")):
+            values.note([f"{key}: {note}"])
     table = {at.curve.name: at.curve for part in parts for at in applications(part)}
     formula = functools.reduce(operator.add, parts) if parts else None
     return Input(name, formula, entry.unit, entry.description, harmonics, under_wheel), table

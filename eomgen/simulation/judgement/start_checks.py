@@ -37,7 +37,7 @@ _UPRIGHT = 1e-9
 
 
 def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: InputSignals | None) -> list[str]:
-    """Return one sentence for each tyre that starts with more than half of its radius in the road.
+    """Return one sentence for each tyre that starts with more than a quarter of its radius in the road.
 
     Models without ``poses`` have none, nor have roads by curves and waves at places that only a step knows.
 
@@ -46,9 +46,9 @@ def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: Inpu
     t, q, p : s, (nq,), (np,)
     signals : inputs of the run; None if it takes none
     """
-    if "poses" not in model.functions:
-        return []
     drawing = model.description.drawing
+    if "poses" not in model.functions or not drawing.wheels:
+        return []
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     inputs = {} if signals is None else dict(zip(model.inputs, signals.rows(np.array([t]))[0].tolist(), strict=False))
     poses = _poses(model, t, q, p)
