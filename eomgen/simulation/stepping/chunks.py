@@ -85,10 +85,12 @@ def run_chunks(
     recorder, pace = _Recorder(stepper, grid, record_every, inputs), _Pace(stepper)
     status, failure, last_row = 0, None, None
     modes = stepper.modes
-    at_once = writer is None and pace.chunk >= grid.whole - stepper.count  # too short for a Ctrl-C to be kept from it
+    at_once = writer is None and pace.chunk >= grid.whole - recorder.done  # too short for a Ctrl-C to be kept from it
     with Interrupts(heeded=not at_once) as interrupted:
-        while (done := stepper.count) < grid.whole and status == 0 and not interrupted.heard:
-            window, size = recorder.part(min(pace.chunk, grid.whole - done))
+        while (done := recorder.done) < grid.whole and status == 0 and not interrupted.heard:
+            window, size = None, min(pace.chunk, grid.whole - done)
+            if record_every != 1:  # else every row of the windows is one of the run
+                window, size = recorder.part(size)
             if writer is not None and (room := writer.room(done)) is not None:
                 size = min(size, room)
             began = time.perf_counter()
@@ -103,13 +105,13 @@ def run_chunks(
             status = recorder.steps(size, window, table)
             elapsed = time.perf_counter() - began
             if writer is not None and status == 0:
-                writer.look(stepper, stepper.count)
+                writer.look(stepper, recorder.done)
             if progress is not None:
-                progress(stepper.count, grid.steps)
-            if status == 0 and stepper.count == done:
+                progress(recorder.done, grid.steps)
+            if status == 0 and recorder.done == done:
                 raise RuntimeError("the stepper made no step and gave no reason")
-            pace.measured(elapsed, size, stepper.count - done)
-        done = stepper.count
+            pace.measured(elapsed, size, recorder.done - done)
+        done = recorder.done
         stopped = interrupted.heard and done < grid.steps
         if writer is not None and status == 0:
             writer.look(stepper, done, final=True)
@@ -150,11 +152,11 @@ class _Pace:
 
 
 class _Recorder:
-    """Rows of a run: the recorded ones, and every row of its windows."""
+    """Rows of a run: the recorded ones, and every row of its windows; ``done`` are its steps so far."""
 
     def __init__(self, stepper: Stepper, grid: TimeGrid, every: int, inputs: Callable[[Array], Array] | None) -> None:
         self.stepper, self.every = stepper, every
-        self.begin = self.last = stepper.count
+        self.begin = self.last = self.done = stepper.count
         held = inputs if isinstance(inputs, HeldRows) and not self.begin else None
         first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
         self.pieces, self.logs = [first[np.newaxis]], list[Log]()
@@ -163,9 +165,7 @@ class _Recorder:
 
     def part(self, size: int) -> tuple[int | None, int]:
         """Return the window of the next steps and their number, at most ``size``, up to the window's next edge."""
-        if self.every == 1:  # every row of the windows is one of the run
-            return None, size
-        done = self.stepper.count
+        done = self.done
         window = next((number for number, (begin, end) in enumerate(self.windows) if begin <= done < end), None)
         edge = min(begin for begin, _ in self.windows if begin > done) if window is None else self.windows[window][1]
         return window, min(size, edge - done)
@@ -173,11 +173,12 @@ class _Recorder:
     def steps(self, size: int, window: int | None, table: Array | None) -> int:
         """Make steps, record their rows, and return the status."""
         stepper = self.stepper
-        before, every = stepper.count, self.every if window is None else 1
+        before, every = self.done, self.every if window is None else 1
         if window is not None and not self.kept[window]:
             self.kept[window].append(stepper.row[np.newaxis])
         record = np.empty((size // every + 1, stepper.sizes["row"]))
         status, count = stepper.run(size, every, table, record)
+        self.done = stepper.count
         if stepper.plan.entry is not None:
             self.logs.append(stepper.new_events)
         rows = record[:count]
@@ -186,7 +187,7 @@ class _Recorder:
             rows = rows[-(before + 1) % self.every :: self.every]
         if len(rows):
             self.pieces.append(rows.copy() if len(rows) < len(record) // 2 else rows)
-            self.last = stepper.count - stepper.count % self.every
+            self.last = self.done - self.done % self.every
         return status
 
     def finished(self, done: int) -> tuple[Array, Array | None, Array | None]:
