@@ -94,7 +94,7 @@ def _block_diagonal(factors: Sequence[Factor], x: Array, of_numbers: float, of_g
 
 def _elements(x: Array, size: int) -> Array:
     """Return the components of elements side by side as (..., elements, size)."""
-    return x.reshape(*x.shape[:-1], -1, size)
+    return x.reshape(*x.shape[:-1], x.shape[-1] // size, size)
 
 
 def _runs(factors: Sequence[Factor], *, together: bool = False) -> list[tuple[Group | None, slice, slice]]:
