@@ -17,7 +17,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity
 
 #: Kinds of symbols that do not change within a run.
-_HELD = ("parameter", "number", "place", "local")
+_HELD = ("parameter", "number", "place")
 #: Operations by which a formula changes about as fast as its arguments; products and whole powers up to this one, too.
 _PLAIN = ("add", "sub", "mul", "neg")
 _SMOOTH_POWER = 4.0

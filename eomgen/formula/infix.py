@@ -41,6 +41,8 @@ def _name(symbol: Symbol, sizes: Callable[[Symbol], int]) -> str:
     if symbol.kind == "local":  # of the place at which a load acts, with three components
         return f"{symbol.name}.here[{symbol.index}]"
     name = symbol.name if symbol.kind in _PLAIN else f"{symbol.kind}.{symbol.name}"
+    if symbol.kind == "local":
+        return f"{symbol.name}.here[{symbol.index}]"
     return f"{name}[{symbol.index}]" if sizes(symbol) > 1 or symbol.index else name
 
 

@@ -81,6 +81,25 @@ class Symbol(Node):
 
 
 @dataclass(frozen=True)
+class LoadSymbol(Symbol):
+    """A quantity of the place of a load, with that place.
+
+    Attributes
+    ----------
+    body : str
+        The loaded one.
+    point : tuple of Formula
+        In its frame, m, formulas of parameters.
+    own_axes : bool
+        Whether components are in the body's axes, not in the world's.
+    """
+
+    body: str = ""
+    point: tuple[Formula, ...] = ()
+    own_axes: bool = False
+
+
+@dataclass(frozen=True)
 class Operation(Node):
     """An operator or function applied to arguments.
 

@@ -44,6 +44,17 @@ def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) ->
     return replace(formula, arguments=arguments)
 
 
+def renamed(formula: Formula, symbol_for: Callable[[Symbol], Symbol]) -> Formula:
+    """Return a formula with other symbols in place of its own."""
+    if isinstance(formula, Symbol):
+        return symbol_for(formula)
+    if isinstance(formula, Application):
+        return replace(formula, argument=renamed(formula.argument, symbol_for))
+    if isinstance(formula, Operation):
+        return replace(formula, arguments=tuple(renamed(argument, symbol_for) for argument in formula.arguments))
+    return formula
+
+
 def _curve_at(formula: Application, argument: Formula) -> Formula:
     curve = formula.curve
     if not isinstance(argument, Number):

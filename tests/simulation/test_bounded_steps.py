@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -181,3 +182,29 @@ def test_the_command_prints_and_writes_the_bound(tmp_path: Path, capsys: pytest.
     assert found["value"] < 0.01 and told["stats"]["largest_step"] <= found["value"] * (1.0 + 1e-9)
     rows = np.genfromtxt(next(tmp_path.glob("**/*.csv")), delimiter=",", names=True)
     assert rows["vx"][-1] == pytest.approx(speed, rel=1e-4)
+
+
+@pytest.mark.parametrize("width", [0.008, 0.01, 0.013])
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-8])
+def test_a_rate_that_rises_from_the_smallest_numbers_stops_no_run(width: float, tolerance: float) -> None:
+    """A Gaussian pulse underflows to 0 and to numbers of few digits far from its centre. Reference: its integral."""
+    run = dosed().simulate(1.0, 0.1, method="rk45", tolerance=tolerance, parameters={"width": width})
+    assert run.success and run.z[-1, 0] == pytest.approx(200.0 * width * math.sqrt(math.pi), rel=tolerance)
+
+
+@cache
+def dosed() -> eomgen.Model:
+    """Return a slider that is pushed by a state with a Gaussian pulse as its rate."""
+    return eomgen.build(
+        {
+            "format": 1,
+            "name": "dosed",
+            "gravity": [0, 0, 0],
+            "parameters": {"width": {"value": 0.01, "tunable": True}},
+            "bodies": {"a": {"mass": 1.0}},
+            "joints": {"x": {"type": "prismatic", "parent": "base", "child": "a", "axis": [1, 0, 0]}},
+            "states": {"z": {"rate": "200*exp(-((t - 0.5)/width)**2)"}},
+            "efforts": {"f": {"joint": "x", "effort": "z"}},
+        },
+        profile="quick",
+    )

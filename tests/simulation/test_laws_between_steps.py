@@ -368,3 +368,35 @@ def test_a_first_step_that_ends_on_top_of_a_barrier_is_noticed() -> None:
 def test_a_largest_step_that_is_none_is_refused(text: str, capsys: pytest.CaptureFixture) -> None:
     assert main(["simulate", "scene.toml", "--out", "there", f"--largest-step={text}"]) == 2
     assert f"--largest-step: '{text}' is no step; try: 0.003, or \"3 ms\"" in capsys.readouterr().err
+
+
+#: Loads of 1 kg, or 1 kg m^2, that a narrow part stops or slows down, by a quantity of the place where they act.
+NARROW_BY_PLACE = {
+    "position": ("prismatic", "force", "-30*exp(-((position.here[0] - 0.73)/0.006)**2)"),
+    "rotation": ("revolute", "torque", "-30*exp(-((rotation.here[0] - 0.73)/0.006)**2)"),
+    "velocity": ("prismatic", "force", "1 - 2*exp(-((velocity.here[0] - 1.753)/0.004)**2)"),
+    "angular_velocity": ("revolute", "torque", "1 - 2*exp(-((angular_velocity.here[0] - 1.753)/0.004)**2)"),
+}
+
+
+@pytest.mark.parametrize("quantity", NARROW_BY_PLACE)
+def test_a_narrow_load_by_a_quantity_of_its_place_is_seen(quantity: str) -> None:
+    """Reference: the work of a barrier, 30*0.006*sqrt(pi) J; a level that holds a velocity at 0.004*sqrt(ln 2) below.
+
+    Both take effect within about 0.01 s.
+    """
+    joint, load, formula = NARROW_BY_PLACE[quantity]
+    placed = eomgen.SceneBuilder("placed", gravity=[0, 0, 0]).body("a", 1.0, inertia=[1, 1, 1])
+    placed.joint("x", joint, "base", "a", axis=[1, 0, 0], initial={"velocity": 1.3})
+    placed.force("k", body="a", **{load: [formula, 0, 0]})
+    model = eomgen.build(placed.build(), profile="quick")
+    if "velocity" in quantity:
+        level = 1.753 - 0.004 * math.sqrt(math.log(2.0))
+        end = 0.5 * (1.3 + level) * (level - 1.3) + level * (2.0 - (level - 1.3))
+    else:
+        after = math.sqrt(1.3**2 - 2.0 * 30.0 * 0.006 * math.sqrt(math.pi))
+        end = 0.73 + after * (2.0 - 0.73 / 1.3)
+    for options in ({"method": "rk4"}, {"method": "generalized_alpha"}, {"method": "rk45", "tolerance": 1e-5}):
+        run = model.simulate(2.0, 0.1, **options)
+        wrong = abs(float(run.q[-1, 0]) - end) > 0.01 * end
+        assert wrong == ("unseen_law" in [one.name for one in run.findings]), (options, run.q[-1], end, run.message)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, Self
 
 from eomgen.base.text import key_of
-from eomgen.formula.nodes import Formula, Vector
+from eomgen.formula.nodes import Formula, LoadSymbol, Symbol, Vector
+from eomgen.formula.substitution import renamed
 from eomgen.scene.forces.element import Attach, ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import LOCAL_LOAD, PARAMETERS
@@ -43,7 +44,12 @@ class Force(ForceElement):
     axes: Literal["world", "body"] = "world"
 
     def formulas(self) -> Iterator[tuple[Formula, int]]:
-        yield from ((formula, 0) for formula in (*self.force, *self.torque))
+        yield from ((renamed(formula, self._placed), 0) for formula in (*self.force, *self.torque))
+
+    def _placed(self, symbol: Symbol) -> Symbol:
+        if symbol.kind != "local":
+            return symbol
+        return LoadSymbol(symbol.kind, symbol.name, symbol.index, "", self.body, self.point, self.axes == "body")
 
     def passive(self) -> None:
         return None

@@ -5,9 +5,9 @@ jumps of formulas that it crosses, at which methods lose their order.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,12 +17,17 @@ from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.features import corners, jumps, may_be_fast
-from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.nodes import Formula, LoadSymbol, Symbol
+from eomgen.lie.groups import SO3
+from eomgen.lie.numeric import log, rotated
 from eomgen.results.dense_output import Rows, state_at
 from eomgen.simulation.accuracy.comparison_runs import Span, comparison_run
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
 from eomgen.toolchain.library import Library
+
+#: Maximum number of velocities of a model of which the velocity of a point is examined.
+_VELOCITIES = 12
 
 
 class StepStates:
@@ -30,6 +35,7 @@ class StepStates:
 
     def __init__(self, path: StepPath, t: Array, steps: NDArray[np.intp]) -> None:
         self._path, self.t, self.steps = path, t, steps
+        self._points: dict[tuple[str, str, tuple[Formula, ...], bool], Array] = {}
 
     @cached_property
     def states(self) -> tuple[Array, Array, Array]:
@@ -53,6 +59,15 @@ class StepStates:
             result[:, column] = path.values(formula, self)
         return result
 
+    def at_point(self, symbol: Symbol) -> Array:
+        """Return a component of the motion of a point or of the place of a load, (m,)."""
+        body, point, own_axes = self._path.points[symbol]
+        kind = symbol.name if symbol.kind == "local" else symbol.kind
+        key = kind, body, point, own_axes
+        if key not in self._points:
+            self._points[key] = self._path.motion(kind, body, point, self, own_axes=own_axes)
+        return self._points[key][:, symbol.index]
+
 
 class StepPath:
     """Interpolant of the steps of a run, with laws and rates of the equations along it.
@@ -67,6 +82,7 @@ class StepPath:
     def __init__(self, run: Run, rows: Array, parameters: Array, inputs: Array | None = None) -> None:
         self.run, self.rows, self.parameters, self._inputs = run, rows, parameters, inputs
         t, q, v, a, _, z = states_of(rows, run.model)
+        self.points: dict[Symbol, tuple[str, tuple[Formula, ...], bool]] = {}
         self.states = Rows(t, q, v, np.where(np.isfinite(a), a, 0.0), z)
         self.at_rows = StepStates(self, t, np.arange(len(t)))
         self.at_rows.states = q, v, z
@@ -132,9 +148,57 @@ class StepPath:
         return q_there, v_there, z_there
 
     def knows(self, formula: Formula) -> bool:
-        """Return whether a formula is one of time, coordinates, velocities, states, inputs and parameters."""
+        """Return whether a formula is one of time, coordinates, velocities, states, inputs, parameters, points of
+        bodies and places of loads."""
         own = ("time", "parameter")
-        return all(symbol.kind in own or (symbol.kind, symbol.name) in self._places for symbol in symbols(formula))
+        return all(
+            symbol.kind in own or (symbol.kind, symbol.name) in self._places or self._on_body(symbol)
+            for symbol in symbols(formula)
+        )
+
+    def _on_body(self, symbol: Symbol) -> bool:
+        """Return whether a symbol is a quantity of a place on a body whose motion is compiled, and keep the place."""
+        model = self.run.model
+        if symbol in self.points:
+            return True
+        if "poses" not in model.functions or "twists" not in model.functions:
+            return False
+        if isinstance(symbol, LoadSymbol):
+            place = symbol.body, symbol.point, symbol.own_axes
+        else:
+            known = {point.name: point for point in model.description.drawing.points}
+            if symbol.kind not in ("position", "velocity") or symbol.name not in known:
+                return False
+            place = known[symbol.name].body, known[symbol.name].position, False
+        if place[0] not in model.evaluator.bodies:
+            return False
+        self.points[symbol] = place
+        return True
+
+    def motion(self, kind: str, body: str, point: tuple[Formula, ...], blocks: StepStates, *, own_axes: bool) -> Array:
+        """Return the position or velocity of a point of a body, or its rotation vector or angular velocity, (m, 3)."""
+        model, (q, v, _) = self.run.model, blocks.states
+        given: dict[str, Any] = {"t": blocks.t, "parameters": blocks.p}
+        pose = model.pose(body, q, **given)
+        if kind == "rotation":
+            return log(SO3, pose[:, :4])
+        back = pose[:, :4] * (1.0, -1.0, -1.0, -1.0)
+        if kind == "angular_velocity":
+            omega = model.twist(body, q, v, **given)[:, :3]
+            return omega if own_axes else rotated(pose[:, :4], omega)
+        r = np.stack([self.values(entry, blocks) for entry in point], axis=-1)
+        motion = model.point(body, r, q, v if kind == "velocity" else None, **given)
+        result = motion.position if motion.velocity is None else motion.velocity
+        return rotated(back, result) if own_axes else result
+
+    def columns(self, symbol: Symbol) -> Iterable[int]:
+        """Return the indices of velocities, and behind them internal states, that a known symbol depends on."""
+        nv = self.run.model.nv
+        if symbol in self.points:
+            kind = symbol.name if symbol.kind == "local" else symbol.kind
+            return range(nv) if "velocity" in kind and nv <= _VELOCITIES else ()
+        letters = {"v": 0, "state": nv}
+        return (letters[symbol.kind] + self.place(symbol),) if symbol.kind in letters else ()
 
     def place(self, symbol: Symbol) -> int:
         """Return the index of a known symbol among coordinates, velocities, internal states or inputs."""
@@ -151,6 +215,8 @@ class StepPath:
             if symbol.kind == "parameter":
                 fixed = description.fixed
                 return fixed[symbol.name] if symbol.name in fixed else blocks.p[..., tunable.index(symbol.name)]
+            if symbol in self.points:
+                return blocks.at_point(symbol)
             place = self.place(symbol)
             return blocks.u[:, place] if symbol.kind == "input" else blocks.states[letters[symbol.kind]][:, place]
 

@@ -529,9 +529,8 @@ class _Examination:
     @cached_property
     def _jumping(self) -> list[int]:
         """Columns of velocities and internal states of which a law with jumps or centres is a function."""
-        letters = {"v": 0, "state": self._model.nv}
-        passed = [symbol for one in self._features for symbol in symbols(one.argument) if symbol.kind in letters]
-        places = {letters[one.kind] + self._path.place(one) for one in passed}
+        passed = {symbol for one in self._features for symbol in symbols(one.argument)}
+        places = {column for symbol in passed for column in self._path.columns(symbol)}
         return sorted(column for column in places if not self._left_out[column])
 
     @staticmethod
