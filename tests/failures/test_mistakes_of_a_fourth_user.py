@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tomllib
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -300,6 +301,19 @@ def test_one_motion_of_several_coordinates_that_nothing_determines_is_told_as_on
     rest = eomgen.build(load_toml(f"{text}\n[base]\n"), profile="quick").equilibrium()
     assert len(rest.undetermined) == 3
     assert f"nothing determines 1 motion along {', '.join(rest.undetermined)}" in rest.message
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4"])
+def test_a_motion_that_grows_beyond_the_largest_number_is_told_without_a_warning(method: str) -> None:
+    text = SLIDER.replace('effort = "motor"', 'effort = "30 * (q.x - 1) + 2 * v.x"')
+    model = eomgen.build(load_toml(text), method=method, profile="quick")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solution = model.simulate(100.0, 1e-2)
+    assert not solution.success
+    assert "the energy is beyond the finite numbers from t = 5" in solution.message
+    assert ": the motion grows without end: v.x by a factor of" in solution.message
+    assert "try: other signs or sizes of gains, damping and stiffnesses" in solution.message
 
 
 @pytest.mark.parametrize("share", [1e-3, 0.5, 2.0, 35.0, 9.9e3, 1e5, 1.6e172, float("inf")])

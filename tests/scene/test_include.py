@@ -643,6 +643,24 @@ def test_includes_without_end_are_refused(folder: Path) -> None:
     assert "more than 1000 files, or more than 20 within one another, are included; try: fewer of them" in found[0]
 
 
+def test_the_file_system_resolves_a_path_once_however_often_it_is_included(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number in range(6):
+        text = "".join(f'[include.{name}]\nfile = "{number + 1}.toml"\nprefix = "{name}"\n' for name in "ab")
+        (folder / f"{number}.toml").write_text(f'format = 1\nname = "x"\n{text}', encoding="utf-8")
+    (folder / "6.toml").write_text('format = 1\nname = "x"\n[bodies.m]\nmass = 1\n', encoding="utf-8")
+    asked, resolve = [], Path.resolve
+
+    def counted(path: Path, strict: bool = False) -> Path:
+        asked.append(path)
+        return resolve(path, strict)
+
+    monkeypatch.setattr(Path, "resolve", counted)
+    problems(folder, CAR + '[include.first]\nfile = "0.toml"\n')
+    assert len([path for path in asked if path.suffix == ".toml"]) <= 2 * 8  # of 127 included files
+
+
 def test_names_given_twice_are_named_with_both_places(folder: Path) -> None:
     clash = CAR + RIGHT + '[points.r_top]\nbody = "chassis"\n[include.other]\nfile = "wheel.toml"\nprefix = "r_"\n'
     found = problems(folder, clash)

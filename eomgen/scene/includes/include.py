@@ -200,6 +200,13 @@ class _Includer:
         self.report = report  # of the scene: the problems of other files end here
         self.files = 0
         self.scenes: dict[Path, Read] = {}  # by path: one file may be included many times
+        self._resolved: dict[Path, Path] = {}
+
+    def resolved(self, path: Path) -> Path:
+        """Return a path without links, for which the file system is asked once."""
+        if path not in self._resolved:
+            self._resolved[path] = path.resolve()
+        return self._resolved[path]
 
     def expanded(self, part: Part, report: Report, folder: Path, chain: Sequence[Path]) -> Part:
         """Add the entries of the files that a file includes to its part; ``report`` is the file's own, ``chain`` leads
@@ -231,7 +238,8 @@ class _Includer:
         path, place = folder / entry.file, f"{key}.file"
         self.files += 1
         try:
-            again = next((step for step in chain if step.resolve() == path.resolve()), None)
+            own = self.resolved(path)
+            again = next((step for step in chain if self.resolved(step) == own), None)
         except (OSError, ValueError, RuntimeError) as error:
             report.add(place, f"{shown(entry.file)} is not a path: {error}", "a path from the folder of this file")
             return None
@@ -266,7 +274,7 @@ class _Includer:
         return None
 
     def scene(self, source: Source, path: Path, chain: Sequence[Path]) -> Part:
-        file, same = shown_file(path), path.resolve()
+        file, same = shown_file(path), self.resolved(path)
         if same not in self.scenes:
             self.scenes[same] = source.read(read_text(path), file=file, included=True)
         read = self.scenes[same]

@@ -172,8 +172,10 @@ def _unstable(run: FinishedRun) -> Iterator[Finding]:
 
 def _infinite_energy(run: FinishedRun) -> Iterator[Finding]:
     if (time := run.balance.infinite) is not None:
+        grown = unbounded_growth(run.run, run.states)
         text = f"the energy is beyond the finite numbers from t = {time:.6g} s on"
-        yield Finding(time=time, text=text, hint="other initial velocities, forces or units")
+        hint = "other initial velocities, forces or units" if grown is None else grown.hint
+        yield Finding(time=time, text=text if grown is None else f"{text}: {grown.text}", hint=hint)
 
 
 def _broken_constraint(run: FinishedRun) -> Iterator[Finding]:

@@ -41,6 +41,8 @@ NOTICED, _USUAL = 0.1, 0.9
 _EXCITED = 3.0
 #: Deflections of a mode below this part of the coordinates, or of 1 rad, are rounding.
 _ROUNDING = 1e-12
+#: The largest double, in place of squares beyond it.
+_LARGEST = float(np.finfo(np.float64).max)
 #: Angle of the mode that differences of accelerations span, rad.
 _SPAN = 0.1
 #: Events and jumps that are looked at, at most, and modes of each.
@@ -145,6 +147,7 @@ class _Modes:
         place, result = self.place, []
         frequencies, forms, mass = self._unresolved()
         energies = np.einsum("ni,ij,nj->n", self.accelerations, mass, self.accelerations)
+        energies = np.nan_to_num(energies, nan=_LARGEST, posinf=_LARGEST)
         usual = float(np.quantile(np.sqrt(np.maximum(energies, 0.0)), _USUAL))
         for frequency, form in list(zip(frequencies, forms.T, strict=True)):
             span = _SPAN / frequency
