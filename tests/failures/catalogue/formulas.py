@@ -137,7 +137,7 @@ FAILURES = [
         "A formula of too many characters",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the formula has 3205 characters, more than 2000 "
-        "(column 2001); try: parameters or inputs for its parts",
+        "(column 2001); try: [definitions] for its parts",
         old='effort = "motor"',
         new='effort = "motor' + 400 * " + motor" + '"',
     ),

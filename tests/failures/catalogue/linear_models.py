@@ -145,7 +145,7 @@ FAILURES = [
         "shoulder, v.shoulder",
         command="linearize scene.toml --ride top",
         old='motor = { formula = "2 * sin(t)", unit = "N m" }',
-        new='motor = { road = { class = "C", speed = 20 }, unit = "N m" }',
+        new='motor = { road = { class = "C", speed = 20 } }',
     ),
     Failure(
         "A ride on the road of a machine without damping",
@@ -154,7 +154,7 @@ FAILURES = [
         "or a band without it",
         command="linearize scene.toml --ride tip[0]",
         old='motor = { formula = "2 * sin(t)", unit = "N m" }',
-        new='motor = { road = { class = "C", speed = 20 }, unit = "N m" }',
+        new='motor = { road = { class = "C", speed = 20 } }',
     ),
     Failure(
         "A weighting that there is not",
