@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 #: Observed order below which there is none, and the part of the motion above which that matters.
 NO_ORDER, NOTICED = 0.5, 0.03
 #: References of relative errors, unless they are too small.
-OWN = "its motion"
+OWN, NONE = "its motion", "its motion, which is none"
 _NUMBERS = ("order", "declared_order", "relative", "seconds", "cost")
 _WORDS = ("available", "reason", "remedy", "method", "unresolved", "passed_over")
 _LARGEST = ("largest", "largest_velocity", "largest_output")
@@ -45,9 +45,12 @@ class Largest:
 
     def __str__(self) -> str:
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
+        size = f"{self.error:.2g}{unit} of {self.name} at t = {self.time:.6g} s"
+        if self.share == np.inf and self.measure == NONE:
+            return f"{size}, which does not move in this run"
         percent = 100.0 * self.share
         share = f"{percent:.0f}" if 100.0 <= percent < 1e6 else f"{percent:.2g}"
-        return f"{self.error:.2g}{unit} of {self.name} at t = {self.time:.6g} s, {share} % of {self.measure}"
+        return f"{size}, {share} % of {self.measure}"
 
 
 @dataclass(frozen=True)

@@ -182,3 +182,13 @@ def test_sobol_indices_have_bounds_and_the_error_of_their_samples(slider: eomgen
     spread = np.std(0.1 * np.cos(np.sqrt(found.values["k"])))
     assert ranking.error == pytest.approx(found.error.columns["output.x"] / spread, rel=0.1)
     assert 0.001 < ranking.error < 0.5
+
+
+@pytest.mark.parametrize("far", range(8))
+def test_the_first_sample_examined_is_the_farthest_value(far: int) -> None:
+    """Both ends of a design are as far in ranks; the farthest from the middle may be either, at any place."""
+    others = np.array([0.3, 0.2, 0.25, 0.22, 0.21, 0.26, 0.28])
+    for value in (0.003, 7.0):
+        values = np.insert(others, far, value)[:, np.newaxis]
+        assert spread_samples(values, 1) == [far]
+        assert spread_samples(np.hstack([values, np.full((8, 1), 5.0)]), 1) == [far]

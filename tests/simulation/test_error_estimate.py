@@ -3,12 +3,15 @@ of."""
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import pickle
 import re
 import signal
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -366,3 +369,31 @@ def test_comparison_runs_that_fail_in_their_first_step_leave_the_run_as_it_is() 
     run = model.simulate(20 * 0.015625, 0.015625)
     assert run.success and run.error.available
     assert run.error.method == "runs at half and 2 times the step" and run.error.outputs["angle"] < 1e-6
+
+
+@pytest.mark.parametrize("law", ["position", "state"])
+def test_a_motion_that_only_the_comparison_run_sees_is_an_error_without_bound(law: str) -> None:
+    """The input acts between the rows, so the run rests; its true way is the impulse by the rest of the time."""
+    scene: dict[str, Any] = {
+        "format": 1,
+        "name": "kicked",
+        "gravity": [0, 0, 0],
+        "bodies": {"a": {"mass": 1.0}},
+        "joints": {"x": {"type": "prismatic", "parent": "base", "child": "a", "axis": [1, 0, 0]}},
+        "inputs": {"u": {}},
+    }
+    if law == "position":
+        scene["efforts"] = {"f": {"joint": "x", "effort": "u"}}
+    else:
+        scene["states"] = {"w": {"rate": "u"}}
+    model = eomgen.build(scene, profile="quick")
+    run = model.simulate(2.0, 0.1, method="rk45", inputs={"u": lambda t: 5000.0 if 0.512 < t < 0.522 else 0.0})
+    assert not run.q.any() and not run.z.any()
+    error = float((run.error.q if law == "position" else run.error.z)[0])
+    assert error > 10.0 and run.error.relative == math.inf
+    (finding,) = run.findings
+    name = "q.x" if law == "position" else "z.w"
+    assert finding.name == "discretisation_error" and finding.value == math.inf
+    assert f"the estimated error is {error:.2g}" in run.message
+    assert f" of {name} at t = " in run.message and " s, which does not move in this run" in run.message
+    assert json.dumps(run.error.summary())

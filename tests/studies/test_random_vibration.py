@@ -484,6 +484,9 @@ def test_samples_contradict_rates_of_crossings_of_responses_that_are_not_normal(
     assert value == 0.01 and "has probability 2.4e-09 by the rate of crossings of a normal process and 0.01 by" in note
     value, note = judged_passage(5.0, 0.1, 0, 1000)
     assert value == 0.0 and note
+    value, note = judged_passage(1.8, 0.3954, 2231, 6400)  # eight standard errors, and a difference of 12 %
+    assert value == pytest.approx(0.3486, abs=1e-4) and "which is preferred" in note
+    assert judged_passage(1.8, 0.3954, 349, 1000) == (0.3954, "")  # three standard errors
     normal = np.random.default_rng(1).standard_normal(1000)
     assert not not_normal(3.0 + 2.0 * normal, 3.0, 2.0)
     assert "samples lie more than two standard deviations out, not 4.6 %" in not_normal(normal**3, 0.0, 1.0)

@@ -28,6 +28,8 @@ from eomgen.system.normal_series import NormalSeries
 _MOST, _FOR_EACH = 4, 8
 #: Number of first samples of a design to choose from.
 _CANDIDATES = 4096
+#: Weight of distances in values beside distances in ranks.
+_TIE = 1e-6
 #: Name of the finding on estimated errors, reported by ``SampleErrors``.
 _OF_ERROR = "discretisation_error"
 #: Attributes of a solution that an estimate has under the same name.
@@ -93,7 +95,8 @@ def _of_column(estimates: Sequence[ErrorEstimate], attribute: str, place: int) -
 def spread_samples(values: Array, count: int) -> list[int]:
     """Return the numbers of samples that are spread over a design.
 
-    The first one is the farthest from the middle; each further one is the farthest from all before it, in ranks.
+    The first one is the farthest from the middle; each further one is the farthest from all before it, in ranks. Of
+    samples that are as far in ranks, as the least and the greatest value are, the farthest in values is the first.
 
     Parameters
     ----------
@@ -103,7 +106,9 @@ def spread_samples(values: Array, count: int) -> list[int]:
     ranks = np.argsort(np.argsort(values, axis=0, kind="stable"), axis=0, kind="stable") / max(len(values) - 1, 1)
     fixed = np.ptp(values, axis=0) == 0.0
     ranks[:, fixed] = 0.5
-    distance = np.linalg.norm(ranks - 0.5, axis=1)
+    spans = np.where(fixed, 1.0, np.ptp(values, axis=0))
+    away = np.linalg.norm((values - np.median(values, axis=0)) / spans, axis=1)
+    distance = np.linalg.norm(ranks - 0.5, axis=1) + _TIE * away
     chosen: list[int] = []
     for _ in range(min(count, len(values))):
         distance[chosen] = -1.0

@@ -105,6 +105,8 @@ _REST = 1e-9
 _TREMBLING = 1e-12
 #: Part of the energies at work below which the range of an energy counts as kept energy.
 _KEPT = 0.02
+#: Difference, in its unit, from a coordinate or internal state that rests in a run, above which it is no rounding.
+_MOVED = 1e-9
 #: Units in which forces are at work.
 _FORCES = ("N", "N m")
 #: Arrays (n, size) by quantity: ``q``, ``increment``, ``v``, ``z``, ``multipliers``, and ``output.`` with a
@@ -232,10 +234,16 @@ def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, A
 
 def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", "z")) -> Array:
     """Return differences as fractions of the motion, (n, components of all these kinds); infinite if they are not
-    finite."""
-    with np.errstate(all="ignore"):
-        result = np.hstack([apart[kind] / size.sizes[kind] for kind in kinds])
-    return np.nan_to_num(result, nan=np.inf)
+    finite, and if coordinates or internal states rest in one run, and move in the other."""
+    result = []
+    for kind in kinds:
+        with np.errstate(all="ignore"):
+            share = apart[kind] / size.sizes[kind]
+        if kind in ("increment", "z"):
+            share = np.where(~np.isfinite(size.sizes[kind]) & (apart[kind] > _MOVED), np.inf, share)
+        result.append(share)
+    every = np.hstack(result)
+    return np.where(np.isnan(every), np.inf, every)
 
 
 def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0) -> Array:

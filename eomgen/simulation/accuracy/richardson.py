@@ -15,7 +15,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName
-from eomgen.results.error_estimate import OWN, ErrorEstimate, Largest
+from eomgen.results.error_estimate import NONE, OWN, ErrorEstimate, Largest
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Apart, Comparisons
 from eomgen.simulation.accuracy.motion_size import Kinds, shares
 
@@ -24,7 +24,6 @@ _SATURATED = 0.1
 #: Scales of relative errors: of components that hardly move, and of outputs.
 A_TURN = "a turn"
 SMALL, RANGE = "{least}, the least that counts as its motion", "its range"
-NONE = "its motion, which is none"
 FASTEST = "the largest velocity in {unit}"
 OWN_FASTEST, SMALL_RATE = "its largest", "{least}, the least that counts as its rate"
 
@@ -79,9 +78,12 @@ def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
     times = pair.apart.t
     largest = None
     if share.size:
-        error = np.hstack([errors["increment"], errors["z"]])[row, component]
-        largest_component = (size.names[component], float(error), size.units[component], float(times[row]))
+        every = np.hstack([errors["increment"], errors["z"]])
         least = np.concatenate([size.sizes["increment"], size.sizes["z"]])[component]
+        if not math.isfinite(least):  # all errors are infinite parts of no motion
+            row = int(np.argmax(every[:, component]))
+        error = every[row, component]
+        largest_component = (size.names[component], float(error), size.units[component], float(times[row]))
         unit = size.units[component] if size.units[component] != "1" else ""
         measure = (
             A_TURN

@@ -254,8 +254,9 @@ class RunResponse:
             raise NumericalError(fault, "smaller steps, or thresholds nearer to the mean") from error
 
 
-#: Probability of samples below which they contradict a rate of crossings, and the part by which both may differ.
-_CHANCE, _LIKE = 1e-3, 0.2
+#: Probability of samples below which they contradict a rate of crossings, and the part of a probability, or of its
+#: complement, by which both may differ; probability of samples below which no difference is passed over.
+_CHANCE, _LIKE, _CERTAIN = 1e-3, 0.2, 1e-9
 
 
 def rows_at(t: Array, times: Sequence[float]) -> list[int]:
@@ -307,7 +308,8 @@ def judged_passage(level: float, of_rate: float, passed: int, samples: int) -> t
     share = passed / samples
     more = float(special.bdtrc(passed - 1, samples, of_rate)) if passed else 1.0
     fewer = float(special.bdtr(passed, samples, of_rate))
-    if min(more, fewer) > _CHANCE or abs(share - of_rate) <= _LIKE * max(share, of_rate):
+    alike = _LIKE * min(max(share, of_rate), 1.0 - min(share, of_rate))
+    if min(more, fewer) > _CERTAIN and (min(more, fewer) > _CHANCE or abs(share - of_rate) <= alike):
         return of_rate, ""
     by = f"{of_rate:.3g} by the rate of crossings of a normal process and {share:.3g} by {samples} samples"
     return (
