@@ -45,8 +45,9 @@ def broken(entry: EntryPoint, fault: str) -> UsageError:
 
 
 def code_stamp(kind: Callable[..., object]) -> str:
-    """Return a digest of the file or package of another distribution's class or function; empty for eomgen's own."""
-    if kind.__module__.partition(".")[0] == __name__.partition(".")[0]:
+    """Return a digest of the file or package of another distribution's class or function; empty for eomgen's own, and
+    for functions in C, which have no file."""
+    if kind.__module__.partition(".")[0] == __name__.partition(".")[0] or inspect.isbuiltin(kind):
         return ""
     file = Path(inspect.getfile(kind))
     in_package = "." in kind.__module__ or file.name == "__init__.py"

@@ -12,8 +12,9 @@ nonlinear forces over a step, and is a tenth of the step at most, so the path st
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.linalg import expm
@@ -48,6 +49,8 @@ _FAR = 1e6
 #: A step below this part of the way that is not accurate crosses a jump of the forces.
 _TINY = 1e-9
 _TRIALS = 40
+#: Largest difference of J from its transpose, a part of its largest entry, at which it counts as symmetric.
+_ASYMMETRY = 1e-13
 
 
 def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1.0) -> Search:
@@ -116,11 +119,28 @@ class _Linear:
         """Whether no direction is unstable."""
         return bool(np.all(np.linalg.eigvalsh(self.point.symmetric) >= -SOFT * self.point.largest_stiffness))
 
+    @cached_property
+    def _spectrum(self) -> tuple[Array, Array] | None:
+        """Eigenvalues and eigenvectors of J; None if J is not symmetric (internal states, follower forces)."""
+        if np.max(np.abs(self.J - self.J.T), initial=0.0) > _ASYMMETRY * np.max(np.abs(self.J), initial=0.0):
+            return None
+        values, vectors = np.linalg.eigh(self.J)
+        return values, vectors
+
+    def _phi(self, f: Array, time: float, order: int) -> Array:
+        """Return time phi_k(time J) f, phi_k being the k-th function of exponential integrators."""
+        if self._spectrum is None or not np.all(np.isfinite(f)):
+            return _phi(self.J, f, time, order)
+        values, vectors = self._spectrum
+        with np.errstate(all="ignore"):  # unstable directions may overflow: such steps are shortened
+            result: Array = time * (vectors @ (phi(time * values, order) * (vectors.T @ f)))
+        return result
+
     def step(self, time: float) -> Array:
         """Return the change after a time; of infinite time Newton's."""
         if np.isinf(time):
             return newton_step(self.point, unbalanced(self.point))
-        return _phi(self.J, self.f, time, 1) / self.scale
+        return self._phi(self.f, time, 1) / self.scale
 
     def error(self, change: Array, reached: Point, time: float) -> tuple[Array, Array]:
         """Return the addition of nonlinear forces to a change, and the rates of the changes at its end."""
@@ -131,7 +151,7 @@ class _Linear:
             bent = bent / self.scale
             bent[free:] /= self.rate
             return newton_step(self.point, bent), there
-        return 2.0 * _phi(self.J, bent, time, 3) / self.scale, there
+        return 2.0 * self._phi(bent, time, 3) / self.scale, there
 
 
 def _linear(point: Point, slower: float) -> _Linear:
@@ -179,6 +199,24 @@ def _step(statics: Statics, point: Point, pace: _Pace, slower: float) -> Point |
             return reached if float(there[:free] @ change[:free]) > 0.0 else None
         time = _LAST / fastest if np.isinf(time) else time * min(0.7, max(0.1, 0.8 * (_ERROR / size) ** 0.5))
     return None
+
+
+def phi(x: Array, order: int) -> Array:
+    """Return phi_k(x) = (exp(x) - 1 - x - ... - x^(k-1)/(k-1)!)/x^k of numbers, phi_k(0) = 1/k!.
+
+    Hochbruck and Ostermann, Acta Numerica 19 (2010) 209, equation 2.11.
+    """
+    near = np.abs(x) < 1.0
+    small, large = np.where(near, x, 0.0), np.where(near, 1.0, x)
+    term = np.full(np.shape(x), 1.0 / math.factorial(order))
+    series = term
+    for k in range(order + 1, order + 18):  # the next term is below rounding
+        term = term * small / k
+        series = series + term
+    rest = np.expm1(large)
+    for k in range(1, order):
+        rest = rest - large**k / math.factorial(k)
+    return np.where(near, series, rest / large**order)
 
 
 def _phi(J: Array, f: Array, time: float, order: int) -> Array:

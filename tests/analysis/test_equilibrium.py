@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -16,6 +17,7 @@ from scipy.optimize import brentq
 import eomgen
 from eomgen.cli import main
 from eomgen.lie import product
+from eomgen.solvers.equilibrium_search import phi
 from tests.models.scenes import INERTIA, LENGTH, MASS, PENDULUM_TOML, absolute, breaking, flyer, pendulum
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -353,3 +355,14 @@ def test_the_command_line_finds_where_a_scene_rests(tmp_path: Path, capsys: pyte
     assert main(["simulate", str(scene), *short]) == 0
     summary = json.loads((tmp_path / "o" / "summary.json").read_text(encoding="utf-8"))
     assert summary["corrections"][0].startswith("initial position: at rest")
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_functions_of_exponential_steps_are_right_to_rounding_at_all_sizes(order: int) -> None:
+    x = np.concatenate([-np.logspace(-12, 6, 60), np.logspace(-12, 2.5, 60), [0.0, 1.0, -1.0]])
+    expected = []
+    with mpmath.workdps(90):
+        for value in map(mpmath.mpf, x.tolist()):
+            rest = mpmath.exp(value) - sum(value**k / mpmath.factorial(k) for k in range(order))
+            expected.append(float(rest / value**order if value else 1 / mpmath.factorial(order)))
+    np.testing.assert_allclose(phi(x, order), expected, rtol=2e-15)

@@ -1,5 +1,6 @@
 """Caches know a scene by its data: one that was changed field by field is another."""
 
+import operator
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,12 @@ def scene() -> Scene:
 
 def test_a_scene_read_twice_has_one_digest(scene: Scene) -> None:
     assert eomgen.load("examples/four_bar/scene.toml").digest == scene.digest != b""
+
+
+def test_rules_that_are_functions_of_c_are_part_of_a_digest() -> None:
+    servo = eomgen.load("examples/pi_servo/scene.toml")  # a rule of its limits is operator.ge
+    assert any(getattr(item.rule, "breaks", None) is operator.ge for item in servo.requirements)
+    assert eomgen.load("examples/pi_servo/scene.toml").digest == servo.digest != b""
 
 
 def test_every_field_that_equations_follow_from_changes_the_digest(scene: Scene) -> None:
