@@ -2,8 +2,8 @@
 
 In coordinates scaled by the roots of the inertias and reduced to directions left free by constraints, stiffnesses are
 squared angular frequencies and unbalanced forces are accelerations. This module has the quantities at a configuration,
-and the criterion of rest; ``damped_motion`` (end of a heavily damped motion) and ``newton_path`` (end of Newton's path,
-stable or not) go there, and ``equilibrium_search`` decides between them.
+and the criterion of rest; ``equilibrium_search`` goes there by a heavily damped motion and by Newton's path, stable or
+not, and decides between the two ends.
 
 No number here has a unit of its own: lengths are measured by the scene's, forces by its weight and by the largest met
 on the way.

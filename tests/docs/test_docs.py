@@ -265,6 +265,15 @@ def test_files_to_change_are_there() -> None:
     assert [name for name in files if not (Path(eomgen.__file__).parent / name).is_file()] == []
 
 
+def test_files_on_the_page_of_the_architecture_exist() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    folders = ("eomgen", "templates", "tests", "docs", "examples", "benchmarks")
+    there = [str(file.relative_to(ROOT)) for folder in folders for file in (ROOT / folder).rglob("*") if file.is_file()]
+    named = set(re.findall(r"`([\w./-]+\.(?:py|pyi|jinja|js|md|svg|json))`", page))
+    assert len(named) > 150
+    assert sorted(name for name in named if not any(f"/{file}".endswith(f"/{name}") for file in there)) == []
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_rows_of_tables_have_the_cells_of_their_heads(page: str) -> None:
     columns, wrong = 0, []
