@@ -400,3 +400,29 @@ def test_a_narrow_load_by_a_quantity_of_its_place_is_seen(quantity: str) -> None
         run = model.simulate(2.0, 0.1, **options)
         wrong = abs(float(run.q[-1, 0]) - end) > 0.01 * end
         assert wrong == ("unseen_law" in [one.name for one in run.findings]), (options, run.q[-1], end, run.message)
+
+
+@pytest.mark.parametrize("argument", ["q.x", "position.p[0] - 0.2", "position.here[0] - 0.2", "rotated"])
+def test_a_barrier_of_any_width_is_seen_by_any_name_of_the_place(argument: str) -> None:
+    """The work of the barrier does not depend on its width; the place is 0.2 m ahead of the joint on the body."""
+    axes = "world"
+    if argument == "rotated":  # the body's x axis is the world's -y axis
+        argument, axes = "-position.here[1] - 0.2", "body"
+    formula = f"-0.18/width*exp(-(({argument} - 0.73)/width)**2)"
+    turned = axes == "body"
+    placed = eomgen.SceneBuilder("barrier", gravity=[0, 0, 0]).parameter("width", 0.01, tunable=True)
+    placed.body("a", 1.0, inertia=[1, 1, 1])
+    rotation = {"rotation": [{"axis": [0, 0, 1], "angle": "90 deg"}]} if turned else {}
+    placed.joint(
+        "x", "prismatic", "base", "a", axis=[0, -1, 0] if turned else [1, 0, 0], initial={"velocity": 1.3}, **rotation
+    )
+    place = [0, -0.2, 0] if turned else [0.2, 0, 0]
+    placed.point("p", "a", place)
+    force = [0, f"-({formula})", 0] if turned else [formula, 0, 0]
+    placed.force("k", body="a", point=place, force=force, axes=axes)
+    model = eomgen.build(placed.build(), profile="quick")
+    after = math.sqrt(1.3**2 - 2.0 * 0.18 * math.sqrt(math.pi))
+    for width in (1e-2, 1e-3, 1e-4, 1e-5):
+        run = model.simulate(2.0, 0.1, method="rk4", parameters={"width": width})
+        wrong = abs(float(run.q[-1, 0]) - 0.73 - after * (2.0 - 0.73 / 1.3)) > 0.1
+        assert wrong == ("unseen_law" in [one.name for one in run.findings]), (width, run.q[-1], run.message)
