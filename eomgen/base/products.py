@@ -61,7 +61,7 @@ def products() -> dict[str, Product]:
 
 @cache
 def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
-    """Return the rows of all products in a register of objects of a class."""
+    """Return the rows of all products in a register; rows of another class than ``kind`` are left out."""
     rows = (row for product in products().values() for row in product.rows.get(group, ()))
     objects = (named(row) if isinstance(row, str) else row for row in rows)
     return tuple(row for row in objects if isinstance(row, kind))

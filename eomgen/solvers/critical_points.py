@@ -272,9 +272,9 @@ def linear_buckling(statics: LoadedStatics, rest: Rest, count: int) -> tuple[Arr
 
 
 def half_way(statics: LoadedStatics, rest: Rest, factor: float) -> float | None:
-    """Return the change of the load factor predicted half way to one by ``linear_buckling``, the nearest to it.
+    """Return the critical load factor, less the present one, that ``linear_buckling`` predicts at half of ``factor``.
 
-    If the structure keeps its shape both are the same. None if half way there is no rest, or no prediction.
+    It equals ``factor`` if the structure keeps its shape. None if there is no rest at half of it, or no prediction.
     """
     onwards = direction(statics, rest, held_factor(statics, rest))
     if onwards is None or onwards.s == 0.0:

@@ -103,8 +103,8 @@ def _is_table(expression: Expression) -> bool:
 
 
 def _column(expression: Expression, count: int) -> list[int]:
-    """Return the places of an expression; of numbers, numbers that are equal for equal ones and never equally
-    spaced."""
+    """Return the places that an expression reads; for a column of constants distinct squares, equal for equal
+    constants, so that no stretch is found in it."""
     plain = _plain(expression)
     if plain[0] == "numbers":
         known: dict[str, int] = {}

@@ -252,6 +252,7 @@ def is_carried(quantities: Quantities, mount: Mount) -> bool:
 
 
 def node_at(quantities: Quantities, mount: Mount) -> Node:
+    """Return pose (in the axes of ``kinematics.pose``) and twist (in axes of the node) of a node mounted on a link."""
     R, p = quantities.kinematics.pose(mount.link)
     omega, velocity = quantities.kinematics.twist(mount.link)
     back = transpose(mount.orientation)

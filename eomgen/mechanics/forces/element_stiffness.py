@@ -106,7 +106,7 @@ def _transposed(rows: Rows) -> list[list[Scalar]]:
 
 
 def _congruent(matrix: Rows, others: Rows) -> list[list[Scalar]]:
-    """Return others matrix others^T."""
+    """Return A S A^T of a symmetric S (``matrix``) and A (``others``)."""
     return _symmetric(_product(others, _product(matrix, _transposed(others))))
 
 

@@ -31,8 +31,8 @@ class TyreContact:
     velocity : of the wheel's centre
     gradient : direction of the normal force, scaled to z = 1
     steepness : length of ``gradient``
-    deflection, rate : negative deflections are gaps
-    contact : the force along ``gradient``
+    deflection, rate : vertical, of radius + height of the road - height of the centre; negative for gaps
+    contact : law of the contact; its force times ``gradient`` acts on the wheel
     load : the normal force
     """
 

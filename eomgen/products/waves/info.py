@@ -40,7 +40,7 @@ def described_waves(scene: Scene) -> list[dict[str, Any]]:
 
 
 def described_hulls(scene: Scene) -> list[dict[str, Any]]:
-    """Return hulls: their bodies and their waves."""
+    """Return name, body, waves, number of stations and added water of each hull, as JSON types."""
     return [
         {
             "name": item.name,

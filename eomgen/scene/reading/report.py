@@ -88,7 +88,7 @@ class Report:
 
 
 def check_reference(key: str, name: str, known: Collection[str], kind: str, report: Report) -> bool:
-    """Report a reference to something that is not there; tell whether it is."""
+    """Return whether a name is known; report it if not."""
     if name in known:
         return True
     whole, _, number = name.rpartition(".")

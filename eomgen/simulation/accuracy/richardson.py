@@ -184,7 +184,7 @@ def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: f
 
     Parameters
     ----------
-    far, near : x_4h - x_2h and x_2h - x_h as parts of the motion, (n, size), at times (n,) each in s
+    far, near : times (n,) in s and differences (n, size) as parts of the motion, of x_4h - x_2h and of x_2h - x_h
     floor : differences that are rounding
     ratio : of the steps of neighbouring runs
     """

@@ -184,7 +184,8 @@ class Counted:
 def hermite_projection(response: Response, pairs: int, seed: int) -> QuadraticForm:
     """Return the response's projection onto Hermite polynomials of degree 2: E grad y and E Hess y (Stein's identity).
 
-    Averages are over ``pairs`` antithetic pairs of a scrambled Sobol sequence, so odd parts cancel.
+    Averages are over ``pairs`` antithetic pairs of a scrambled Sobol sequence, z and -z: odd terms
+    of y drop out of the mean, even ones out of the mean gradient.
     """
     from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second to import
 

@@ -96,7 +96,7 @@ class Contender:
     taken: int = 0
 
     def best(self, demand: float) -> Tried | None:
-        """Return its cheapest run that meets a demand."""
+        """Return the cheapest run of this contender with an error of at most ``demand``; None if there is none."""
         able = [run for run in self.runs if run.error <= demand]
         return min(able, key=lambda run: run.seconds, default=None)
 
