@@ -334,7 +334,7 @@ def led_or_following(joints: Sequence[Joint], values: Values) -> set[str]:
 
 
 def _check_led(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
-    """Report leaders of mimic joints whose moved bodies, those of their followers included, have neither mass nor
+    """Report leaders of mimic joints whose moved bodies, with the bodies of their followers, have neither mass nor
     inertia."""
     named = {joint.name: joint for joint in joints}
     for first, following in _followers(joints).items():
