@@ -377,9 +377,9 @@ def test_values_of_a_random_process_are_squares_of_its_label(label: str, kind: s
     scene = _process(tmp_path, f'type = "{kind.split(maxsplit=1)[0]}"\n{speed}unit = "{label}"\npoints = [{points}]')
     process = scene.inputs[0]
     assert process.unit == label
-    assert process.random is not None
+    assert process.series is not None
     if kind == "covariance":
-        assert process.random.total == pytest.approx(2.0 * 2.0, rel=1e-12)  # R(0) times the window
+        assert process.series.total == pytest.approx(2.0 * 2.0, rel=1e-12)  # R(0) times the window
 
 
 @pytest.mark.parametrize(
@@ -415,10 +415,10 @@ def test_a_table_of_a_spectrum_in_square_millimetres_is_of_a_process_in_m(tmp_pa
     table = 'type = "spectrum"\ntable = {file = "spectrum.csv", value_unit = "mm^2/Hz"}'
     labelled, plain = (_process(tmp_path, f"{lines}{table}").inputs[0] for lines in ('unit = "m"\n', ""))
     assert (labelled.unit, plain.unit) == ("m", "")  # g is not in m^2/Hz
-    assert labelled.random is not None and plain.random is not None
+    assert labelled.series is not None and plain.series is not None
     # int G df of the line through (0.1, 1), (1, 2), (2, 0) m^2/Hz
-    assert labelled.random.total / 2.0 == pytest.approx(0.9 * 1.5 + 1.0, rel=1e-12)
-    assert plain.random.total == labelled.random.total
+    assert labelled.series.total / 2.0 == pytest.approx(0.9 * 1.5 + 1.0, rel=1e-12)
+    assert plain.series.total == labelled.series.total
 
 
 def test_a_translated_process_has_a_unit_apart_from_its_covariance(tmp_path: Path) -> None:
