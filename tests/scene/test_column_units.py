@@ -425,8 +425,8 @@ def test_a_translated_process_has_a_unit_apart_from_its_covariance(tmp_path: Pat
     lines = 'type = "covariance"\nunit = "N"\ntranslation = "3*g"\npoints = [[0, "4 m^2"], [1, 0]]'
     process = _process(tmp_path, lines).inputs[0]
     assert process.unit == "N"
-    assert process.random is not None
-    assert process.random.total == pytest.approx(8.0, rel=1e-12)
+    assert process.series is not None
+    assert process.series.total == pytest.approx(8.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("unit", ["m", "kg", "Hz", "N s"])
