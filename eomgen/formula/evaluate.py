@@ -159,16 +159,6 @@ def symbols(formula: Formula) -> frozenset[Symbol]:
     return frozenset()
 
 
-def labels(formula: Formula) -> frozenset[str]:
-    """Return the names of the definitions whose expressions stand in a formula."""
-    if isinstance(formula, Application):
-        return labels(formula.argument)
-    if isinstance(formula, Operation):
-        own = frozenset({formula.label} if formula.label else ())
-        return own.union(*(labels(argument) for argument in formula.arguments))
-    return frozenset()
-
-
 def comparisons(formula: Formula) -> Iterator[Formula]:
     """Yield the comparisons and signs in a formula, which jump from one value to another."""
     if isinstance(formula, Application):

@@ -52,8 +52,7 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
     if formula.label:
         with algebra.tape.block(f"definition {formula.label}"):
             value = record(algebra, replace(formula, label=""), resolve)
-        # Local values of the C have an underscore in their names.
-        algebra.tape.name(value.ref, formula.label if "_" in formula.label else f"{formula.label}_value")
+        algebra.tape.name(value.ref, f"{formula.label}_value")  # the C library has macros such as M_PI and SIZE_MAX
         return value
     if formula.name == "select":
         condition, *branches = formula.arguments

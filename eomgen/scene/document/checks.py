@@ -151,7 +151,7 @@ def unused_names(document: Document, reading: Reading) -> list[str]:
                 if (kind, name) not in mentioned and name not in by_parameters
             ],
         )
-        for kind in ("parameter", "input", "curve", "definition")
+        for kind in ("parameter", "input", "curve")
     ]
     for singular, plural, unused in (*every, *(row.unused(reading) for row in reading.rows)):
         if unused:

@@ -192,7 +192,7 @@ def schema() -> dict[str, Any]:
             _annotate(properties[key_name], meaning)
     definitions["Parameter"] = {"anyOf": [NUMBER_SCHEMA, QUANTITY_SCHEMA, definitions["Parameter"]]}
     point = {"type": "string", "description": "the name of a point"}
-    formula = {"type": "string", "description": "the formula alone"}
+    formula = {"type": ["string", "number"], "description": "the formula alone"}
     definitions["Definition"] = {"anyOf": [formula, definitions["Definition"]]}
     definitions["Frame"] = {"anyOf": [point, definitions["Frame"]]}
     return {"$schema": "http://json-schema.org/draft-04/schema#", **_of_every_draft(description)}

@@ -6,8 +6,7 @@ the recorded equations and the C call its value; equal expressions are recorded 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
@@ -16,10 +15,22 @@ from eomgen.scene.formula.tokens import FormulaError
 
 #: Operations and levels of a formula with its definitions written out, at most: Python walks each of them.
 MOST_OPERATIONS, MOST_LEVELS = 20_000, 150
+#: Definitions within one another at most.
+MOST_NESTED = 50
 
 
-class CircularDefinition(FormulaError):
-    """A definition that mentions itself, through others maybe."""
+class DefinitionError(FormulaError):
+    """A definition that mentions itself, through others maybe, or too many others; its text says which."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """A definition's formula in a scope, and its size: operations, levels, and definitions within one another."""
+
+    formula: Formula
+    operations: int
+    levels: int
+    nested: int
 
 
 @dataclass(eq=False)
@@ -30,18 +41,19 @@ class NamedExpression:
     ----------
     name : in the scene
     text : in the names of its file
-    unit, description : as the file says
+    open : the definitions of the scene that are being read, each within the one before
+    used : whether a formula mentions it
     """
 
     name: str
     text: str
-    unit: str = ""
-    description: str = ""
-    _formulas: dict[Scope, tuple[Formula, int, int]] = field(default_factory=dict, repr=False)
-    _open: bool = field(default=False, repr=False)
+    open: list[NamedExpression] = field(default_factory=list, repr=False)
+    used: bool = False
+    _written: dict[Scope, Written] = field(default_factory=dict, repr=False)
+    _nested: int = field(default=0, repr=False)
 
-    def read(self, scope: Scope, read: Callable[[str], Formula]) -> tuple[Formula, int, int]:
-        """Return the formula in a scope, with its name, and its numbers of operations and of levels.
+    def read(self, scope: Scope, read: Callable[[str], Formula]) -> Written:
+        """Return the formula in a scope, with its name.
 
         Parameters
         ----------
@@ -50,30 +62,37 @@ class NamedExpression:
         Raises
         ------
         FormulaError
-            In the words of the definition's text, or since the definition mentions itself.
+            In the words of the definition's text; since the definition mentions itself, or through too many others.
         """
-        if scope in self._formulas:
-            return self._formulas[scope]
-        with self._reading():
-            formula = read(self.text)
-        if isinstance(formula, Operation):
-            formula = replace(formula, label=self.name)
-        self._formulas[scope] = (formula, *extent(formula, {}))
-        return self._formulas[scope]
+        self.used = True
+        if scope not in self._written:
+            if self in self.open:
+                fault = f"the definition {self.name} mentions itself"
+                raise DefinitionError(fault, 1, "an expression of other names")
+            self._check_nesting(1)
+            self.open.append(self)
+            try:
+                self._nested = 0
+                formula = read(self.text)
+            finally:
+                self.open.pop()
+            if isinstance(formula, Operation):
+                formula = replace(formula, label=self.name)
+            self._written[scope] = Written(formula, *extent(formula, {}), 1 + self._nested)
+        written = self._written[scope]
+        self._check_nesting(written.nested)
+        if self.open:
+            self.open[-1]._nested = max(self.open[-1]._nested, written.nested)
+        return written
 
-    @contextmanager
-    def _reading(self) -> Iterator[None]:
-        if self._open:
-            raise CircularDefinition(f"the definition {self.name} mentions itself", 1, "an expression of other names")
-        self._open = True
-        try:
-            yield
-        finally:
-            self._open = False
+    def _check_nesting(self, more: int) -> None:
+        if len(self.open) + more > MOST_NESTED:
+            fault = f"more than {MOST_NESTED} definitions are within one another"
+            raise DefinitionError(fault, 1, "an internal state, an input or an output in place of a definition")
 
 
-def expanded(symbol: Symbol, names: Names, scope: Scope, read: Callable[[str], Formula]) -> tuple[Formula, int, int]:
-    """Return the expression of a symbol of a definition, and its numbers of operations and of levels.
+def expanded(symbol: Symbol, names: Names, scope: Scope, read: Callable[[str], Formula]) -> Written:
+    """Return the expression of a symbol of a definition.
 
     Raises
     ------
@@ -83,7 +102,7 @@ def expanded(symbol: Symbol, names: Names, scope: Scope, read: Callable[[str], F
     definition: NamedExpression = names.definitions[symbol.name]
     try:
         return definition.read(scope, read)
-    except CircularDefinition:
+    except DefinitionError:
         raise
     except FormulaError as error:
         raise FormulaError(f"in the definition {symbol.name}, {error.fault}", error.column, error.hint) from None
@@ -100,7 +119,7 @@ def mentioned(formula: Formula) -> set[Symbol]:
     return set()
 
 
-def check_extent(formula: Formula, parts: Mapping[Symbol, tuple[Formula, int, int]]) -> None:
+def check_extent(formula: Formula, parts: Mapping[Symbol, Written]) -> None:
     """Check the size of a formula with its definitions written out, before they are. Raises FormulaError."""
     operations, levels = extent(formula, parts)
     if operations > MOST_OPERATIONS or levels > MOST_LEVELS:
@@ -111,10 +130,10 @@ def check_extent(formula: Formula, parts: Mapping[Symbol, tuple[Formula, int, in
         raise FormulaError(fault, 1, "an internal state, an input or an output in place of a definition")
 
 
-def extent(formula: Formula, parts: Mapping[Symbol, tuple[Formula, int, int]]) -> tuple[int, int]:
+def extent(formula: Formula, parts: Mapping[Symbol, Written]) -> tuple[int, int]:
     """Return the numbers of operations and of levels of a formula whose symbols may stand for known parts."""
     if isinstance(formula, Symbol) and formula in parts:
-        return parts[formula][1:]
+        return parts[formula].operations, parts[formula].levels
     inner = formula.arguments if isinstance(formula, Operation) else ()
     inner = (formula.argument,) if isinstance(formula, Application) else inner
     counted = [extent(part, parts) for part in inner]

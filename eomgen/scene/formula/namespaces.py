@@ -69,7 +69,7 @@ def read_included(text: str, names: Names, scope: Scope) -> Formula:
     if names.definitions and (used := mentioned(formula)):
         parts = {one: expanded(one, names, scope, lambda text: read_included(text, names, scope)) for one in used}
         check_extent(formula, parts)
-        formula = mapped(formula, lambda symbol: parts[symbol][0] if symbol in parts else symbol)
+        formula = mapped(formula, lambda symbol: parts[symbol].formula if symbol in parts else symbol)
     if not names.modes and not names.motions and not any(laws.formulas for laws in names.laws.values()):
         return formula
     return mapped(formula, lambda symbol: _by_parameters(symbol, names, scope))
@@ -83,6 +83,20 @@ def _by_parameters(symbol: Symbol, names: Names, scope: Scope) -> Formula:
     if symbol.kind == "input" and symbol.name in names.motions:
         return names.motions[symbol.name]
     return Symbol("parameter", mode_parameter(symbol.name)) if symbol.kind == "mode" else symbol
+
+
+def names_of_file(text: str, section: str, names: Collection[str]) -> dict[str, str]:
+    """Return the scene's names of a section's entries by their names in the file of a text."""
+    spaces = spaces_of(text)
+    if not spaces:
+        return {name: name for name in names}
+    result = {}
+    for local, name in spaces[0].names.get(section, {}).items():
+        for space in spaces[1:]:
+            name = space.names[section][name]  # noqa: PLW2901 - follows the name outwards
+        if name in names:
+            result[local] = name
+    return result
 
 
 def known_there(text: str, names: Collection[str]) -> frozenset[str]:

@@ -286,14 +286,10 @@ class _Reader:
             self.allow(node, "time", "time t")
             return Symbol("time"), None
         if name == PLACE and "place" in self.scope.kinds:
-            if name in self.names.parameters:
-                fault = f"{PLACE} is the place along the beam here, and a parameter is called so too"
-                raise self.error(node, fault, "another name for the parameter")
+            self.check_alone(node, name, "place along the beam")
             return Symbol("place"), None
         if name == GAUSSIAN and "gaussian" in self.scope.kinds:
-            if name in self.names.parameters:
-                fault = f"{GAUSSIAN} is the Gaussian process here, and a parameter is called so too"
-                raise self.error(node, fault, "another name for the parameter")
+            self.check_alone(node, name, "Gaussian process")
             return Symbol("gaussian"), None
         if name in self.names.parameters:
             if self.names.parameters[name] and "fixed" in self.scope.kinds:
@@ -333,6 +329,13 @@ class _Reader:
         known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
         hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
         raise self.error(node, f"unknown name {shown(name)}", hint)
+
+    def check_alone(self, node: ast.expr, name: str, meaning: str) -> None:
+        """Check that a name with a meaning of its own here is no parameter or definition of the scene."""
+        for kind, taken in (("parameter", self.names.parameters), ("definition", self.names.definitions)):
+            if name in taken:
+                fault = f"{name} is the {meaning} here, and a {kind} is called so too"
+                raise self.error(node, fault, f"another name for the {kind}")
 
     def allow(self, node: ast.expr, kind: str, quantity: str) -> None:
         reason, instead = self.scope.without_inputs

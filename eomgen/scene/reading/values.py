@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.formula.discontinuities import applications
-from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, labels, symbols
+from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, Vector
 from eomgen.formula.substitution import substituted
 from eomgen.formula.units.parser import read_unit
@@ -168,7 +168,6 @@ class Values:
         if self.names.curve_arguments:
             self._check_arguments(key, formula)
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
-        self.mentioned |= {("definition", name) for name in labels(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
         self.mentioned |= entries(formula)
         if scope in (PARAMETERS, FIXED_PARAMETERS):

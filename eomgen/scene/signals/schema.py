@@ -148,7 +148,7 @@ class Definition(Table):
     @model_validator(mode="before")
     @classmethod
     def _from_formula(cls, data: object) -> object:
-        return {"formula": data} if isinstance(data, str) else data
+        return {"formula": data} if isinstance(data, str | int | float) and not isinstance(data, bool) else data
 
 
 class Input(Shape):

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import functools
 import operator
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -17,6 +18,7 @@ from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.units.parser import Factors, UnitError, read_unit
 from eomgen.formula.units.table import names
 from eomgen.scene.formula.definitions import NamedExpression
+from eomgen.scene.formula.namespaces import names_of_file
 from eomgen.scene.formula.scope import (
     ANYWHERE,
     ANYWHERE_ALONG_A_BEAM,
@@ -30,7 +32,7 @@ from eomgen.scene.formula.scope import (
 from eomgen.scene.reading import report
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values, unit_of, unit_of_symbol
-from eomgen.scene.section import Entries, Reading, Section
+from eomgen.scene.section import Entries, Reading, Section, Unused
 from eomgen.scene.signals import schema
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.sampling import read_sampled_state
@@ -234,31 +236,64 @@ class _Definitions(Section):
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         entries: Mapping[str, schema.Definition] = reading.document.section("definitions")
+        together: list[NamedExpression] = []
+        texts = {name: entry.formula for name, entry in entries.items()}
         return {
             "definitions": {
-                name: NamedExpression(name, entry.formula if isinstance(entry.formula, str) else repr(entry.formula))
-                for name, entry in entries.items()
+                name: NamedExpression(name, text if isinstance(text, str) else repr(text), together)
+                for name, text in texts.items()
             }
         }
 
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        entries: Mapping[str, schema.Definition] = reading.document.section("definitions")
+        read: dict[str, Definition | None] = {}
+        for name in _in_order_of_mention(reading.names.definitions):
+            read[name] = self.read_entry(name, entries[name], reading)
+        return {name: read[name] for name in entries}
+
     def read_entry(self, name: str, entry: schema.Definition, reading: Reading) -> Definition | None:
-        values, where, this = reading.values, key_of("definitions", name), ("definition", name)
-        before = this in values.mentioned
-        scope = ANYWHERE if PLACE in reading.names.parameters else ANYWHERE_ALONG_A_BEAM
-        formula = values.formula(f"{where}.formula", reading.names.definitions[name].text, scope)
-        if not before:
-            values.mentioned.discard(this)  # its own expression is no use of it
+        values, where, text = reading.values, key_of("definitions", name), reading.names.definitions[name].text
+        if values.mentions_refused(text):  # a fault that is told already
+            values.refused = {*values.refused, name}
+            return None
+        taken = PLACE in reading.names.parameters or PLACE in reading.names.definitions
+        scope = ANYWHERE if taken else ANYWHERE_ALONG_A_BEAM
+        formula = values.formula(f"{where}.formula", text, scope)
         if formula is UNKNOWN:
             values.refused = {*values.refused, name}
             return None
         known = unit_of(formula, reading.names.joints)
         if entry.unit and known and (fault := _unit_fault(entry.unit, known)):
             reading.report.add(f"{where}.unit", *fault)
-        return Definition(name, reading.names.definitions[name].text, formula, entry.unit or known, entry.description)
+        return Definition(name, text, formula, entry.unit or known, entry.description)
+
+    def unused(self, reading: Reading) -> Unused:
+        names = [name for name, item in reading.names.definitions.items() if not item.used]
+        return Unused("definition", "definitions", names)
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         made = tuple(item for item in reading.items["definitions"].values() if item is not None)
         return {"parts": {"definitions": made}} if made else {}
+
+
+def _in_order_of_mention(definitions: Mapping[str, NamedExpression]) -> list[str]:
+    """Return the names of definitions, mentioned ones before the definition that mentions them, unless in a circle."""
+    order: dict[str, None] = {}
+    for first in definitions:
+        path = [first]
+        seen = {first}
+        while path:
+            name = path[-1]
+            inner = names_of_file(definitions[name].text, "definitions", definitions)
+            words = re.findall(r"[A-Za-z_]\w*", definitions[name].text)
+            ahead = next((inner[word] for word in words if inner.get(word, name) not in (*order, *seen)), None)
+            if ahead is None:
+                order[path.pop()] = None
+            else:
+                path.append(ahead)
+                seen.add(ahead)
+    return list(order)
 
 
 class _Inputs(Section):
@@ -353,7 +388,7 @@ DEFINITIONS = _Definitions(
     key="definitions",
     entry=schema.Definition,
     bare="a definition",
-    after=("curves",),
+    after=("curves", "random", "waves"),
     positional=("formula",),
     documentation="""
     Add a named expression: formulas mention it by its name, and it is computed once.""",
