@@ -33,7 +33,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=FOLDER)
     given = parser.parse_args()
     model = eomgen.build(scene())
-    process = next(item.random for item in model.description.inputs if item.random is not None)
+    process = next(item.series for item in model.description.inputs if item.series is not None)
     print(f"{len(process.modes)} modes capture {100 * process.captured[-1]:.4f} % of the variance")
     found = model.simulate_many(vary={"seed.force": "integers(0, 999999999)"}, samples=given.samples, seed=0)
     last = np.asarray(found.results["output.deflection.final"])
