@@ -88,7 +88,7 @@ def drawing() -> str:
     total = sum(heights) + RISE * len(rows) + HEIGHT + 2 * MARGIN
     boxes: dict[str, tuple[float, float, float, float]] = {}
     y = total - MARGIN - HEIGHT
-    texts = [_box(MARGIN, y, WIDTH - 2 * MARGIN, HEIGHT, ", ".join(BASE), ["what every room may import"])]
+    texts = [_box(MARGIN, y, WIDTH - 2 * MARGIN, HEIGHT, ", ".join(BASE), ["every room may import these"])]
     for row, height in zip(rows, heights, strict=True):
         y -= height + RISE * (0.5 if row is rows[0] else 1.0)
         widths = [sizes[room][0] for room in row]
