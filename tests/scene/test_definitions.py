@@ -280,6 +280,11 @@ def test_definitions_that_are_one_name_or_number_are_used(tmp_path: Path, capsys
             '[bodies.other]\nmass = "load"\n[joints.j]\ntype = "fixed"\nparent = "base"\nchild = "other"',
             "bodies.other.mass) in the definition load, v.rail cannot be used here (column 5); parameters only",
         ),
+        (
+            "n = 100",
+            '[outputs]\ny = { formula = "q.rail ** n" }',
+            "outputs.y.formula[0]) the exponent 100 is beyond 64 (column 11); exp() or a smaller exponent",
+        ),
         ('k = "2"', "", "definitions.k) the name k is both a parameter and a definition; another name for one of them"),
         ('a = { unit = "m" }', "", "definitions.a.formula) the key formula is missing; formula = ..."),
     ],

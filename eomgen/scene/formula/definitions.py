@@ -6,6 +6,7 @@ the recorded equations and the C call its value; equal expressions are recorded 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -13,6 +14,7 @@ from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
 
+_NUMBER = re.compile(r"\s*-?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,2})?\s*", re.ASCII)
 #: Operations and levels of a formula with its definitions written out, at most: Python walks each of them.
 MOST_OPERATIONS, MOST_LEVELS = 20_000, 150
 #: Definitions within one another at most.
@@ -51,6 +53,11 @@ class NamedExpression:
     used: bool = False
     _written: dict[Scope, Written] = field(default_factory=dict, repr=False)
     _nested: int = field(default=0, repr=False)
+
+    @property
+    def number(self) -> float | None:
+        """The number that the text is; None for formulas."""
+        return float(self.text) if _NUMBER.fullmatch(self.text) else None
 
     def read(self, scope: Scope, read: Callable[[str], Formula]) -> Written:
         """Return the formula in a scope, with its name.

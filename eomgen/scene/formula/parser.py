@@ -16,6 +16,7 @@ from eomgen.base.text import is_legal, listed, nearest, shown
 from eomgen.formula.evaluate import apply, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, quantity_of
 from eomgen.formula.words import FUNCTIONS, Word, added_word
+from eomgen.scene.formula.definitions import NamedExpression
 from eomgen.scene.formula.hints import of_function, of_kind, of_name, of_parts
 from eomgen.scene.formula.scope import (
     DERIVATIVES,
@@ -309,7 +310,7 @@ class _Reader:
                 self.allow(node, kind, f"the {kind} {shown(name)}")
                 return Symbol(kind, name), None
         if name in self.names.definitions:
-            return Symbol("definition", name), None  # which kinds it may mention here is asked when it is written out
+            return self.definition(name)
         if name in FUNCTIONS:
             raise self.error(node, f"the function {name} needs arguments", f"{name}(x)")
         if name in self.names.curves:
@@ -329,6 +330,14 @@ class _Reader:
         known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
         hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
         raise self.error(node, f"unknown name {shown(name)}", hint)
+
+    def definition(self, name: str) -> tuple[Formula, float | None]:
+        """Return a definition: its number, or a symbol until it is written out, when its kinds are checked."""
+        definition: NamedExpression = self.names.definitions[name]
+        if (number := definition.number) is None:
+            return Symbol("definition", name), None
+        definition.used = True
+        return Number(number), number
 
     def check_alone(self, node: ast.expr, name: str, meaning: str) -> None:
         """Check that a name with a meaning of its own here is no parameter or definition of the scene."""
