@@ -252,7 +252,7 @@ def off_axis_hint(model: CompiledModel, measures: Measures, q: Array, v: Array) 
             if off > _ON_AXIS * measures.length(q) and mass * off > worst:
                 worst = mass * off
                 result = (
-                    f"centres of mass on the axis of {factor.name} (that of {solid.name} is {off:.6g} m off,"
+                    f"centres of mass on the axis of {factor.name} (the centre of {solid.name} is {off:.6g} m off,"
                     f" {worst:.6g} kg m), with gravity and springs that are the same all round it; unbalance acts on"
                     " the balanced rotor as a force that turns (docs/python.md, Rotors)"
                 )

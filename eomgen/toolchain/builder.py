@@ -37,7 +37,7 @@ from eomgen.toolchain.compiler import (
 )
 from eomgen.toolchain.lane_library import LaneLibrary
 from eomgen.toolchain.library import Library
-from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile, without_slow_passes
+from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile, passes_for
 from eomgen.toolchain.profiles import profile as profile_named
 
 
@@ -251,8 +251,9 @@ class Builder:
             nonlocal lines
             header, sources = "", []
             jobs = None if running is None else 0
-            own = without_slow_passes(self.flags, self.compiler.version)
-            with Compilation(self.compiler, own, jobs=jobs, timeout=self.timeout, running=running) as compilation:
+            with Compilation(
+                self.compiler, self.flags, jobs=jobs, timeout=self.timeout, running=running
+            ) as compilation:
                 for name, text in _headers_first(files) if isinstance(files, Mapping) else files:
                     (folder / name).write_text(text, encoding="utf-8")
                     lines += text.count("\n")
@@ -260,7 +261,10 @@ class Builder:
                         header = text
                     if name.endswith(".c") and name != "main.c":
                         sources.append(folder / name)
-                        compilation.add(folder / name, self.flags if name in (written or {}) else None)
+                        own = name in (written or {})
+                        compilation.add(
+                            folder / name, None if own else passes_for(text, self.flags, self.compiler.version)
+                        )
                 output, wrapper = folder / (_LIBRARY + library_suffix()), partial(self._wrapper, cdef, header)
                 commands = compilation.linked(sorted(sources), output, wrapper)
             (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
@@ -318,7 +322,7 @@ class Builder:
             sources = [folder / name for name in sorted(made) if name.endswith(".c")]
             if not sources:
                 return
-            own = without_slow_passes(flags, compiler.version)
+            own = passes_for("".join(made.values()), flags, compiler.version)
             compile_library(compiler, sources, folder / _LANES, own, timeout=self.timeout)
             for source in sources:
                 source.with_suffix(".o").unlink(missing_ok=True)

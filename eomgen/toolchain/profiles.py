@@ -51,6 +51,9 @@ _WITHOUT_SLOW_PASSES = (
     "-fno-tree-dse",
     "-fno-dse",
 )
+#: Characters of a source from which on the slow passes are left out. Steps of shorter models were up to 5 % slower
+#: without these passes, and take at most a second to compile with them.
+_LONG = 130_000
 #: First gcc whose ``-O2`` turns loops into vectors, as these flags say; others are called with ``-O2``.
 _FIRST_GCC = 12
 _GCC = re.compile(r"\S*g?cc\S* \(.*?\) (\d+)\.")
@@ -79,3 +82,13 @@ def without_slow_passes(flags: Sequence[str], version: str) -> tuple[str, ...]:
     if gcc is None or int(gcc[1]) < _FIRST_GCC:
         return tuple(flags)
     return tuple(part for flag in flags for part in (_WITHOUT_SLOW_PASSES if flag == "-O2" else (flag,)))
+
+
+def passes_for(source: str, flags: Sequence[str], version: str) -> tuple[str, ...]:
+    """Return the flags for a generated source: without the slow passes if it is so long that they take seconds.
+
+    Parameters
+    ----------
+    version : the first line that the compiler prints about itself
+    """
+    return without_slow_passes(flags, version) if len(source) > _LONG else tuple(flags)

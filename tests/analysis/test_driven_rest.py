@@ -204,7 +204,7 @@ def test_forces_that_change_with_the_driven_angle_are_refused_with_their_centre_
     assert "nothing rests beside the drive of spin at 300 rad/s, for forces change as it moves: at t = " in str(
         refusal.value
     )
-    assert "centres of mass on the axis of spin (that of disc is 0.01 m off, 0.05 kg m)" in str(refusal.value)
+    assert "centres of mass on the axis of spin (the centre of disc is 0.01 m off, 0.05 kg m)" in str(refusal.value)
 
 
 @pytest.mark.slow

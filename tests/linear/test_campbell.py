@@ -284,7 +284,9 @@ def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
     model = eomgen.build(jeffcott(2e-4), profile="quick")
     with pytest.raises(NumericalError) as refusal:
         model.campbell("spin", np.linspace(0.0, 800.0, 5))
-    hint = "centres of mass on the axis of spin (that of disc is 0.0002 m off, 0.004 kg m), with gravity and springs"
+    hint = (
+        "centres of mass on the axis of spin (the centre of disc is 0.0002 m off, 0.004 kg m), with gravity and springs"
+    )
     assert hint in str(refusal.value)
     assert "unbalance acts on the balanced rotor as a force that turns (docs/python.md, Rotors)" in str(refusal.value)
 

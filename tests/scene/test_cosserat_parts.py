@@ -191,7 +191,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"length": None, "shape": {"points": [[0, 0, 0.5], [1, 0, 0]]}},
-        "(beams.rope.shape.points[0]): the first of the points is at [0, 0, 0.5], and the origin of the beam's frame is there; try: [0, 0, 0]; the place of the beam is that of its joint",
+        "(beams.rope.shape.points[0]): the first of the points is at [0, 0, 0.5], and the origin of the beam's frame is there; try: [0, 0, 0]; the joint of the beam says its place",
     ),
     (
         {"length": None, "shape": {"points": [[0, 0, 0], [1, 0, 0], [1, 0, 0]]}},
@@ -207,7 +207,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"length": None, "shape": {"frames": [{"position": [0, 0, 0], "rotation": [{"axis": [0, 0, 1], "angle": 0.1}]}, FRAME]}},
-        "(beams.rope.shape.frames[0].rotation): the first frame is turned against the beam's, which it is; try: no rotation here, and that of the beam's joint",
+        "(beams.rope.shape.frames[0].rotation): the first frame is turned against the beam's, which it is; try: no rotation here; the beam's joint has one",
     ),
     (
         {"length": None, "shape": through({"position": [-1, 0, 0]})},

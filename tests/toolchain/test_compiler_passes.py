@@ -13,7 +13,7 @@ from eomgen.pipeline.pipeline import built_in
 from eomgen.toolchain import profiles
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import find_compiler
-from eomgen.toolchain.profiles import PROFILES, without_slow_passes
+from eomgen.toolchain.profiles import PROFILES, passes_for, without_slow_passes
 from tests.toolchain.test_builder import FILES, build
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -39,6 +39,12 @@ def test_only_compilers_with_these_passes_are_called_without_them(version: str, 
         assert ("-O2" not in flags and "-O1" in flags) == (changed and "-O2" in profile.flags)
         assert [flag for flag in flags if flag in profile.flags] == [f for f in profile.flags if f in flags]
         assert set(profile.flags) - set(flags) <= {"-O2"}
+
+
+def test_short_sources_are_compiled_with_all_passes() -> None:
+    flags, version = PROFILES["fast"].flags, "cc (Debian 12.2.0-14+deb12u1) 12.2.0"
+    assert passes_for("x" * 130_000, flags, version) == flags
+    assert passes_for("x" * 130_001, flags, version) == without_slow_passes(flags, version) != flags
 
 
 def _bits(model: Model) -> dict[str, bytes]:
@@ -68,6 +74,7 @@ def test_the_bits_are_as_of_all_passes(
     example: str, profile: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = EXAMPLES / example / "scene.toml"
+    monkeypatch.setattr(profiles, "_LONG", 0)  # as if these sources were long
     few = _bits(built_in(tmp_path / "few", scene, method="generalized_alpha", profile=profile))
     monkeypatch.setattr(profiles, "_WITHOUT_SLOW_PASSES", ("-O2",))
     every = _bits(built_in(tmp_path / "every", scene, method="generalized_alpha", profile=profile))

@@ -191,7 +191,7 @@ class GalerkinSteps:
         -------
         (steps, size, directions)
         """
-        assert len(self.P)
+        _ = self.P  # hands the partials over to the sweeps, once
         return self.sweeps.tangents(dp, self.equations.along_directions(dp, self.values), state, self._curvature)
 
     def adjoints(self, direct: Array, state: Array) -> tuple[Array, Array]:
@@ -208,7 +208,7 @@ class GalerkinSteps:
         rest : (steps, size, functionals)
             Parts of parameters and inputs in second derivatives at the starts, in the order of ``second_partials``.
         """
-        assert len(self.P)
+        _ = self.P  # hands the partials over to the sweeps, once
         return self.sweeps.adjoints(direct, state, self._curvature)
 
     def of_parameters(self, multipliers: Array, rest: Array) -> Array:

@@ -253,7 +253,7 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
         return None
     if abs(abs(quaternions[0][0]) - 1.0) > _AT_ORIGIN:
         fault = "the first frame is turned against the beam's, which it is"
-        values.report.add(f"{key}[0].rotation", fault, "no rotation here, and that of the beam's joint")
+        values.report.add(f"{key}[0].rotation", fault, "no rotation here; the beam's joint has one")
         return None
     poses = np.column_stack([np.array(quaternions), positions])
     for place, (before, after) in enumerate(pairwise(turned), 1):
@@ -304,7 +304,7 @@ def _several(key: str, plural: str, places: Array, values: Values) -> bool:
     if np.linalg.norm(places[0]) > _AT_ORIGIN * size:
         listed = ", ".join(f"{number:.6g}" for number in places[0])
         fault = f"the first of the {plural} is at [{listed}], and the origin of the beam's frame is there"
-        report.add(f"{key}[0]", fault, "[0, 0, 0]; the place of the beam is that of its joint")
+        report.add(f"{key}[0]", fault, "[0, 0, 0]; the joint of the beam says its place")
         return False
     if float(np.min(apart)) <= _AT_ORIGIN * size:
         place = int(np.argmin(apart))

@@ -174,7 +174,7 @@ def _of_joints(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
         places = (
             (f"the joint {name} starts at", (joint.get("initial") or {}).get("position")),
             (f"the spring of the joint {name} rests at", joint.get("rest")),
-            (f"the joint {name} is offset from what it follows by", (joint.get("mimic") or {}).get("offset")),
+            (f"the joint {name} is offset from its leader by", (joint.get("mimic") or {}).get("offset")),
             (f"the joint {name} has its lower limit at", limits.get("lower")),
             (f"the joint {name} has its upper limit at", limits.get("upper")),
         )

@@ -182,7 +182,7 @@ def _masked(name: str, source: Source, sizes: list[int]) -> str:
 
 #: The interface of a library of lanes; ``templates/ensembles/driver.c.jinja`` implements it.
 LANES_CDEF = """\
-long eomgen_lanes_size(int what);
+long eomgen_lanes_size(int kind);
 void eomgen_lanes_start(const double *parameters, const double *settings, const double *inputs, const double *start,
     double *state, double *workspace, int *statuses);
 void eomgen_lanes_run(const double *parameters, const double *settings, const double *inputs, double *state,
