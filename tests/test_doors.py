@@ -226,11 +226,11 @@ ORDER: dict[str, tuple[str, ...]] = {
     ),
     "mechanics": (
         "linear_parameters",
-        "describe extent laws shape_functions",
+        "describe laws shape_functions",
         "discontinuities tree",
-        "beam_axes kinematics overshoots summary",
+        "beam_data kinematics summary",
         "forces",
-        "constants constraints dynamics rates",
+        "constraints dynamics rates",
         "reactions",
         "derivation",
         "initial_coordinates terms",
@@ -360,7 +360,7 @@ LATE: dict[str, dict[str, str]] = {
     },
     "products.reliability.command": {"": "as in cli"},
     "products.studies.commands": {"": "as in cli"},
-    "mechanics.tree.beam_links": {"mechanics.shape_functions": "SciPy and mpmath; most scenes have no beams"},
+    "mechanics.tree.build": {"mechanics.shape_functions": "SciPy and mpmath; most scenes have no beams"},
     "mechanics.forces.distributed_loads": {"mechanics.shape_functions": "SciPy and mpmath; as above"},
     "pipeline.scenes": {
         "mechanics": "SymPy; a cached model needs none of it",

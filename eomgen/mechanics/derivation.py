@@ -11,33 +11,33 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.constraints.beam_strains import section_multipliers, strain_rows
-from eomgen.mechanics.constraints.counted_angles import counted_angles
-from eomgen.mechanics.constraints.joints import AbsoluteQuantities, driven_rows, following_rows, joint_constraint
+from eomgen.mechanics.constraints.joints import (
+    AbsoluteQuantities,
+    counted_angles,
+    driven_rows,
+    following_rows,
+    joint_constraint,
+)
 from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows
 from eomgen.mechanics.dynamics import separated
-from eomgen.mechanics.dynamics.beam_matrices import geometric, structural
-from eomgen.mechanics.dynamics.cancellation import loses_digits
+from eomgen.mechanics.dynamics.elimination import loses_digits
 from eomgen.mechanics.dynamics.energy import energies
 from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
-from eomgen.mechanics.dynamics.reference_efforts import ReferenceEfforts
+from eomgen.mechanics.dynamics.separated import ReferenceEfforts, geometric, structural
 from eomgen.mechanics.forces.applied import applied_loads, offered_by
-from eomgen.mechanics.forces.element_loads import Fields
+from eomgen.mechanics.forces.distributed_loads import Fields, SectionLoads
 from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.forces.loads import Loads
-from eomgen.mechanics.forces.section_loads import SectionLoads
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
 from eomgen.mechanics.kinematics.directions import configuration_directions
-from eomgen.mechanics.kinematics.fields import Field, centripetal, total_fields
+from eomgen.mechanics.kinematics.fields import Field, Wrench, centripetal, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
-from eomgen.mechanics.kinematics.wrenches import Wrench
-from eomgen.mechanics.reactions.quantities import Reactions
-from eomgen.mechanics.reactions.transmitted import TransmittedWrenches
+from eomgen.mechanics.reactions import Reactions, TransmittedWrenches
 from eomgen.mechanics.tree.absolute import build_absolute_tree
 from eomgen.mechanics.tree.alike import LONG_TREE, MANY, is_irregular, joints_along_z, made_alike
 from eomgen.mechanics.tree.base import base_state, resting_base
-from eomgen.mechanics.tree.build import build_tree
-from eomgen.mechanics.tree.grouping import grouped
+from eomgen.mechanics.tree.build import build_tree, grouped
 from eomgen.mechanics.tree.links import ROOT, Tree
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.scene import Scene

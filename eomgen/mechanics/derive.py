@@ -5,21 +5,18 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
-from eomgen.mechanics.beam_axes import beam_axes
-from eomgen.mechanics.constants import described, named_constants, slopes
-from eomgen.mechanics.constraints.counted_angles import angle_labels
+from eomgen.mechanics.beam_data import beam_axes, described, named_constants, slopes
+from eomgen.mechanics.constraints.joints import angle_labels
 from eomgen.mechanics.derivation import Derivation
-from eomgen.mechanics.discontinuities import discontinuities, validity
-from eomgen.mechanics.extent import extent
+from eomgen.mechanics.describe import extent
+from eomgen.mechanics.discontinuities import discontinuities, overshoots, validity
 from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
-from eomgen.mechanics.overshoots import overshoots
-from eomgen.mechanics.rates.drivers import base_rates, input_rates
+from eomgen.mechanics.rates.jets import base_rates, input_rates
 from eomgen.mechanics.summary import kept_and_dropped
-from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse
+from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse, sample_rows
 from eomgen.mechanics.terms.rates import rate_blocks
 from eomgen.mechanics.terms.recorders import RECORDERS
-from eomgen.mechanics.terms.samples import sample_rows
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.joints.unresisted import UNRESISTED
 from eomgen.scene.scene import Scene

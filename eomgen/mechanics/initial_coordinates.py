@@ -14,7 +14,7 @@ from eomgen.formula.nodes import Symbol
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import difference
-from eomgen.mechanics.constraints.counted_angles import counted_angles
+from eomgen.mechanics.constraints.joints import counted_angles
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.bodies.beam import Beam

@@ -8,7 +8,7 @@ from eomgen.errors import ModelError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Number, Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.mechanics.tree.beam_links import attached_along
+from eomgen.mechanics.tree.build import attached_along
 from eomgen.scene.bodies.beam import KINDS, Beam, Deformation
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.reading.rotations import Rotation

@@ -180,7 +180,7 @@ class ElementStiffness:
         """Return the stiffness of each element at values of the parameters, (elements, 6, 6), N m/rad and N/m.
 
         Its coordinates are changes of the logarithm of the relative pose. Forces and moments vary along an element: see
-        ``mechanics.forces.element_stiffness``; the flexibility is S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape.
+        ``mechanics.forces.cosserat_beams``; the flexibility is S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape.
         """
         result = []
         for kept, flexibility, within, length in self._flexibilities(values):

@@ -9,7 +9,7 @@ import pytest
 
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol
-from eomgen.mechanics.constraints.counted_angles import counted_angles
+from eomgen.mechanics.constraints.joints import counted_angles
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from eomgen.mechanics.forces.element_stiffness import with_linear_moments
+from eomgen.mechanics.forces.cosserat_beams import with_linear_moments
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape
 from tests.oracles.beam_elements import element_by_flexibility

@@ -10,7 +10,7 @@ from scipy.interpolate import make_interp_spline
 
 import eomgen
 from eomgen.formula.curves import Curve, Outside
-from eomgen.mechanics.overshoots import overshoots
+from eomgen.mechanics.discontinuities import overshoots
 
 NATURAL = ([(3, 0.0), (4, 0.0)], [(3, 0.0), (4, 0.0)])
 RESTING = ([(1, 0.0), (2, 0.0)], [(1, 0.0), (2, 0.0)])

@@ -11,7 +11,7 @@ import pytest
 import eomgen
 from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.mechanics.derive import derive
-from eomgen.mechanics.forces import spring_loops
+from eomgen.mechanics.forces import springs
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import System
 from tests.models.nets import LENGTH, MASS, SLACK, STIFFNESS, net
@@ -62,7 +62,7 @@ def test_the_same_equations_as_one_by_one(kind: dict[str, object], monkeypatch: 
     scene = net(4, 3, **kind)  # type: ignore[arg-type]  # keys of net
     loops = derive(scene, TERMS)
     assert any(len(getattr(loop, "gather", ())) and loop.count == 17 for loop in loops.tape.maps)  # type: ignore[attr-defined]
-    monkeypatch.setattr(spring_loops, "FEWEST", 10**9)
+    monkeypatch.setattr(springs, "FEWEST", 10**9)
     alone = derive(scene, TERMS)
     assert not alone.tape.maps
     found, expected = values(loops), values(alone)
@@ -102,7 +102,7 @@ def test_a_spring_with_an_actuator_and_one_on_a_long_chain_stay_alone() -> None:
         builder.point(f"tip{k}", f"link{k}", [1, 0, 0.1])
         force = "2.0 * sin(t)" if k == 2 else 0.0
         builder.spring(f"spring{k}", "wall", f"tip{k}", stiffness=100.0, length=1.0, force=force)
-    for k in range(spring_loops.FEWEST):
+    for k in range(springs.FEWEST):
         builder.point(f"wall{k}", "base", [1.0, 0.1 * k, 2.0])
         builder.spring(f"on_tip{k}", f"wall{k}", "tip9", stiffness=100.0, length=1.0)
     system = derive(builder.build(), ("force",))

@@ -9,7 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.mechanics import derivation
-from eomgen.mechanics.dynamics import extended_system as extended
+from eomgen.mechanics.terms import implicit_step as extended
 from eomgen.mechanics.terms import implicit_step as iteration
 from eomgen.products.studies.verification import check as checking
 from eomgen.studies import check

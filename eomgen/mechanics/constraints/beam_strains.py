@@ -13,7 +13,7 @@ from eomgen.mechanics.constraints.rows import Row, Rows
 from eomgen.mechanics.forces.cosserat_beams import Chain, Element
 from eomgen.mechanics.forces.frame_pairs import magnitude
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.kinematics.wrenches import Wrench
+from eomgen.mechanics.kinematics.fields import Wrench
 from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.symbolic.scalar import Scalar

@@ -1,28 +1,112 @@
-"""Joints as constraints between absolute bodies, and joint coordinates as functions of the bodies' poses."""
+"""Joints as constraints between absolute bodies: their equations, their coordinates and velocities as functions of
+the bodies' motions, and angles counted over revolutions.
+
+Joint angles counted over revolutions in absolute coordinates; poses give angles modulo 2 pi only.
+
+If an angle acts as a number (in a spring, a stop, an output, a formula other than sines and cosines), q holds a
+reference beside the poses, within pi of the angle. The angle is the reference plus the rotation of the frames beyond
+it. The reference does not depend on the poses, so partials and rates belong to the frames alone. The configuration is a
+point of a covering space, and the reference selects the sheet; steppers update it after each step.
+
+Joint velocities between absolute bodies, the velocity coordinates in which linear models are compared.
+
+Eigenvalues of a linear model that is frozen at an instant of a motion depend on its coordinates: only coordinates
+that are constant multiples of each other along the motion have the same. Velocities of bodies are no such multiples
+of the joints'.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 from eomgen.errors import ModelError, Problem
-from eomgen.formula.nodes import Number, Symbol
+from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.formula.prescribed_motion import smooth
-from eomgen.mechanics.constraints.counted_angles import counted_angles
-from eomgen.mechanics.constraints.rows import Row, sine_of_excess_rotation
+from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, Rows, sine_of_excess_rotation
 from eomgen.mechanics.forces.frame_pairs import frame_pair, magnitude
+from eomgen.mechanics.forces.internal_states import state_formulas
 from eomgen.mechanics.forces.symbols import Offers, Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.joints import Direction, frame_of, perpendicular
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joints.constraint_model import Constraint, Frame
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Scalar, Vector, dot, minus
+from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, transpose
 from eomgen.symbolic.tape import ZERO
+
+#: A joint and the number of its coordinate.
+Coordinate = tuple[str, int]
+#: Functions that whole turns of their argument do not change.
+_PERIODIC = frozenset({"sin", "cos", "tan"})
+
+
+def counted_angles(scene: Scene) -> tuple[Coordinate, ...]:
+    """Return (joint, index) of the angles counted over revolutions, in joint order; none in joint coordinates.
+
+    The angle of a helical joint follows from its travel and is not counted.
+    """
+    if scene.coordinates != "absolute":
+        return ()
+    used = set(_in_elements(scene))
+    for formula in chain(state_formulas(scene), *(output.values for output in scene.outputs)):
+        used |= _as_numbers(formula, turns=False)
+    return tuple((joint.name, k) for joint in scene.joints for k in joint.kind.counted if (joint.name, k) in used)
+
+
+def angle_labels(scene: Scene) -> tuple[str, ...]:
+    """Return the labels of the references in q: ``hinge.angle``, or ``cross.angle[1]`` for a joint with two angles."""
+    angles = {joint.name: joint.kind.angles for joint in scene.joints}
+    return tuple(
+        f"{joint}.angle" + (f"[{index}]" if angles[joint] > 1 else "") for joint, index in counted_angles(scene)
+    )
+
+
+def follows_modulo_revolutions(joint: Joint, mimic: Mimic, leader: Joint) -> bool:
+    """Return whether an angle follows another by an integer factor: revolutions of the leader then have no effect."""
+    whole = mimic.multiplier
+    return (
+        joint.kind.is_revolute
+        and leader.kind.is_revolute
+        and isinstance(whole, Number)
+        and whole.value == int(whole.value)
+    )
+
+
+def _in_elements(scene: Scene) -> Iterator[Coordinate]:
+    """Yield the coordinates on which force elements, stops and dependent (mimic) joints act."""
+    joints = {joint.name: joint for joint in scene.joints}
+    for joint in scene.joints:
+        yield from (
+            (joint.name, k) for k, stiffness in enumerate(joint.each(joint.stiffness)) if stiffness != Number(0.0)
+        )
+        yield from ((joint.name, stop.index) for stop in joint.stops)
+        if joint.mimic is not None and not follows_modulo_revolutions(joint, joint.mimic, joints[joint.mimic.joint]):
+            yield joint.mimic.joint, 0
+    yield from chain.from_iterable(element.angles() for element in scene.elements)
+
+
+def _as_numbers(formula: Formula, *, turns: bool) -> set[Coordinate]:
+    """Return the coordinates in a formula that may not be shifted by 2 pi; ``turns``: the formula's own value may be.
+
+    Same rules as in ``symbolic.periodic``: sines and cosines are periodic; sums, differences and integer multiples pass
+    shifts on.
+    """
+    if isinstance(formula, Number):
+        return set()
+    if isinstance(formula, Symbol):
+        return {(formula.name, formula.index)} if formula.kind == "q" and not turns else set()
+    if isinstance(formula, Application):
+        return _as_numbers(formula.argument, turns=False)
+    whole = any(isinstance(item, Number) and item.value == int(item.value) for item in formula.arguments)
+    handed_on = formula.name in ("add", "sub", "neg") or (formula.name == "mul" and whole)
+    inner = formula.name in _PERIODIC or (turns and handed_on)
+    return set().union(*(_as_numbers(argument, turns=inner) for argument in formula.arguments))
 
 
 def joint_constraint(joint: Joint) -> Constraint | None:
@@ -196,3 +280,37 @@ def _refuse(keys: Iterable[str]) -> None:
     problems = [Problem(f"joints.{key}", "has no place in absolute coordinates", "joint coordinates") for key in keys]
     if problems:
         raise ModelError(problems)
+
+
+def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> ConstraintCalculus:
+    """Return the calculus of the velocities of all independent joints, in the order of ``scene.leading_joints``."""
+    rows = Rows()
+    for joint in scene.leading_joints:
+        with quantities.algebra.tape.block(f"velocity of joint {joint.name}"):
+            rows.velocity += _velocities(quantities, joint)
+    return ConstraintCalculus(tree, rows, quantities.kinematics.carrier)
+
+
+def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
+    """Return the velocity components of a joint, rad/s or m/s; on admissible motions they are its joint velocities."""
+    item = joint_constraint(joint)
+    if item is None or not item.kind.coordinates:
+        pair = frame_pair(quantities, Frame(joint.parent, joint.position, joint.orientation), Frame(joint.child))
+    else:
+        pair = frame_pair(quantities, item.first, item.second)
+    first, second = pair.first, pair.second
+    turning = minus(pair.angular_velocity(second), pair.angular_velocity(first))
+    sliding = minus(pair.velocity_at(second, second.origin), pair.velocity_at(first, second.origin))
+
+    def components() -> Iterator[Scalar]:
+        kind = joint.kind
+        if not kind.coordinates:
+            yield from apply(transpose(second.axes), turning)
+            if kind.has("free"):
+                yield from apply(transpose(second.axes), sliding)
+        for frame, axis in zip((first, second), kind.turned_about, strict=False):
+            yield dot(turning, frame.axis(kind.frame_axes[axis]))
+        for axis in kind.travels:
+            yield dot(sliding, first.axis(kind.frame_axes[axis]))
+
+    return [Row(joint.name, value, "m/s", pair.size, pair.lever, pair.path_length) for value in components()]

@@ -2,16 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.
-WITHIN = [
-    "articulated_bodies",
-    "beam_matrices",
-    "cancellation",
-    "centroidal",
-    "elimination",
-    "energy",
-    "extended_system",
-    "partials",
-    "reference_efforts",
-    "regressor",
-    "separated",
-]
+WITHIN = ["elimination", "energy", "partials", "separated"]

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from eomgen.mechanics.dynamics.separated import field_wrenches
 from eomgen.mechanics.forces.loads import Loads
-from eomgen.mechanics.kinematics.fields import total_fields
+from eomgen.mechanics.kinematics.fields import carry, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
-from eomgen.mechanics.kinematics.wrenches import carry
 from eomgen.mechanics.laws.derived import LAWS
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.inertia import Inertia

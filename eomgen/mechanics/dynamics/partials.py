@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 from eomgen.mechanics.dynamics.separated import composites, field_wrenches, inverse_dynamics
 from eomgen.mechanics.kinematics.directions import configuration_directions
-from eomgen.mechanics.kinematics.fields import Field, centripetal, relative, total_fields
-from eomgen.mechanics.kinematics.wrenches import Wrench, carry, project
+from eomgen.mechanics.kinematics.fields import Field, Wrench, carry, centripetal, project, relative, total_fields
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.inertia import Inertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree

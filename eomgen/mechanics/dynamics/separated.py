@@ -1,20 +1,55 @@
-"""Separated terms M, h, Q (gravity) and b, and inverse dynamics, by virtual work along the tree.
+"""Separated terms M, h, Q (gravity) and b by virtual work along the tree, matrices of beams, and inverse dynamics,
+which formulas call too.
+
+Separated terms M, h, Q (gravity) and b, and inverse dynamics, by virtual work along the tree.
 
 Each is the virtual work of the links' acceleration fields projected on the joints' motion subspaces, which is J^T
 (..) with the Jacobian expanded along the tree (Lieh 1994). M comes from composite bodies: unit accelerations of one
 joint move its whole subtree.
+
+Stiffness, damping and geometric stiffness matrices of beams, (nv, nv) each.
+
+With shortening -eta^T H(x) eta / 2, an axial force N(x) adds int N phi' phi'^T dx to the stiffness; N follows from the
+forces needed by the masses and bodies further out. In beam axes
+
+    K_geo = -A_x G0 + (omega_y^2 + omega_z^2) G1 - sum_c F_c,x H(x_c)
+
+with A the acceleration of the frame minus gravity, omega its angular velocity, F_c the inertia force of a body at x_c
+minus its applied force. It holds for any motion of the frame, to first order in the elastic coordinates (Kane, Ryan
+and Banerjee 1987).
+
+Inverse dynamics in formulas: ``gravity.elbow``, and ``tau.elbow(servo)`` for a reference motion.
+
+``tau`` is M a + h + b and gravity's part, of the tree as it would move with the reference's coordinates, velocities and
+accelerations in place of its own; no force element, stop or constraint is in it, so it never depends on itself.
+``gravity`` is tau of the tree at rest in its position.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.mechanics.kinematics.fields import LinkField, base_fields, total_fields
-from eomgen.mechanics.kinematics.wrenches import Wrench, carry, difference, project, summed
+from eomgen.errors import ModelError, Problem
+from eomgen.formula.nodes import Symbol
+from eomgen.mechanics.forces.applied import stiffness_and_damping
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.fields import (
+    LinkField,
+    Wrench,
+    base_fields,
+    carry,
+    difference,
+    project,
+    summed,
+    total_fields,
+)
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.beam_body import ElasticBody, RelativeMotion
+from eomgen.mechanics.tree.build import build_tree, grouped
 from eomgen.mechanics.tree.inertia import AddedMass, Inertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
+from eomgen.scene.control.model import Reference
+from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, plus, scaled
 
 #: Quantities of coordinates, one value per column of a link, by link.
@@ -227,3 +262,105 @@ def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[Inertia] | None 
                 at_rest = link.elastic.relative_motion(rates=False, own_rates=False, accelerations=False)
                 efforts[index] = _rows_of(link.elastic, down, at_rest)
     return tree.by_dof(efforts)
+
+
+Square = list[list[Scalar]]
+
+
+def _square(tree: Tree) -> Square:
+    return [[tree.algebra.zero] * tree.nv for _ in range(tree.nv)]
+
+
+def structural(tree: Tree, quantities: Quantities) -> tuple[Square, Square]:
+    """Return K and D of all beams, (nv, nv) each; zero outside of elastic coordinates."""
+    K, D = _square(tree), _square(tree)
+    for link in tree.links:
+        if link.elastic is not None:
+            with tree.algebra.tape.block(f"stiffness and damping of {link.name}"):
+                for total, own in zip((K, D), stiffness_and_damping(link.elastic, quantities), strict=True):
+                    _add(total, link.dofs, own)
+    return K, D
+
+
+def geometric(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None]) -> Square:
+    """Return K_geo for the present motion, (nv, nv).
+
+    Parameters
+    ----------
+    loads : applied wrenches by link, in link axes
+    """
+    total = _square(tree)
+    fields = total_fields(tree, base, accelerations=True, gravity=True)
+    transmitted = carried_loads(tree, net_wrenches(tree, fields, loads), "transmitted wrench")
+    for link, field, (_, force) in zip(tree.links, fields, transmitted, strict=True):
+        with tree.algebra.tape.block(f"geometric stiffness of {link.name}"):
+            if link.elastic is not None:
+                _add(total, link.dofs, link.elastic.geometric_stiffness(field.origin[0], field.gradient[0][0]))
+            elif link.station is not None:
+                axial = link.rotation.rotate(force)[0]
+                _add(total, link.dofs, [[-(axial * entry) for entry in row] for row in link.station.shortening])
+    return total
+
+
+def _add(total: Square, dofs: Sequence[int], own: Sequence[Sequence[Scalar]]) -> None:
+    for row, values in zip(dofs, own, strict=True):
+        for column, value in zip(dofs, values, strict=True):
+            total[row][column] = total[row][column] + value
+
+
+_BLOCKS = (("position", "q"), ("velocity", "v"), ("acceleration", "a"))
+
+
+class ReferenceEfforts:
+    """Efforts of inverse dynamics by joint, each reference recorded once.
+
+    Parameters
+    ----------
+    tree : of the scene, inertias grouped
+    base : motion of the base, with gravity in its axes
+    quantities : for the formulas of references
+    """
+
+    def __init__(self, scene: Scene, tree: Tree, base: BaseMotion, quantities: Quantities) -> None:
+        self.scene = scene
+        self.tree = tree
+        self.base = base
+        self.quantities = quantities
+        self.references = {item.name: item for item in scene.references}
+        self._efforts: dict[str, list[Scalar]] = {}
+
+    def __call__(self, symbol: Symbol) -> Scalar:
+        """Return the effort on a component of a joint, N m or N.
+
+        Raises
+        ------
+        ModelError
+            The joint follows another, so it has no equation of its own.
+        """
+        coordinates = self.tree.coordinates[symbol.name]
+        if any(joint.name == symbol.name and joint.mimic is not None for joint in self.scene.joints):
+            fault = f"the joint {symbol.name} follows another and has no equation of its own"
+            raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", fault, "the joint that it follows"))
+        if symbol.reference not in self._efforts:
+            self._efforts[symbol.reference] = self._recorded(symbol.reference)
+        return self._efforts[symbol.reference][coordinates.dofs[symbol.index]]
+
+    def _recorded(self, reference: str) -> list[Scalar]:
+        """Return the efforts for a reference by velocity component; without a name, those against gravity."""
+        if not reference:
+            return [-force for force in gravity_force(self.tree.without_water(), self.base.gravity)]
+        algebra = self.tree.algebra
+        given = {("a", dof): algebra.zero for dof in range(self.tree.nv)}
+        given |= self._given(self.references[reference])
+        moved = grouped(build_tree(algebra, self.scene, given=given)).without_water()
+        with algebra.tape.block(f"inverse dynamics of reference {reference}"):
+            return inverse_dynamics(moved, self.base, [None] * len(moved.links))
+
+    def _given(self, reference: Reference) -> dict[tuple[str, int], Scalar]:
+        result: dict[tuple[str, int], Scalar] = {}
+        for part, block in _BLOCKS:
+            for joint, formula in getattr(reference, part):
+                coordinates = self.tree.coordinates[joint]
+                number = (coordinates.components if block == "q" else coordinates.dofs)[0]
+                result[block, number] = self.quantities.formula(formula)
+        return result

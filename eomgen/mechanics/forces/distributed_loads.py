@@ -1,4 +1,18 @@
-"""Distributed loads on beams by virtual work: integrals of the shape functions against the load's profile.
+"""Distributed loads on beams by virtual work, on geometrically exact beams by their nodes and elements, and the
+loads of their sections.
+
+Distributed loads on the nodes of geometrically exact beams by formulas of each node's own motion: one loop.
+
+Numbers that differ among nodes (weights, and values of formulas of s) are columns of the loop. A load is a
+function of its node's pose and twist, so its tangents are tangents of a ``Map`` over the numbers that reach a node.
+
+Wrenches on the halves of elements of geometrically exact beams: distributed loads, weight and inertia forces.
+
+Elements transmit one wrench from node to node, and loads along elements are lumped at the nodes. The section wrench at
+a node is the wrench at the element's end plus the loads on half of the element. It is of second order in the element's
+length, and equals the reaction at a clamp exactly.
+
+Distributed loads on beams by virtual work: integrals of the shape functions against the load's profile.
 
 With w = p(s) f the virtual work is f . delta int p r dx, r being the deformed axis: the integrals over p are those
 that the beam's mass has over its mass per length, exact, the shortening of the bent axis among them.
@@ -6,16 +20,264 @@ that the beam's mass has over its mass per length, exact, the shortening of the 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
-from eomgen.formula.nodes import ZERO_VECTOR
-from eomgen.mechanics.forces.forces import add_load
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import ZERO_VECTOR, Formula, Symbol
+from eomgen.formula.pattern import pattern
+from eomgen.formula.recording import Resolver
+from eomgen.mechanics.forces.cosserat_beams import (
+    Chain,
+    Element,
+    LoopInputs,
+    Node,
+    Six,
+    is_carried,
+    node_at,
+    push_on_node,
+)
+from eomgen.mechanics.forces.forces import Local, add_load
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
-from eomgen.mechanics.forces.node_loads import add_local_load, is_local
 from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.fields import Field, Wrench
 from eomgen.mechanics.tree.beam_fields import DistributedMass
-from eomgen.scene.forces.distributed_loads import DistributedLoad
-from eomgen.symbolic.scalar import apply, cross, dot, plus, scaled, transpose
+from eomgen.mechanics.tree.inertia import inertia_about_center, wrench
+from eomgen.mechanics.tree.links import Mount
+from eomgen.scene.bodies.cosserat import SECTION_ROW, BeamSection, Cosserat
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.scene.forces.distributed_loads import DistributedLoad, NodeLoad
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.calculus.loops import compact
+from eomgen.symbolic.map import Map, add_map
+from eomgen.symbolic.scalar import Algebra, Scalar, apply, cross, dot, multiply, plus, scaled, transpose
+from eomgen.symbolic.tape import Tape
+
+#: Three formulas of a force and three of a moment.
+Formulas = tuple[Formula, ...]
+
+
+def is_local(item: DistributedLoad) -> bool:
+    """Return whether a load depends on the motion of the sections on which it acts."""
+    formulas = {formula for load in item.nodes for formula in (*load.force, *load.moment)}
+    return any(symbol.kind == "local" for formula in formulas for symbol in symbols(formula))
+
+
+def add_local_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:
+    """Add a load on the nodes of a beam, each by the motion of its own section, and its power."""
+    alike: dict[object, list[NodeLoad]] = {}
+    for load in item.nodes:
+        mount = quantities.tree.mounts[load.node]
+        shape, _ = pattern((*load.force, *load.moment))
+        if mount.link >= 0:
+            alike.setdefault((shape, load.node if is_carried(quantities, mount) else ""), []).append(load)
+    for group in alike.values():
+        _Group(item, group, quantities).add(loads)
+
+
+def wrenches_per_length(item: DistributedLoad, quantities: Quantities) -> list[list[Scalar]]:
+    """Return moment and force per length on each node of a beam, (6,), in the axes of the node."""
+    result: list[list[Scalar]] = []
+    for load in item.nodes:
+        group = _Group(item, [load], quantities)
+        result.append(group.alone(load, quantities.algebra.one)[:6])
+    return result
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Nodes with loads that differ in numbers alone."""
+
+    item: DistributedLoad
+    nodes: Sequence[NodeLoad]
+    quantities: Quantities
+
+    def add(self, loads: Loads) -> None:
+        loop = self._loop() if len(self.nodes) > 1 else None
+        if loop is None:
+            for load in self.nodes:
+                self._push(loads, load, self.alone(load, self.quantities.algebra.scalar(load.weight)))
+            return
+        tape = self.quantities.algebra.tape
+        wrenches, power = (add_map(tape, compact(part, ())) for part in loop)
+        for load, row in zip(self.nodes, wrenches.rows, strict=True):
+            self._push(loads, load, [Scalar(tape, ref) for ref in row])
+        loads.power = loads.power + Scalar(tape, power.sums[0])
+
+    def _push(self, loads: Loads, load: NodeLoad, wrench: Six) -> None:
+        mount = self._mount(load)
+        for wrenches in (loads.wrenches, loads.external):
+            push_on_node(wrenches, mount, wrench[:6])
+        if len(wrench) > 6:
+            loads.power = loads.power + wrench[6]
+
+    def _mount(self, load: NodeLoad) -> Mount:
+        return self.quantities.tree.mounts[load.node]
+
+    def alone(self, load: NodeLoad, weight: Scalar) -> list[Scalar]:
+        """Return the wrench on one node at a weight, (6,), and its power."""
+        quantities, base = self.quantities, _numbers_of_base(self.quantities)
+        node = node_at(quantities, self._mount(load))
+        formulas = (*load.force, *load.moment)
+        return _wrench(quantities.algebra, node, base, formulas, weight, quantities, own_axes=self._own_axes)
+
+    @property
+    def _own_axes(self) -> bool:
+        return self.item.axes == "beam"
+
+    def _loop(self) -> tuple[Map, Map] | None:
+        """Return the loop that gives all wrenches and the loop that sums their power; None if no loop can."""
+        kernel = Tape()
+        algebra, quantities = Algebra(kernel), self.quantities
+        rows = [[number.ref for number in node_at(quantities, self._mount(load)).numbers] for load in self.nodes]
+        inputs = LoopInputs(algebra, list(zip(*rows, strict=True)))
+        node = Node.of(algebra.block("gather", len(rows[0])))
+        patterns = [pattern((*load.force, *load.moment)) for load in self.nodes]
+        numbers = [self._column(inputs, column) for column in zip(*(values for _, values in patterns), strict=True)]
+        weight = self._column(inputs, (load.weight for load in self.nodes))
+        base = [inputs.number([number]) for number in _numbers_of_base(quantities)]
+
+        def resolved(symbol: Symbol) -> Scalar:
+            return numbers[symbol.index] if symbol.kind == "number" else inputs.number([quantities(symbol)])
+
+        results = _wrench(algebra, node, base, patterns[0][0], weight, resolved, own_axes=self._own_axes)
+        if kernel.maps:  # waves, which are a loop themselves
+            return None
+        *wrench, power = (value.ref for value in results)
+        columns = tuple(inputs.elements), tuple(inputs.shared), tuple(inputs.gather)
+        wrenches = Map(kernel, len(rows), *columns, stacked=tuple(wrench), label=self.item.label)
+        return wrenches, Map(kernel, len(rows), *columns, sums=(power,), label=f"power of {self.item.label}")
+
+    def _column(self, inputs: LoopInputs, numbers: Iterable[float]) -> Scalar:
+        return inputs.number([self.quantities.algebra.scalar(number) for number in numbers])
+
+
+def _numbers_of_base(quantities: Quantities) -> list[Scalar]:
+    base = quantities.kinematics.base
+    return [*(entry for row in base.orientation for entry in row), *base.position, *base.omega, *base.velocity]
+
+
+def _wrench(
+    algebra: Algebra, node: Node, base: Six, formulas: Formulas, weight: Scalar, elsewhere: Resolver, *, own_axes: bool
+) -> list[Scalar]:
+    """Return moment and force on a node in its own axes, (6,), and their power.
+
+    Parameters
+    ----------
+    base : (18,), axes by rows, place, angular velocity and velocity of the base
+    """
+    x, y, z, origin, omega, velocity = ((base[k], base[k + 1], base[k + 2]) for k in range(0, 18, 3))
+    back = transpose(node.axes)
+    turning = plus(node.omega, apply(back, omega))
+    moving = plus(node.velocity, apply(back, plus(velocity, cross(omega, node.origin))))
+    axes, place = multiply((x, y, z), node.axes), plus(origin, apply((x, y, z), node.origin))
+    local = Local(algebra, axes, place, turning, moving, own_axes, elsewhere)
+    force, moment = (scaled(weight, local.vector((part[0], part[1], part[2]))) for part in (formulas[:3], formulas[3:]))
+    return [*moment, *force, dot(moment, turning) + dot(force, moving)]
+
+
+#: Map from a link's index to its field of accelerations minus gravity; negative indices denote the carrier of the tree.
+Fields = Callable[[int], Field]
+
+
+def loads_on_halves(quantities: Quantities, beam: Cosserat, fields: Fields) -> list[list[Scalar]]:
+    """Return for each element the wrenches on its first and on its second half, (12,), each about the node there.
+
+    Moments, N m, before forces, N, in the axes of the node.
+    """
+    mounts = [quantities.tree.mounts[name] for name in beam.nodes]
+    halves = [[quantities.algebra.zero] * 12 for _ in beam.parts]
+    for element, part in enumerate(beam.parts):
+        for end in (0, 1):
+            inertia = _inertia_force(quantities, part.section, mounts[element + end], fields)
+            half = 0.5 * float(part.length)
+            _add(halves[element], end, [-half * entry for entry in (*inertia[0], *inertia[1])])
+    loads = (item for item in quantities.scene.elements if isinstance(item, DistributedLoad))
+    for item in loads:
+        if item.beam == beam.name:
+            for number, per_length in enumerate(wrenches_per_length(item, quantities)):
+                before, beyond = item.nodes[number].halves
+                if number > 0:
+                    _add(halves[number - 1], 1, [before * entry for entry in per_length])
+                if number < beam.elements:
+                    _add(halves[number], 0, [beyond * entry for entry in per_length])
+    return halves
+
+
+def _add(halves: list[Scalar], end: int, load: Sequence[Scalar]) -> None:
+    for place, entry in enumerate(load, 6 * end):
+        halves[place] = halves[place] + entry
+
+
+def _inertia_force(quantities: Quantities, section: BeamSection, mount: Mount, fields: Fields) -> Wrench:
+    """Return the inertia wrench minus the weight of a section per metre, in the node's axes; N and N/m."""
+    algebra, field, axes = quantities.algebra, fields(mount.link), mount.orientation
+    back = transpose(axes)
+    tensor = tuple(quantities.formula(entry) for entry in (*section.rotary_inertia, *section.products))
+    y, z = (quantities.formula(entry) for entry in section.center_of_mass)
+    mass = quantities.formula(section.mass_per_length)
+    inertia = inertia_about_center(algebra, mass, (algebra.zero, y, z), tensor)
+    symmetric = multiply(multiply(back, field.symmetric), axes)
+    return wrench(algebra, inertia, apply(back, field.at(mount.position)), apply(back, field.alpha), symmetric)
+
+
+#: Multipliers of the strains that a beam does not have, by element.
+Multipliers = Callable[[Cosserat], Sequence[Sequence[Scalar]]]
+
+
+class SectionLoads:
+    """Strains and loads of the elements of each beam, recorded at their first use.
+
+    Parameters
+    ----------
+    fields : gives the links' accelerations less gravity
+    """
+
+    def __init__(
+        self, scene: Scene, quantities: Quantities, multipliers: Multipliers, fields: Callable[[], Fields]
+    ) -> None:
+        self._beams = {item.name: item.beam for item in scene.elements if isinstance(item, CosseratBeam)}
+        self._quantities, self._multipliers = quantities, multipliers
+        self._fields = fields
+        self._found: dict[str, list[list[Scalar]]] = {}
+        self._halves: dict[str, list[list[Scalar]]] = {}
+
+    @property
+    def beams(self) -> tuple[Cosserat, ...]:
+        """The geometrically exact beams of the scene."""
+        return tuple(self._beams.values())
+
+    def rows(self, name: str) -> list[list[Scalar]]:
+        """Return for each element of a beam the numbers of ``Element.sections``, the first 24 of a ``SECTION_ROW``."""
+        if name not in self._found:
+            beam = self._beams[name]
+
+            def sections(element: Element, *multipliers: Scalar) -> list[Scalar]:
+                return element.sections(dict(zip(beam.constrained, multipliers, strict=True)))
+
+            label = f"sections of beam {name}"
+            with self._quantities.algebra.tape.block(label):
+                elements = Chain.of(self._quantities, beam)
+                more = self._multipliers(beam) if beam.constrained else ()
+                self._found[name] = elements.each(sections, label, more)
+        return self._found[name]
+
+    def halves(self, name: str) -> list[list[Scalar]]:
+        """Return the wrenches on the halves of each element of a beam, (12,); see ``loads_on_halves``."""
+        if name not in self._halves:
+            with self._quantities.algebra.tape.block(f"loads on the elements of beam {name}"):
+                self._halves[name] = loads_on_halves(self._quantities, self._beams[name], self._fields())
+        return self._halves[name]
+
+    def __call__(self, symbol: Symbol) -> Scalar:
+        """Return a number of an element, given its position after the numbers of the elements before."""
+        element, place = divmod(symbol.index, SECTION_ROW)
+        row = self.rows(symbol.name)[element]
+        if place < len(row):
+            return row[place]
+        exerted, acting = row[place - 12], self.halves(symbol.name)[element][place - 24]
+        return exerted + acting if place < 30 else exerted - acting
 
 
 def add_distributed_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:

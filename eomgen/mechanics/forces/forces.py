@@ -1,13 +1,66 @@
-"""Forces and torques on bodies, by formulas."""
+"""Forces and torques on bodies, and generalized forces on joints, by formulas, also of the motion of the place at
+which a load acts."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
 from eomgen.formula.evaluate import symbols
-from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
-from eomgen.mechanics.forces.local_quantities import Local
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.recording import Resolver, record
+from eomgen.mechanics.forces.frame_pairs import rotation_vector
+from eomgen.mechanics.forces.loads import Law, Loads, add_effort, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.scene.forces.efforts import Effort
 from eomgen.scene.forces.forces import Force
-from eomgen.symbolic.scalar import Vector, apply, cross, dot, multiply, plus, transpose
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, multiply, plus, transpose
+
+
+@dataclass(frozen=True)
+class Local:
+    """A frame at the place of a load, and its motion in the world.
+
+    Attributes
+    ----------
+    axes : of the frame, by columns, in world axes
+    position : m, in world axes
+    angular_velocity, velocity : rad/s and m/s, inertial, in the axes of the frame
+    own_axes : whether the load is given in the axes of the frame, not of the world
+    elsewhere : function for all other symbols
+    """
+
+    algebra: Algebra
+    axes: Matrix
+    position: Vector
+    angular_velocity: Vector
+    velocity: Vector
+    own_axes: bool
+    elsewhere: Resolver
+
+    @cached_property
+    def _quantities(self) -> Mapping[str, Callable[[], Vector]]:
+        back = transpose(self.axes)
+        return {
+            "position": lambda: apply(back, self.position) if self.own_axes else self.position,
+            "velocity": lambda: self.velocity if self.own_axes else apply(self.axes, self.velocity),
+            "angular_velocity": lambda: (
+                self.angular_velocity if self.own_axes else apply(self.axes, self.angular_velocity)
+            ),
+            # a rotation leaves its own vector alone, so the components are the same in both axes
+            "rotation": lambda: rotation_vector(self.algebra, self.axes),
+        }
+
+    def vector(self, formulas: tuple[Formula, Formula, Formula]) -> Vector:
+        """Return three formulas of the load, in the axes of the frame."""
+        x, y, z = (record(self.algebra, formula, self._resolved) for formula in formulas)
+        return (x, y, z) if self.own_axes else apply(transpose(self.axes), (x, y, z))
+
+    def _resolved(self, symbol: Symbol) -> Scalar:
+        if symbol.kind == "local":
+            return self._quantities[symbol.name]()[symbol.index]
+        return self.elsewhere(symbol)
 
 
 def add_force(loads: Loads, item: Force, quantities: Quantities) -> None:
@@ -58,3 +111,13 @@ def add_load(
 
 
 LAW = Law(Force, add_force, before_joints=True)
+
+
+def record_effort(loads: Loads, item: Effort, quantities: Quantities) -> None:
+    """Add an effort and its power."""
+    value = quantities.formula(item.effort)
+    add_effort(loads, quantities, item.joint, value, item.index)
+    loads.power = loads.power + value * quantities(Symbol("v", item.joint, item.index))
+
+
+EFFORT_LAW = Law(Effort, record_effort)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from eomgen.mechanics.forces.symbols import Offer, Quantities
-from eomgen.mechanics.kinematics.wrenches import Wrench
+from eomgen.mechanics.kinematics.fields import Wrench
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.forces.element import ForceElement
 from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, plus, transpose

@@ -1,15 +1,182 @@
-"""Springs, dampers and actuators along the line between two points."""
+"""Springs, dampers and actuators along the line between two points, many alike as one loop, and torsional ones
+between the angles of joints.
+
+Springs of one kind as one loop: springs between bodies with joints alike, in any number.
+
+A spring depends only on the poses and twists of the two links that it joins. In a net or a lattice these come in a
+few kinds, so each kind is one ``Map`` with columns for its numbers (points, stiffnesses, lengths), and
+its tangents are Maps as well. Actuators by formula stay alone, since a formula may read anything.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+
 from eomgen.errors import ModelError, Problem
-from eomgen.mechanics.forces.loads import Law, Loads, push
-from eomgen.mechanics.forces.spring_loops import add_loops
+from eomgen.formula.nodes import ZERO, Symbol
+from eomgen.mechanics.forces.cosserat_beams import LoopInputs, Node
+from eomgen.mechanics.forces.loads import Law, Loads, add_effort, add_wrench, push
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.tree.links import WORLD_NAME
+from eomgen.mechanics.kinematics.fields import Wrench
+from eomgen.mechanics.tree.links import ROOT, WORLD_NAME
 from eomgen.scene.forces.springs import Spring
+from eomgen.scene.forces.torsion_springs import TorsionSpring
+from eomgen.symbolic.calculus.loops import compact
+from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Scalar, Vector, dot, minus, negative, scaled
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, negative, plus, scaled, transpose
+from eomgen.symbolic.tape import Tape
+
+#: Springs of a kind from which on they are a loop; fewer are shorter one by one.
+FEWEST = 8
+#: Velocity components between the base and a link up to which a spring on it may be in a loop: a body on its own.
+_FREEDOMS = 6
+_NODE, _POINT = 18, 3
+#: Kinds and freedoms of the links from a link to the base.
+Chain = tuple[tuple[str, int], ...]
+
+
+@dataclass(frozen=True)
+class _End:
+    """The end of a spring: its link, negative for base and world, and its place in axes of the link."""
+
+    name: str
+    body: str
+    link: int
+    place: Vector
+
+
+def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -> list[Spring]:
+    """Add the springs of all kinds that there are many of, and return the others."""
+    kinds: dict[object, list[tuple[Spring, _End, _End]]] = {}
+    alone: list[Spring] = []
+    chains: dict[int, Chain] = {ROOT: ()}
+    for spring in springs:
+        if spring.force != ZERO:
+            alone.append(spring)
+            continue
+        ends = _end(quantities, spring.first), _end(quantities, spring.second)
+        links = [_chain(quantities, end.link, chains) for end in ends]
+        freedoms = [sum(size for _, size in carried) for carried in links]
+        if ends[0].link == ends[1].link or max(freedoms) > _FREEDOMS:
+            alone.append(spring)
+            continue
+        still = tuple(min(end.link, 0) for end in ends)
+        damped = not quantities.formula(spring.damping).is_zero
+        kinds.setdefault((tuple(links), still, damped), []).append((spring, *ends))
+    for members in kinds.values():
+        if len(members) < FEWEST:
+            alone += [spring for spring, _, _ in members]
+        else:
+            _Kind(quantities, members).add(loads)
+    return alone
+
+
+def _end(quantities: Quantities, name: str) -> _End:
+    """Return the end of a spring; at the centre of a ball joint, it is moved to the link that carries the ball."""
+    body, r = quantities.at(quantities.points[name])
+    link, place = quantities.kinematics.local(body, r)
+    while link >= 0 and quantities.tree.links[link].kind == "ball" and all(part.is_zero for part in place):
+        link, place = quantities.tree.links[link].parent, quantities.tree.links[link].position
+    return _End(name, body, link, place)
+
+
+def _chain(quantities: Quantities, link: int, known: dict[int, Chain]) -> Chain:
+    """Return kinds and freedoms of the links from a link to the base."""
+    if link < 0:
+        return ()
+    if link not in known:
+        own = quantities.tree.links[link]
+        known[link] = ((own.kind, len(own.dofs)), *_chain(quantities, own.parent, known))
+    return known[link]
+
+
+class _Kind:
+    """Springs that differ in numbers alone."""
+
+    def __init__(self, quantities: Quantities, members: Sequence[tuple[Spring, _End, _End]]) -> None:
+        self.quantities, self.members = quantities, members
+        rows = [[*self._node(first), *self._node(second), *self._law(spring)] for spring, first, second in self.members]
+        self.kernel = Tape()
+        algebra = Algebra(self.kernel)
+        self.inputs = LoopInputs(algebra, [])
+        numbers = [self.inputs.number(entries) for entries in zip(*rows, strict=True)]
+        ends = [numbers[start : start + _NODE + _POINT] for start in (0, _NODE + _POINT)]
+        self.results = _results(algebra, ends, numbers[2 * (_NODE + _POINT) :])
+
+    def _node(self, end: _End) -> list[Scalar]:
+        """Return the frame and the twist of an end's link, and the end's place in it: (21,)."""
+        orientation, origin = self.quantities.kinematics.pose(end.link)
+        omega, velocity = self.quantities.kinematics.twist(end.link)
+        return [*chain.from_iterable(orientation), *origin, *omega, *velocity, *end.place]
+
+    def _law(self, spring: Spring) -> list[Scalar]:
+        return [self.quantities.formula(item) for item in (spring.stiffness, spring.damping, spring.length)]
+
+    def add(self, loads: Loads) -> None:
+        """Add forces of all springs, their potential and the power of their dampers."""
+        (of_first, of_second), potential, power = self.results
+        wrenches = [part for load in (of_first, of_second) for part in chain.from_iterable(load)]
+        rows = add_map(self.quantities.algebra.tape, self._loop("forces", stacked=wrenches)).rows
+        for (_, *ends), row in zip(self.members, rows, strict=True):
+            for end, other, start in zip(ends, reversed(ends), (0, 6), strict=True):
+                if end.link >= 0:
+                    load = self._wrench(row[start : start + 6])
+                    add_wrench(loads.wrenches, end.link, load)
+                    if other.body == WORLD_NAME:
+                        add_wrench(loads.external, end.link, load)
+        loads.potential = loads.potential + self._sum("energy", potential)
+        loads.power = loads.power - self._sum("power of dampers", power)
+
+    def _wrench(self, refs: Sequence[int]) -> Wrench:
+        x, y, z, *force = (Scalar(self.quantities.algebra.tape, ref) for ref in refs)
+        return (x, y, z), (force[0], force[1], force[2])
+
+    def _sum(self, label: str, term: Scalar) -> Scalar:
+        tape = self.quantities.algebra.tape
+        return Scalar(tape, add_map(tape, self._loop(label, sums=[term])).sums[0])
+
+    def _loop(self, label: str, *, sums: Sequence[Scalar] = (), stacked: Sequence[Scalar] = ()) -> Map:
+        first, last = self.members[0][0].name, self.members[-1][0].name
+        loop = Map(
+            self.kernel,
+            len(self.members),
+            tuple(self.inputs.elements),
+            tuple(self.inputs.shared),
+            tuple(self.inputs.gather),
+            sums=tuple(value.ref for value in sums),
+            stacked=tuple(value.ref for value in stacked),
+            label=f"{label} of {len(self.members)} springs, {first} to {last}",
+        )
+        # among gathered values, twists are needed by dampers alone
+        return compact(loop, ())
+
+
+def _results(
+    algebra: Algebra, ends: Sequence[Sequence[Scalar]], law: Sequence[Scalar]
+) -> tuple[tuple[Wrench, Wrench], Scalar, Scalar]:
+    """Return the wrenches on both links in their axes about their origins, the potential, and the damper's power."""
+    nodes = [Node.of(numbers[:_NODE]) for numbers in ends]
+    places: list[Vector] = [(numbers[_NODE], numbers[_NODE + 1], numbers[_NODE + 2]) for numbers in ends]
+    positions, velocities = [], []
+    for node, place in zip(nodes, places, strict=True):
+        # ``Node.axes`` are the rows of the orientation here, since poses are given as matrices
+        positions.append(plus(node.origin, apply(node.axes, place)))
+        velocities.append(apply(node.axes, plus(node.velocity, cross(node.omega, place))))
+    stiffness, damping, slack = law
+    span = minus(positions[1], positions[0])
+    length = algebra.call(Op.SQRT, dot(span, span))
+    direction = scaled(algebra.one / length, span)
+    rate = dot(direction, minus(velocities[1], velocities[0]))
+    extension = length - slack
+    pull = scaled(stiffness * extension + damping * rate, direction)
+    wrenches = []
+    for node, place, sign in zip(nodes, places, (algebra.one, -algebra.one), strict=True):
+        force = apply(transpose(node.axes), scaled(sign, pull))
+        wrenches.append((cross(place, force), force))
+    return (wrenches[0], wrenches[1]), 0.5 * (stiffness * (extension * extension)), damping * rate * rate
 
 
 def stretch(quantities: Quantities, spring: Spring) -> tuple[Scalar, Scalar, Vector]:
@@ -62,3 +229,22 @@ def _rate(quantities: Quantities, spring: Spring) -> Scalar:
 
 
 LAW = Law(Spring, add_spring, {"length": _length, "rate": _rate, "tension": tension}, add_loops, before_joints=True)
+
+
+def add_torsion_spring(loads: Loads, torsion: TorsionSpring, quantities: Quantities) -> None:
+    """Add opposite efforts on both angles, their potential and the power of damping."""
+    angle, rate = (quantities(Symbol(kind, torsion.first, torsion.first_index)) for kind in "qv")
+    if torsion.second:
+        other_angle, other_rate = (quantities(Symbol(kind, torsion.second, torsion.second_index)) for kind in "qv")
+        angle, rate = angle - other_angle, rate - other_rate
+    stretch, stiffness = angle - quantities.formula(torsion.rest), quantities.formula(torsion.stiffness)
+    damping = quantities.formula(torsion.damping)
+    effort = stiffness * stretch + damping * rate
+    add_effort(loads, quantities, torsion.first, -effort, torsion.first_index)
+    if torsion.second:
+        add_effort(loads, quantities, torsion.second, effort, torsion.second_index)
+    loads.potential = loads.potential + 0.5 * (stiffness * (stretch * stretch))
+    loads.power = loads.power - damping * (rate * rate)
+
+
+TORSION_LAW = Law(TorsionSpring, add_torsion_spring)

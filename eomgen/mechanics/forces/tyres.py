@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
-from eomgen.mechanics.forces.contact_law import Contact, contact
+from eomgen.mechanics.forces.joints import Contact, contact
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.scene.forces.tyres import Slip, Tyre

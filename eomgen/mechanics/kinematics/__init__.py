@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.
-WITHIN = ["bodies", "directions", "fields", "frames", "points", "wrenches"]
+WITHIN = ["bodies", "directions", "fields", "points"]

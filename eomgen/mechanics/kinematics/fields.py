@@ -1,4 +1,7 @@
-"""Outward recursion of the links' acceleration fields, in link axes.
+"""Motion and wrenches in link axes: outward recursion of the links' acceleration fields; sums, transport and
+projection of wrenches.
+
+Outward recursion of the links' acceleration fields, in link axes.
 
 A link's points accelerate with a + U s. On a moving base the field splits exactly into the part of the joints with the
 base at rest and the part of the base (Euler, centrifugal, Coriolis), so that h and b are derived separately and never
@@ -19,7 +22,9 @@ from eomgen.symbolic.scalar import (
     Vector,
     apply,
     cross,
+    dot,
     matrix_plus,
+    minus,
     multiply,
     plus,
     scaled,
@@ -161,3 +166,26 @@ def base_fields(tree: Tree, base: BaseMotion) -> list[LinkField]:
             alphas.append(alpha)
             fields.append(LinkField(origin, alpha, multiply(skew(omega), skew(spin)), omega, _CARRIED))
     return fields
+
+
+Wrench = tuple[Vector, Vector]
+
+
+def project(link: Link, load: Wrench) -> list[Scalar]:
+    """Return the generalized force of a wrench per column of the joint."""
+    moment, force = load
+    return [dot(column.angular, moment) + dot(column.linear, force) for column in link.columns]
+
+
+def carry(link: Link, load: Wrench) -> Wrench:
+    """Return the equivalent wrench on the parent, in parent axes about the parent's origin."""
+    moment, force = link.rotation.rotate(load[0]), link.rotation.rotate(load[1])
+    return plus(moment, cross(link.position, force)), force
+
+
+def difference(first: Wrench, second: Wrench) -> Wrench:
+    return minus(first[0], second[0]), minus(first[1], second[1])
+
+
+def summed(first: Wrench, second: Wrench) -> Wrench:
+    return plus(first[0], second[0]), plus(first[1], second[1])

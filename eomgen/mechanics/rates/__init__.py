@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.
-WITHIN = ["closed_form", "drivers", "jets", "paths", "recursion", "system_matrices"]
+WITHIN = ["closed_form", "jets", "recursion"]

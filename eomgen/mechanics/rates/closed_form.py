@@ -1,33 +1,260 @@
-"""Inverse dynamics, mass matrix and two Coriolis matrices with first and second time derivatives, in closed form.
+"""Inverse dynamics, mass matrix and two Coriolis matrices with first and second time derivatives, in closed form on
+the Lie group.
 
     V = A (X v + E V_B),   M = J^T M J,   C = J^T (M J' - b^T M J),   C_skew = C + J^T M b J
 
 C is Mueller and Kumar's (2021), with J' in full so that it holds for joints of several degrees of freedom. b V = 0, so
 both give C v = h; M' - 2 C_skew is skew because M J' enters M' twice and M b - b^T M is skew. See ``system_matrices``
 for the rules.
+
+Closed form on the Lie group: products with the system matrices of all links, and their time derivatives.
+
+    V = J v + U V_B,   J = A X,   A' = A a - A a A,   tau = J^T (M V' - b^T M V - wrenches)
+
+X holds the motion subspaces, A the adjoint transforms from every link to every link after it, M the links' spatial
+inertias; a = diag ad(X v) belongs to the joints, b = diag ad(V) to the links (Mueller and Kumar, Multibody Syst. Dyn.
+53 (2021) 257). There a X = 0, which holds for joints of one degree of freedom only; it is kept here, so J' = A a (X -
+J) holds for balls too. A is applied, outwards along the tree, and A^T inwards; both have rules for derivatives:
+
+    (A y)' = A (y' + a (y - A y)),      (A^T x)' = A^T (x' - a^T A^T x) + a^T A^T x
+
+The joints' poses are all that is shared with the recursion of ``rate_recursion``, so each is the other's check.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from eomgen.mechanics.rates.system_matrices import (
-    Columns,
-    Image,
-    Pair,
-    SystemMatrices,
-    bracket,
-    bracket_transposed,
-    by_link,
-    combined,
-    moved,
-    pair_minus,
-)
-from eomgen.mechanics.tree.links import ROOT
-from eomgen.symbolic.scalar import Scalar, Vector
+from eomgen.mechanics.kinematics.fields import carry
+from eomgen.mechanics.tree.inertia import wrench
+from eomgen.mechanics.tree.links import ROOT, Link, Tree
+from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, minus, plus, scaled
 from eomgen.symbolic.scalar import skew as skew_of
 from eomgen.symbolic.tape import ZERO
+
+#: A twist (angular, linear) or a wrench (moment, force).
+Pair = tuple[Vector, Vector]
+#: One pair for each link and column.
+Columns = list[list[Pair]]
+
+
+def pair_plus(x: Pair, y: Pair) -> Pair:
+    return plus(x[0], y[0]), plus(x[1], y[1])
+
+
+def pair_minus(x: Pair, y: Pair) -> Pair:
+    return minus(x[0], y[0]), minus(x[1], y[1])
+
+
+def pair_scaled(factor: Scalar | float, x: Pair) -> Pair:
+    return scaled(factor, x[0]), scaled(factor, x[1])
+
+
+def is_zero(x: Pair) -> bool:
+    """Return whether a pair is 0 by structure, as are most columns of most links."""
+    return all(value.is_zero for part in x for value in part)
+
+
+def bracket(x: Pair, y: Pair) -> Pair:
+    """Return ad(x) y of twists (angular, linear)."""
+    return cross(x[0], y[0]), plus(cross(x[1], y[0]), cross(x[0], y[1]))
+
+
+def bracket_transposed(x: Pair, load: Pair) -> Pair:
+    """Return ad(x)^T load of a wrench (moment, force)."""
+    moment = plus(cross(x[0], load[0]), cross(x[1], load[1]))
+    force = cross(x[0], load[1])
+    return (-moment[0], -moment[1], -moment[2]), (-force[0], -force[1], -force[2])
+
+
+def combined(x: Columns, y: Columns, operation: Callable[[Pair, Pair], Pair] = pair_plus) -> Columns:
+    return [[operation(p, q) for p, q in zip(first, second, strict=True)] for first, second in zip(x, y, strict=True)]
+
+
+def by_link(
+    operators: Sequence[Pair], x: Columns, operation: Callable[[Pair, Pair], Pair] = bracket, factor: float = 1.0
+) -> Columns:
+    """Return factor * (block diagonal matrix of brackets) * (columns x)."""
+    rows = [
+        [pair if is_zero(pair) else operation(operator, pair) for pair in row]
+        for operator, row in zip(operators, x, strict=True)
+    ]
+    return rows if factor == 1.0 else [[pair_scaled(factor, pair) for pair in row] for row in rows]
+
+
+class SystemMatrices:
+    """System matrices of one tree and their time derivatives along a motion, each recorded at its first use.
+
+    Parameters
+    ----------
+    tree : with the links' own inertia, not grouped
+    velocities : for each velocity component v, a, j, s, as far as derivatives need them
+    """
+
+    def __init__(self, tree: Tree, velocities: Sequence[Sequence[Scalar]]) -> None:
+        self.tree = tree
+        self.velocities = velocities
+        zero = tree.algebra.zero_vector
+        self.zero: Pair = (zero, zero)
+        self.X = self._subspaces()
+        self._J = Image(self, self.X)
+        self._joint_twists: dict[int, list[Pair]] = {}
+
+    def _subspaces(self) -> Columns:
+        columns: Columns = [[self.zero] * self.tree.nv for _ in self.tree.links]
+        for row, link in zip(columns, self.tree.links, strict=True):
+            for column, dof in zip(link.columns, link.dofs, strict=True):
+                own = pair_scaled(link.coordinates.ratio, (column.angular, column.linear))
+                row[dof] = pair_plus(row[dof], own)
+        return columns
+
+    def joint_twists(self, order: int) -> list[Pair]:
+        """Return the derivative of X v by link: the operators a, a', a''."""
+        if order not in self._joint_twists:
+            self._joint_twists[order] = [self._times(row, order) for row in self.X]
+        return self._joint_twists[order]
+
+    def _times(self, row: Sequence[Pair], order: int) -> Pair:
+        total = self.zero
+        for pair, path in zip(row, self.velocities, strict=True):
+            if not is_zero(pair):
+                total = pair_plus(total, pair_scaled(path[order], pair))
+        return total
+
+    # -- A and its transpose, applied ---------------------------------------------------------------------------------
+
+    def outwards(self, x: Columns) -> Columns:
+        """Return A x, per link the sum of x over the path from the root, in link axes."""
+        sums: Columns = []
+        for link, row in zip(self.tree.links, x, strict=True):
+            above = sums[link.parent] if link.parent != ROOT else None
+            if above is None:
+                sums.append(list(row))
+            else:
+                sums.append(
+                    [p if is_zero(q) else pair_plus(p, moved(link, q)) for p, q in zip(row, above, strict=True)]
+                )
+        return sums
+
+    def inwards(self, x: Columns) -> Columns:
+        """Return A^T x, per link the sum of x over its subtree, in link axes."""
+        total = [list(row) for row in x]
+        for index in reversed(range(len(self.tree.links))):
+            link = self.tree.links[index]
+            if link.parent != ROOT:
+                above = total[link.parent]
+                total[link.parent] = [
+                    p if is_zero(q) else pair_plus(p, carry(link, q)) for p, q in zip(above, total[index], strict=True)
+                ]
+        return total
+
+    def inertia(self, x: Columns) -> Columns:
+        """Return M x per link, spatial inertia times each column, in link axes."""
+        algebra = self.tree.algebra
+        return [
+            [pair if is_zero(pair) else wrench(algebra, link.inertia, pair[1], pair[0]) for pair in row]
+            for link, row in zip(self.tree.links, x, strict=True)
+        ]
+
+    def projected(self, x: Columns) -> list[list[Scalar]]:
+        """Return X^T x, row by row."""
+        rows: list[list[Scalar]] = []
+        for dof in range(self.tree.nv):
+            row = [self.tree.algebra.zero] * len(x[0])
+            for subspace, loads in zip(self.X, x, strict=True):
+                if not is_zero(subspace[dof]):
+                    angular, linear = subspace[dof]
+                    row = [total + (dot(angular, m) + dot(linear, f)) for total, (m, f) in zip(row, loads, strict=True)]
+            rows.append(row)
+        return rows
+
+    # -- derivatives ---------------------------------------------------------------------------------------------------
+
+    def jacobian(self, order: int) -> Columns:
+        """Return a time derivative of the system Jacobian J = A X."""
+        return self._J.derivative(order)
+
+    def adjoints(self) -> Image:
+        """Return A with its time derivatives, six columns per link."""
+        zero, units = self.tree.algebra.zero_vector, self.tree.algebra.identity
+        own: list[Pair] = [(unit, zero) for unit in units] + [(zero, unit) for unit in units]
+        rows: Columns = []
+        for row in range(len(self.tree.links)):
+            rows.append(
+                [own[k] if row == column else self.zero for column in range(len(self.tree.links)) for k in range(6)]
+            )
+        return Image(self, rows)
+
+    def twists(self, order: int, first: int = 0) -> list[Pair]:
+        """Return the derivative of J v by link: the operators b, b', b'' for a base at rest."""
+        total = [self.zero] * len(self.tree.links)
+        for k in range(order + 1):
+            part = [self._times(row, first + order - k) for row in self.jacobian(k)]
+            total = [pair_plus(x, pair_scaled(math.comb(order, k), y)) for x, y in zip(total, part, strict=True)]
+        return total
+
+    def with_transpose(self, paths: Sequence[Columns]) -> list[Columns]:
+        """Return A^T x and its derivatives up to order 2, given the derivatives of x, by the rule for A^T."""
+        z = [self.inwards(paths[0])]
+        if len(paths) == 1:
+            return z
+        a = self.joint_twists(0)
+        inner = combined(paths[1], by_link(a, z[0], bracket_transposed), pair_minus)
+        carried = self.inwards(inner)
+        z.append(combined(carried, by_link(a, z[0], bracket_transposed)))
+        if len(paths) == 2:
+            return z
+        a_dot = self.joint_twists(1)
+        inner_dot = combined(paths[2], by_link(a_dot, z[0], bracket_transposed), pair_minus)
+        inner_dot = combined(inner_dot, by_link(a, z[1], bracket_transposed), pair_minus)
+        carried_dot = self.inwards(combined(inner_dot, by_link(a, carried, bracket_transposed), pair_minus))
+        carried_dot = combined(carried_dot, by_link(a, carried, bracket_transposed))
+        total = combined(carried_dot, by_link(a_dot, z[0], bracket_transposed))
+        z.append(combined(total, by_link(a, z[1], bracket_transposed)))
+        return z
+
+
+class Image:
+    """A x and its time derivatives, for columns x with the time dependence ``changes``.
+
+    The n-th derivative of A x is A y_n, with y_0 = x and y_(n+1) = y_n' + a (y_n - A y_n).
+    """
+
+    def __init__(self, system: SystemMatrices, x: Columns, changes: Callable[[int], Columns] | None = None) -> None:
+        self.system = system
+        nothing = [[system.zero] * len(row) for row in x]
+        self.changes = changes if changes is not None else lambda order: nothing
+        self._derivatives: list[Columns] = []
+        self._sources: dict[tuple[int, int], Columns] = {(0, 0): x}
+
+    def derivative(self, order: int) -> Columns:
+        """Return the derivative of an order of A x, (links, columns), in link axes."""
+        while len(self._derivatives) <= order:
+            self._derivatives.append(self.system.outwards(self._source(len(self._derivatives), 0)))
+        return self._derivatives[order]
+
+    def _source(self, n: int, m: int) -> Columns:
+        """Return the m-th derivative of y_n."""
+        if (n, m) in self._sources:
+            return self._sources[n, m]
+        if n == 0:
+            total = self.changes(m)
+        else:
+            total = self._source(n - 1, m + 1)
+            for i in range(m + 1):
+                difference = combined(self._source(n - 1, m - i), self.derivative(n - 1 + m - i), pair_minus)
+                total = combined(total, by_link(self.system.joint_twists(i), difference, bracket, math.comb(m, i)))
+        self._sources[n, m] = total
+        return total
+
+
+def moved(link: Link, twist: Pair) -> Pair:
+    """Return Ad of a twist: from the parent's frame to the link's frame, as of one rigid body."""
+    angular, linear = twist
+    carried = link.rotation.rotate_back(plus(linear, cross(angular, link.position)))
+    return link.rotation.rotate_back(angular), carried
+
 
 Rows = list[list[Scalar]]
 

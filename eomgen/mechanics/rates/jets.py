@@ -1,4 +1,5 @@
-"""Jets in time of q, v, a, z, u, t and the base along a motion, from inputs that hold the derivatives.
+"""Jets in time of q, v, a, z, u, t and the base along a motion, from inputs that hold the derivatives; time
+derivatives of prescribed inputs.
 
 The motion is given by a and its derivatives j = da/dt, s = d2a/dt2 and, beyond, the rows of ``a_higher``; likewise u.
 Internal states follow their own law zdot = f; its jets give all further derivatives (Griewank and Walther 2008, section
@@ -15,8 +16,9 @@ from eomgen.mechanics.tree.links import Tree
 from eomgen.symbolic.calculus.configuration import configuration_jets, pose_jet
 from eomgen.symbolic.calculus.jets import Jet, JetAlgebra, jets, taylor_coefficients, time_derivatives
 from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
-from eomgen.system.system import RATE_BLOCKS, base_place
+from eomgen.system.system import RATE_BLOCKS, Block, base_place
 
 Seeds = dict[Ref | InputSymbol, Jet]
 
@@ -133,3 +135,35 @@ def base_jets(tape: Tape, base: BaseState, order: int) -> Seeds:
     paths += [jet[: order + 1] for jet in jets_of_twist]
     paths += [algebra.rate(jet) for jet in jets_of_twist]
     return {InputSymbol("base", k): path for k, path in enumerate(paths)}
+
+
+def base_rates(tape: Tape, law: Sequence[Scalar], order: int) -> Block:
+    """Return the block ``base_rates``: derivatives 2 to order + 1 of the base's twist, (order, 6) row by row."""
+    start = base_place("omega_dot")
+    paths = _over_time(tape, law[start : start + 6], order)
+    refs = tuple(path[k] for k in range(1, order + 1) for path in paths)
+    description = "time derivatives of the components of omega and velocity, from the second on"
+    return Block("base_rates", (order, 6), refs, description)
+
+
+def input_rates(tape: Tape, values: Sequence[Scalar], order: int) -> tuple[Block, ...]:
+    """Return the blocks ``u_dot``, ``u_ddot`` and ``u_higher``, as many as the order needs."""
+    paths = _over_time(tape, values, order)
+    first, second, higher = RATE_BLOCKS["u"]
+    blocks = [
+        Block(name, (len(values),), tuple(path[k] for path in paths), f"time derivative {k} of the inputs")
+        for k, name in ((1, first), (2, second))
+        if k <= order
+    ]
+    if order > 2:
+        refs = tuple(path[k] for k in range(3, order + 1) for path in paths)
+        blocks.append(
+            Block(higher, (order - 2, len(values)), refs, "time derivatives of the inputs, from the third on")
+        )
+    return tuple(blocks)
+
+
+def _over_time(tape: Tape, values: Sequence[Scalar], order: int) -> list[list[Ref]]:
+    time = InputSymbol("t", 0)
+    series = jets(tape, [value.ref for value in values], {time: [tape.input("t"), ONE]}, order)
+    return [time_derivatives(tape, jet) for jet in series]

@@ -1,12 +1,74 @@
-"""Families of shape functions: n functions of s in [0, 1] with two derivatives, smooth between breaks."""
+"""Families of shape functions in fixed-point numbers, and Gauss quadrature along a beam.
+
+Fixed-point numbers: integers in units of 2^-BITS, in NumPy arrays of objects.
+
+Shape integrals become constants of the C. Sums of doubles would differ in the last digit between processors, and so
+would the C; sums of whole numbers do not, and are right to some forty digits, so each constant is rounded once.
+"""
 
 from __future__ import annotations
 
+import functools
+import itertools
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Protocol
+from typing import Any, Protocol
 
-from eomgen.mechanics.shape_functions.fixed_point import Fixed, times
+import mpmath
+import numpy as np
+from numpy.polynomial.legendre import legvander
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+
+BITS = 128
+#: Binary digits of results of mpmath: some more, for digits lost on the way.
+WORKING = BITS + 32
+ONE = 1 << BITS
+#: Whole numbers of any size.
+Fixed = NDArray[np.object_]
+
+
+def fixed(number: Any) -> int:
+    """Return a number of mpmath, a fraction or a double in units of 2^-BITS."""
+    if isinstance(number, mpmath.mpf):
+        return int(mpmath.floor(mpmath.ldexp(number, BITS)))
+    fraction = Fraction(number)
+    return (fraction.numerator << BITS) // fraction.denominator
+
+
+def array(numbers: Iterable[Any]) -> Fixed:
+    """Return an array of numbers in units of 2^-BITS."""
+    return np.array([fixed(number) for number in numbers], dtype=object)
+
+
+def unfixed(number: int) -> Any:
+    """Return a number of mpmath."""
+    return mpmath.ldexp(mpmath.mpf(number), -BITS)
+
+
+def times(*factors: Any) -> Fixed:
+    """Return the product of arrays, or numbers, in units of 2^-BITS."""
+    product = factors[0]
+    for factor in factors[1:]:
+        product = (product * factor) >> BITS
+    return np.asarray(product, dtype=object)
+
+
+def polynomial(coefficients: Iterable[Any], s: Fixed) -> Fixed:
+    """Return the values of a polynomial, constant first."""
+    result = np.zeros(s.shape, dtype=object)
+    for entry in reversed(list(coefficients)):
+        result = times(result, s) + fixed(entry)
+    return result
+
+
+def rounded(values: Fixed, scale: Fraction = Fraction(1)) -> NDArray[np.float64]:
+    """Return the nearest doubles of values times a scale."""
+    flat = [float(Fraction(int(value)) * scale / ONE) for value in np.ravel(values)]
+    return np.array(flat, dtype=float).reshape(np.shape(values))
 
 
 class Family(Protocol):
@@ -57,3 +119,102 @@ class Scaled:
         """Return (n, m) values, first and second derivatives by s."""
         f, slope, curvature = (times(self.factors[:, None], part) for part in self.family.values(s))
         return f, slope, curvature
+
+
+_NODES = 24
+_WAVE_PER_PANEL = 3.0  # rad: the quadrature error of products of four functions is below 1e-18
+
+
+@functools.cache
+def _rule() -> tuple[Fixed, Fixed, Fixed]:
+    """Return nodes and weights of Gauss's rule on [0, 1], and integrals, (n, n), of the Lagrange basis from 0 to
+    nodes."""
+    with mpmath.workprec(WORKING):
+        nodes = [_root(number) for number in range(_NODES)][::-1]
+        weights = [2 / ((1 - x * x) * _legendre(x)[1][-1] ** 2) for x in nodes]
+        running = np.zeros((_NODES, _NODES), dtype=object)
+        values = [_legendre(x)[0] for x in nodes]
+        for row, x in enumerate(nodes):
+            # int_(-1)^x P_j = (P_(j+1) - P_(j-1)) / (2 j + 1), and x + 1 for j = 0
+            rises = [x + 1, *((values[row][j + 1] - values[row][j - 1]) / (2 * j + 1) for j in range(1, _NODES))]
+            for column, weight in enumerate(weights):
+                terms = (rise * values[column][j] * (2 * j + 1) for j, rise in enumerate(rises))
+                running[row, column] = fixed(sum(terms) * weight / 4)
+        return array((x + 1) / 2 for x in nodes), array(weight / 2 for weight in weights), running
+
+
+def _legendre(x: Any) -> tuple[list[Any], list[Any]]:
+    """Return P_0 .. P_n and their derivatives, n being the number of nodes."""
+    values, slopes = [mpmath.mpf(1), x], [mpmath.mpf(0), mpmath.mpf(1)]
+    for j in range(1, _NODES):
+        values.append(((2 * j + 1) * x * values[j] - j * values[j - 1]) / (j + 1))
+        slopes.append(slopes[j - 1] + (2 * j + 1) * values[j])
+    return values, slopes
+
+
+def _root(number: int) -> Any:
+    """Return a root of the highest Legendre polynomial, by Newton's iteration from a guess in its basin."""
+    x = mpmath.cos(mpmath.pi * (number + mpmath.mpf(3) / 4) / (_NODES + mpmath.mpf(1) / 2))
+    for _ in range(8):
+        values, slopes = _legendre(x)
+        x -= values[-1] / slopes[-1]
+    return x
+
+
+class Grid:
+    """Quadrature nodes along a beam.
+
+    Parameters
+    ----------
+    families : sequence of Family
+        Functions to integrate.
+    ends : sequence of Fraction
+        Ends of the integrals, and positions between that are to be edges of panels.
+
+    Attributes
+    ----------
+    positions, weights : (m,)
+    """
+
+    def __init__(self, families: Sequence[Family], ends: Sequence[Fraction] = (Fraction(0), Fraction(1))) -> None:
+        breaks = {position for family in families for position in family.breaks if ends[0] < position < ends[-1]}
+        edges = sorted({*ends, *breaks})
+        wave = max((family.wave_number for family in families), default=0.0)
+        self.edges = [edges[0]]
+        for first, last in itertools.pairwise(edges):
+            count = max(1, math.ceil(wave * float(last - first) / _WAVE_PER_PANEL))
+            self.edges += [first + (last - first) * number / count for number in range(1, count + 1)]
+        nodes, weights, _ = _rule()
+        self.lengths = array(last - first for first, last in itertools.pairwise(self.edges))
+        self.positions = (array(self.edges[:-1])[:, None] + times(self.lengths[:, None], nodes)).ravel()
+        self.weights = times(self.lengths[:, None], weights).ravel()
+
+    def integral(self, *factors: Fixed) -> int:
+        """Return the integral of a product of (m,) values."""
+        return int(np.sum(times(self.weights, *factors)))
+
+    def from_origin(self, values: Fixed, origin: Fraction) -> Fixed:
+        """Return running integrals of (m,) values from ``origin``, an edge of panels, to each node."""
+        _, weights, running = _rule()
+        parts = values.reshape(len(self.lengths), _NODES)
+        within = times(np.sum(times(parts[:, None, :], running), axis=-1), self.lengths[:, None])
+        whole = times(np.sum(times(parts, weights), axis=-1), self.lengths)
+        before = [0, *itertools.accumulate(whole)]
+        start = before[self.edges.index(origin)]
+        return np.asarray((np.array(before[:-1], dtype=object)[:, None] + within - start).ravel(), dtype=object)
+
+    def weights_up_to(self, places: Sequence[Fraction]) -> Array:
+        """Return weights, (p, m), of integrals from the first edge to each place, in double precision.
+
+        The interpolant through a panel's nodes is integrated up to the place, by its Legendre coefficients.
+        """
+        nodes, weights, _ = (rounded(part) for part in _rule())
+        panels = list(itertools.pairwise(self.edges))
+        parts = [
+            [min(max((s - first) / (last - first), Fraction(0)), Fraction(1)) for first, last in panels] for s in places
+        ]
+        x = 2.0 * np.array(parts, dtype=float) - 1.0
+        P = legvander(x, _NODES)
+        risen = np.concatenate([(x + 1.0)[..., None], P[..., 2:] - P[..., :-2]], axis=-1)  # (2 j + 1) int_(-1)^x P_j
+        shares = 0.5 * weights * (risen @ legvander(2.0 * nodes - 1.0, _NODES - 1).T)
+        return np.asarray((shares * rounded(self.lengths)[:, None]).reshape(len(parts), -1), dtype=float)

@@ -1,13 +1,153 @@
-"""Terms of the centre of mass and of the centroidal momentum."""
+"""Centre of mass and centroidal momentum of all that moves, from composite bodies, and generalized momenta with
+their rates.
+
+Centre of mass and momentum of all that moves, against the base, from composite bodies.
+
+The wrench of inertia forces under a unit acceleration of one joint, carried to the base, is the momentum that a unit of
+its velocity has: the composite-body recursion of the mass matrix, taken one link further (Orin, Goswami and Lee,
+Autonomous Robots 35, 2013, 161). About the centre of mass, in world axes, these columns are the centroidal momentum
+matrix. The inertia wrench of the motion with the joints' accelerations at zero is its drift.
+
+Generalized momenta, and their rates: both sides of Lagrange's equations in left-trivialised velocities.
+
+With the inertial kinetic energy T(q, v, t), p = dT/dv, and ad_v the bracket with v (Hamel 1904; Bloch, Krishnaprasad,
+Marsden and Ratiu, Commun. Math. Phys. 175 (1996) 1):
+
+    dp/dt - ad_v^T p = dT/dq + Q - B^T lam
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 
 from eomgen.mechanics.derivation import Derivation
-from eomgen.mechanics.dynamics.centroidal import Centroidal
-from eomgen.symbolic.scalar import Scalar
+from eomgen.mechanics.dynamics.separated import (
+    carried_loads,
+    composites,
+    field_wrenches,
+    unit_acceleration,
+    zero_base,
+)
+from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
+from eomgen.mechanics.kinematics.fields import Wrench, carry, summed, total_fields
+from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.tree.inertia import Inertia
+from eomgen.mechanics.tree.links import ROOT, no_inertia
+from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, minus, plus, scaled
+from eomgen.symbolic.tape import ZERO, Ref
 from eomgen.system.system import Block
+
+
+class Centroidal:
+    """Centre of mass and momentum of the links of a tree, with inertias that have not been grouped.
+
+    Bodies fixed to the base are left out. Rotor inertias have no momentum here: they stand for gears inside links.
+    """
+
+    def __init__(self, kinematics: Kinematics) -> None:
+        self.kinematics = kinematics
+        self.tree = kinematics.tree.without_water()
+        self.algebra = kinematics.algebra
+
+    @cached_property
+    def _bodies(self) -> list[Inertia]:
+        return composites(self.tree)
+
+    @cached_property
+    def _whole(self) -> Inertia:
+        """Shape integrals of all links about the base's origin, in base axes; the second moment is left out."""
+        total = no_inertia(self.algebra)
+        still = total.second
+        for link, body in zip(self.tree.links, self._bodies, strict=True):
+            if link.parent == ROOT:
+                first = plus(link.rotation.rotate(body.first), scaled(body.mass, link.position))
+                total = Inertia(total.mass + body.mass, plus(total.first, first), still)
+        return total
+
+    @property
+    def mass(self) -> Scalar:
+        """Mass of all links, kg."""
+        return self._whole.mass
+
+    @cached_property
+    def _center(self) -> Vector:
+        """Centre of mass relative to the base, (3,), m, in base axes."""
+        first = self._whole.first
+        return (first[0] / self.mass, first[1] / self.mass, first[2] / self.mass)
+
+    def center(self) -> Vector:
+        """Return the centre of mass in the world, (3,), m."""
+        base = self.kinematics.base
+        return plus(base.position, apply(base.orientation, self._center))
+
+    @cached_property
+    def _columns(self) -> list[Wrench]:
+        """Momentum about the base's origin per unit of v, in base axes, angular first."""
+        zero = self.algebra.zero_vector
+        result: list[Wrench] = [(zero, zero)] * self.tree.nv
+        for index, link in enumerate(self.tree.links):
+            with self.algebra.tape.block(f"momentum of joint {link.joint.name}"):
+                for k, dof in enumerate(link.dofs):
+                    load = unit_acceleration(link, self._bodies[index], k)[0]
+                    below = index
+                    while below != ROOT:
+                        load = carry(self.tree.links[below], load)
+                        below = self.tree.links[below].parent
+                    ratio = link.coordinates.ratio
+                    result[dof] = summed(result[dof], (scaled(ratio, load[0]), scaled(ratio, load[1])))
+        return result
+
+    def jacobian(self) -> list[Scalar]:
+        """Return the Jacobian of the centre of mass, (3, nv) row by row, in world axes, base at rest."""
+        turn = self.kinematics.base.orientation
+        inverse = self.algebra.one / self.mass
+        return _rows([apply(turn, scaled(inverse, linear)) for _, linear in self._columns])
+
+    def momentum(self) -> list[Scalar]:
+        """Return the centroidal momentum matrix, (6, nv) row by row, in world axes, angular first, base at rest."""
+        turn = self.kinematics.base.orientation
+        columns = [
+            (*apply(turn, minus(angular, cross(self._center, linear))), *apply(turn, linear))
+            for angular, linear in self._columns
+        ]
+        return _rows(columns)
+
+    def drift(self) -> list[Scalar]:
+        """Return dA/dt v for the matrix A of ``momentum``, (6,): the rate of momentum with v held."""
+        fields = total_fields(self.tree, zero_base(self.tree), accelerations=False, gravity=False)
+        loads = carried_loads(self.tree, field_wrenches(self.tree, fields), "rate of momentum")
+        zero = self.algebra.zero_vector
+        moment, force = zero, zero
+        for link, load in zip(self.tree.links, loads, strict=True):
+            if link.parent == ROOT:
+                moment, force = summed((moment, force), carry(link, load))
+        moment = minus(moment, cross(self._center, force))
+        base = self.kinematics.base
+        if base.turning:
+            angular, linear = zero, zero
+            for k, column in enumerate(self._columns):
+                rate = Scalar(self.algebra.tape, self.algebra.tape.input("v", k))
+                angular, linear = summed((angular, linear), (scaled(rate, column[0]), scaled(rate, column[1])))
+            moment = plus(moment, cross(base.omega, minus(angular, cross(self._center, linear))))
+            force = plus(force, cross(base.omega, linear))
+        return [*apply(base.orientation, moment), *apply(base.orientation, force)]
+
+    def center_drift(self) -> list[Scalar]:
+        """Return dJ/dt v for the Jacobian J of the centre of mass, (3,)."""
+        return [value / self.mass for value in self.drift()[3:]]
+
+    def rate(self, values: Sequence[Scalar]) -> list[Scalar]:
+        """Return the time derivatives of values along the motion of the coordinates and of the base."""
+        tape = self.algebra.tape
+        directions = rates_of(tape, configuration_directions(self.tree), self.kinematics.carrier)
+        return [Scalar(tape, ref) for ref in jacobian_vector(tape, [value.ref for value in values], directions)]
+
+
+def _rows(columns: Sequence[Sequence[Scalar]]) -> list[Scalar]:
+    return [value for row in zip(*columns, strict=True) for value in row]
 
 
 def center_of_mass(derivation: Derivation) -> list[Block]:
@@ -66,3 +206,27 @@ CENTROIDAL_RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "centroidal_momentum_rate": centroidal_momentum_rate,
     "centroidal_drift": centroidal_drift,
 }
+
+
+def momenta(derivation: Derivation) -> list[Block]:
+    """Return p = dT/dv, and dT/dq + Q, left-trivialised, (nv,) each; kg m/s and N, or kg m^2/s and N m of angles."""
+    tape, nv = derivation.tape, derivation.tree.nv
+    kinetic = derivation.energies()["kinetic"].ref
+    seeds = configuration_directions(derivation.tree)
+    velocities = [tape.input("v", k) for k in range(nv)]
+    places = [tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key for key in seeds]
+    Q = derivation.force()[0].refs
+    with tape.block("momenta"):
+        p = gradient(tape, kinetic, velocities)
+        along = list(Q)
+        for slope, tangent in zip(gradient(tape, kinetic, places), seeds.values(), strict=True):
+            for direction, ref in tangent.items() if slope != ZERO else ():
+                along[direction] = tape.add(along[direction], tape.mul(slope, ref))
+    return [
+        _vector("momentum", nv, p, "generalized momenta p = dT/dv"),
+        _vector("momentum_rate", nv, along, "dT/dq + Q, left-trivialised"),
+    ]
+
+
+def _vector(name: str, size: int, refs: list[Ref], description: str) -> Block:
+    return Block(name, (size,), tuple(refs), description)

@@ -1,24 +1,48 @@
-"""Linear model of a scene about any state, by forward differentiation of recorded terms.
+"""Linear model of a scene about any state, partials in its tunable parameters, and second derivatives along a
+direction, by forward differentiation of recorded terms.
+
+Linear model of a scene about any state, by forward differentiation of recorded terms.
 
     M0 da + C0 dv + K0 dq + Rz dz = B0 du + E0 dw - B^T dlam         dzdot = Fq dq + Fv dv + Fz dz + Fu du + Fw dw
 
 (Lieh 1994). dq is left-trivialised; u are inputs that a controller or a caller drives, w the given inputs and
 the accelerations of the base. Time, parameters and the motion of the base are frozen.
+
+Partials in the tunable parameters, by forward differentiation of recorded terms.
+
+    d(M a + h + b - Q + B^T lam) = Rp dp        d zdot = Fp dp        d outputs = Yp dp
+    d Phi = Phip dp        d(B v + Phi_t) = Zp dp        d(B a + g) = Ap dp
+
+Time, q, v, a, z and the multipliers are held, and so are inputs that a controller or a caller drives. Inputs that the
+scene gives and the motion of the base follow their laws, in which parameters may be: heights of roads, amplitudes.
+
+Second derivatives of a weighted sum of equations and outputs along one direction, for second-order adjoints.
+
+    g = d (w . (M a + h + b - Q + B^T lam, zdot, Phi, B v + Phi_t, B a + g, outputs)) / d (q, v, a, z, lam, p, u),
+    Hd = dg along d.
+
+g by one reverse sweep, its change along d by one forward sweep over that (Griewank and Walther, Evaluating Derivatives
+(2008), section 5.4), so the cost is a small multiple of the cost of the equations for any number of variables. In q
+both are left-trivialised: first the gradient, then its change along d; on rotations the two do not commute. Time is
+held; given inputs and the base follow their laws in p, and u adds to the given inputs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from eomgen.mechanics.constraints.joint_velocities import joint_velocities
+from eomgen.mechanics.constraints.joints import joint_velocities
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.describe import base_disturbances
+from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
-from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.mechanics.tree.base import base_law
+from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector, weighted_gradient
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
-from eomgen.symbolic.tape import ONE, ZERO
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.system.second_blocks import SecondBlocks, second_blocks
 from eomgen.system.system import BASE_LAYOUT, Block
 
 #: Groups of columns: the letter of their blocks, and the quantities of the columns.
@@ -156,3 +180,141 @@ def _matrix(
     tangents = forward_partials(derivation.tape, [value.ref for value in values], seeds)
     refs = tuple(tangent.get(column, ZERO) for tangent in tangents for column in range(columns))
     return [Block(name, (len(values), columns), refs, description)]
+
+
+def parameter_partials(derivation: Derivation) -> list[Block]:
+    """Return Rp, then Fp if there are internal states, then Phip, Zp and Ap if there are constraints."""
+    partials = Partials(derivation)
+    (r,) = derivation.residual()
+    blocks = [partials.of(r.refs, "Rp", "d(M a + h + b - Q + B^T lam)")]
+    if derivation.scene.states:
+        rates = [rate.ref for rate in derivation.internal.rates()]
+        blocks.append(partials.of(rates, "Fp", "d zdot"))
+    if derivation.constraints is not None:
+        (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
+        accelerations = [row.ref for row in constraint_accelerations(derivation, B, g)]
+        blocks += [
+            partials.of(derivation.constraint()[0].refs, "Phip", "d Phi"),
+            partials.of(derivation.constraint_velocity()[0].refs, "Zp", "d(B v + Phi_t)"),
+            partials.of(accelerations, "Ap", "d(B a + g)"),
+        ]
+    return blocks
+
+
+def output_parameter_partials(derivation: Derivation) -> list[Block]:
+    """Return Yp, the partials of the named outputs."""
+    return [Partials(derivation).of(derivation.outputs()[0].refs, "Yp", "d outputs")]
+
+
+class Partials:
+    """Differentiation along the tunable parameters, each a direction, in their order.
+
+    Attributes
+    ----------
+    seeds : derivatives of the parameters, of inputs that the scene gives, and of the base struct
+    """
+
+    def __init__(self, derivation: Derivation) -> None:
+        self.derivation = derivation
+        self.names = [item.name for item in derivation.scene.parameters if item.tunable]
+        self.seeds: Seeds = {InputSymbol("p", number): {number: ONE} for number in range(len(self.names))}
+        scene, quantities = derivation.scene, derivation.quantities
+        with derivation.tape.block("partials of prescribed motion in the parameters"):
+            given = [(number, item) for number, item in enumerate(scene.inputs) if item.given]
+            self._follow("u", [number for number, _ in given], [input_signal(quantities, item) for _, item in given])
+            if scene.base is not None:
+                law = base_law(derivation.algebra, scene.base, derivation.tree.parameters)
+                self._follow("base", range(len(law)), law)
+
+    def _follow(self, block: str, numbers: Sequence[int], laws: Sequence[Scalar]) -> None:
+        """Let components of an input block change as their laws do."""
+        tangents = forward_partials(self.derivation.tape, [law.ref for law in laws], self.seeds)
+        self.seeds |= {
+            InputSymbol(block, number): tangent for number, tangent in zip(numbers, tangents, strict=True) if tangent
+        }
+
+    def of(self, refs: Sequence[int], name: str, numerator: str) -> Block:
+        """Return the partials of values, (values, np), as one block."""
+        tape = self.derivation.tape
+        with tape.block(f"partials in the parameters: {numerator}"):
+            tangents = forward_partials(tape, refs, self.seeds)
+        columns = range(len(self.names))
+        entries = tuple(tangent.get(column, ZERO) for tangent in tangents for column in columns)
+        return Block(name, (len(refs), len(columns)), entries, f"{numerator}/dp, p: {', '.join(self.names)}")
+
+
+def second_partials(derivation: Derivation) -> list[Block]:
+    """Return Hd, in the parts of ``SecondBlocks.direction``."""
+    tape = derivation.tape
+    values_by_name = _values(derivation)
+    blocks = _blocks(derivation, values_by_name)
+    values = [ref for name in blocks.weights for ref in values_by_name[name]]
+    seeds, size = _directions(derivation, blocks), sum(blocks.direction.values())
+    weights = [tape.input("weights", number) for number in range(len(values))]
+    with tape.block("gradient of the weighted equations and outputs"):
+        keys = {key: tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key for key in seeds}
+        adjoints = dict(zip(keys, weighted_gradient(tape, values, weights, list(keys.values())), strict=True))
+        gradient = [ZERO] * size
+        for key, tangent in seeds.items():
+            for direction, ref in tangent.items():
+                gradient[direction] = tape.add(gradient[direction], tape.mul(ref, adjoints[key]))
+    with tape.block("its change along the direction"):
+        changes = jacobian_vector(tape, gradient, {key: _along(tape, tangent) for key, tangent in seeds.items()})
+    description = (
+        "change along d of the gradient of w . (residual, zdot, Phi, rates and accelerations of constraints, outputs)"
+    )
+    return [Block("Hd", (size,), tuple(changes), description)]
+
+
+def _values(derivation: Derivation) -> dict[str, Sequence[Ref]]:
+    """Return the weighted rows (residual, rates, constraints, outputs) by the names of ``SecondBlocks.weights``."""
+    (residual,) = derivation.residual()
+    result: dict[str, Sequence[Ref]] = {"r": residual.refs, **dict.fromkeys(("zdot", "Phi", "w", "wdot", "y"), ())}
+    if derivation.scene.states:
+        result["zdot"] = derivation.internal_rate()[0].refs
+    if derivation.constraints is not None:
+        result["Phi"], result["w"] = derivation.constraint()[0].refs, derivation.constraint_velocity()[0].refs
+        (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
+        result["wdot"] = [row.ref for row in constraint_accelerations(derivation, B, g)]
+    if derivation.scene.outputs:
+        result["y"] = derivation.outputs()[0].refs
+    return result
+
+
+def _blocks(derivation: Derivation, values: Mapping[str, Sequence[Ref]]) -> SecondBlocks:
+    scene = derivation.scene
+    return second_blocks(
+        nv=derivation.tree.nv,
+        nz=len(scene.states),
+        nu=len(scene.inputs),
+        holonomic=len(values["Phi"]),
+        rows=len(values["w"]),
+        outputs=len(values["y"]),
+        parameters=sum(item.tunable for item in scene.parameters),
+    )
+
+
+def _directions(derivation: Derivation, blocks: SecondBlocks) -> Seeds:
+    """Return tangents of all that varies, numbered as the components of Hd."""
+    places = blocks.places("direction")
+    seeds: Seeds = dict(configuration_directions(derivation.tree))
+    for block in ("v", "a", "z", "lam"):
+        seeds |= {InputSymbol(block, k): {place: ONE} for k, place in enumerate(_numbers(places[block]))}
+    of_parameters = places["p"].start
+    for key, tangent in Partials(derivation).seeds.items():
+        seeds[key] = {of_parameters + direction: ref for direction, ref in tangent.items()}
+    for k, place in enumerate(_numbers(places["u"])):
+        seeds[InputSymbol("u", k)] = {**seeds.get(InputSymbol("u", k), {}), place: ONE}
+    return seeds
+
+
+def _numbers(place: slice) -> range:
+    return range(place.start, place.stop)
+
+
+def _along(tape: Tape, tangent: Mapping[int, Ref]) -> Ref:
+    """Return the change of a quantity along the direction d."""
+    total = ZERO
+    for direction, ref in tangent.items():
+        total = tape.add(total, tape.mul(ref, tape.input("direction", direction)))
+    return total

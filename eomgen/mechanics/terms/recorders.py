@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 
 from eomgen.mechanics.derivation import Derivation
-from eomgen.mechanics.terms.centroidal import CENTROIDAL_RECORDERS
-from eomgen.mechanics.terms.events import event_actions, event_impulse, events
+from eomgen.mechanics.terms.centroidal import CENTROIDAL_RECORDERS, momenta
+from eomgen.mechanics.terms.events import event_actions, event_impulse, events, samples
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
 from eomgen.mechanics.terms.frames import FRAME_RECORDERS
 from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values
@@ -14,15 +15,38 @@ from eomgen.mechanics.terms.linearization import (
     acceleration_partials,
     joint_velocity_partials,
     linearization,
+    output_parameter_partials,
     output_partials,
+    parameter_partials,
+    second_partials,
 )
-from eomgen.mechanics.terms.momenta import momenta
-from eomgen.mechanics.terms.parameters import output_parameter_partials, parameter_partials
 from eomgen.mechanics.terms.regressor import regressor_blocks, regressor_parameters
-from eomgen.mechanics.terms.samples import samples
-from eomgen.mechanics.terms.second_partials import second_partials
-from eomgen.mechanics.terms.section_loads import section_loads
 from eomgen.system.system import Block
+
+
+def section_loads(derivation: Derivation) -> list[Block]:
+    """Return x of the elements' middles at rest, m, their strains, and the loads of their sections.
+
+    A load is exerted by the part beyond on a section: moment, N m, then force, N, in the axes of the section. Elements
+    transmit it from node to node; loads on their halves are a separate block.
+    """
+    beams = derivation.section_loads.beams
+    rows = [row for beam in beams for row in derivation.section_loads.rows(beam.name)]
+    middles = [derivation.algebra.scalar(0.5 * (start + end)) for beam in beams for start, end in pairwise(beam.places)]
+    count = len(rows)
+    strain = [value for row in rows for value in row[:6]]
+    mean = [value for row in rows for value in row[6:12]]
+    ends = [value for row in rows for value in row[12:]]
+    halves = [value for beam in beams for row in derivation.section_loads.halves(beam.name) for value in row]
+    where = f"of each element of {', '.join(beam.name for beam in beams)}"
+    return [
+        derivation.block("x", (count,), middles, f"place at rest of the middle {where}, m"),
+        derivation.block("strain", (count, 6), strain, f"twist, curvature about y and z, stretch, shear {where}"),
+        derivation.block("load", (count, 6), mean, f"mean moment and force of the sections {where}"),
+        derivation.block("load_at_ends", (count, 2, 6), ends, f"load at the first and the last node {where}"),
+        derivation.block("load_on_halves", (count, 2, 6), halves, f"distributed load, weight, inertia, halves {where}"),
+    ]
+
 
 RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "mass": Derivation.mass,

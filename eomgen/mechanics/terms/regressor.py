@@ -1,13 +1,123 @@
-"""Terms of the linear form of inverse dynamics: tau = Y pi + tau0."""
+"""The regressor Y and tau0: inverse dynamics is Y pi + tau0, pi being the parameters of ``linear_parameters``.
+
+The regressor Y: inverse dynamics is Y pi + tau0, pi being the parameters of ``linear_parameters``.
+
+A column of a body is the virtual work of its inertia forces along each joint's motion per unit of one parameter, so it
+follows from the body's acceleration field, the motion that each velocity component gives it, and one kernel
+(``laws/rigid_bodies``): no wrench is carried from body to body, and bodies on other branches have zeros by structure.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
+from eomgen.formula.nodes import ZERO, Formula
 from eomgen.mechanics.derivation import Derivation
-from eomgen.mechanics.dynamics.regressor import parameter_values, regressor, without_linear_parameters
 from eomgen.mechanics.dynamics.separated import generalized
 from eomgen.mechanics.forces.applied import applied_loads
-from eomgen.mechanics.linear_parameters import linear_parameters
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.bodies import Columns, link_columns
+from eomgen.mechanics.kinematics.fields import LinkField, total_fields
+from eomgen.mechanics.laws.derived import LAWS
+from eomgen.mechanics.linear_parameters import (
+    OF_BODY,
+    JointParameter,
+    joint_parameters,
+    linear_parameters,
+    moving_bodies,
+)
+from eomgen.mechanics.tree.base import BaseMotion
+from eomgen.mechanics.tree.inertia import inertia_about_center
+from eomgen.mechanics.tree.links import Mount, Tree
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.scalar import Algebra, Scalar, apply, cross, multiply, plus, transpose
 from eomgen.system.system import Block
+
+
+def regressor(scene: Scene, tree: Tree, base: BaseMotion, quantities: Quantities) -> list[list[Scalar]]:
+    """Return Y, (nv, parameters), with structural zeros.
+
+    Parameters
+    ----------
+    tree : in joint coordinates, inertias as they are or grouped
+    base : motion of the base, with gravity in its axes
+    """
+    fields = total_fields(tree, base, accelerations=True, gravity=True)
+    motions = link_columns(tree)
+    rows: list[list[Scalar]] = [[] for _ in range(tree.nv)]
+    for body in moving_bodies(scene):
+        mount = tree.mounts[body.name]
+        with tree.algebra.tape.block(f"regressor of body {body.name}"):
+            work = _of_body(tree, mount, fields[mount.link], motions[mount.link])
+        for dof in range(tree.nv):
+            rows[dof] += work.get(dof, [tree.algebra.zero] * len(OF_BODY))
+    for item in joint_parameters(scene):
+        with tree.algebra.tape.block(f"regressor of joint {item.joint.name}"):
+            effort = _of_joint(item, quantities)
+            work_of = quantities.work_of(item.joint.name, item.index)
+        for dof in range(tree.nv):
+            rows[dof].append(work_of[dof] * effort if dof in work_of else tree.algebra.zero)
+    return rows
+
+
+def without_linear_parameters(scene: Scene) -> Scene:
+    """Return the scene without damping and dry friction in joints: the regressor has columns for them."""
+    return replace(scene, joints=tuple(_undamped(joint) for joint in scene.joints))
+
+
+def _undamped(joint: Joint) -> Joint:
+    return replace(joint, damping=ZERO, friction=())
+
+
+def _of_body(tree: Tree, mount: Mount, field: LinkField, motions: Columns) -> dict[int, list[Scalar]]:
+    """Return by velocity component the virtual work per unit of each parameter of a body, in its own axes."""
+    algebra, back = tree.algebra, transpose(mount.orientation)
+    acceleration, alpha = apply(back, field.at(mount.position)), apply(back, field.alpha)
+    symmetric = multiply(multiply(back, field.symmetric), mount.orientation)
+    values = {}
+    for i in range(3):
+        values[f"A{i}"], values[f"r{i}"] = acceleration[i], alpha[i]
+        for j in range(i, 3):
+            values[f"C{i}{j}"] = symmetric[i][j]
+    work: dict[int, list[Scalar]] = {}
+    for dof, (angular, linear) in motions.items():
+        turn, travel = apply(back, angular), apply(back, plus(linear, cross(angular, mount.position)))
+        along = {f"w{k}": turn[k] for k in range(3)} | {f"l{k}": travel[k] for k in range(3)}
+        work[dof] = LAWS["regressor_of_rigid_body"].instantiate(algebra, values | along)
+    return work
+
+
+def _of_joint(item: JointParameter, quantities: Quantities) -> Scalar:
+    """Return the effort on a joint's coordinate per unit of a coefficient."""
+    algebra, name, index = quantities.algebra, item.joint.name, item.index
+    if item.kind == "rotor_inertia":
+        return quantities.tree.coordinates[name].a[index]
+    rate = quantities.tree.coordinates[name].v[index]
+    if item.kind == "damping":
+        return rate
+    (friction,) = (one for one in item.joint.friction if one.index == index)
+    slip = algebra.call(Op.TANH, rate / quantities.formula(friction.velocity))
+    if friction.stribeck is None:
+        return slip
+    share = rate / quantities.formula(friction.stribeck)
+    of_static = algebra.call(Op.EXP, -(share * share))
+    return slip * (of_static if item.kind == "static" else 1.0 - of_static)
+
+
+def parameter_values(algebra: Algebra, scene: Scene, number: Callable[[Formula], Scalar]) -> list[Scalar]:
+    """Return the values of the parameters in the scene, in the order of columns."""
+    result: list[Scalar] = []
+    for body in moving_bodies(scene):
+        center = algebra.vector([number(item) for item in body.center_of_mass])
+        tensor = tuple(number(entry) for entry in body.inertia)
+        inertia = inertia_about_center(algebra, number(body.mass), center, tensor)
+        S = inertia.second
+        result += [inertia.mass, *inertia.first, S[1][1] + S[2][2], S[0][0] + S[2][2], S[0][0] + S[1][1]]
+        result += [-S[0][1], -S[0][2], -S[1][2]]
+    return result + [number(item.value) for item in joint_parameters(scene)]
 
 
 def regressor_blocks(derivation: Derivation) -> list[Block]:

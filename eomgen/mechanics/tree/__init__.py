@@ -2,17 +2,4 @@
 
 __all__ = ["inertia"]
 #: Open to the other parts of ``mechanics`` as well.
-WITHIN = [
-    "absolute",
-    "alike",
-    "base",
-    "beam_body",
-    "beam_fields",
-    "beam_links",
-    "beam_stations",
-    "build",
-    "grouping",
-    "inertia",
-    "joints",
-    "links",
-]
+WITHIN = ["absolute", "alike", "base", "beam_body", "beam_fields", "build", "inertia", "joints", "links"]

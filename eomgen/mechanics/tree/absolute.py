@@ -15,9 +15,8 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
 from eomgen.lie.product import Factor
-from eomgen.mechanics.tree.coordinates import own_coordinates
 from eomgen.mechanics.tree.inertia import Inertia, added_masses, inertia_about_center
-from eomgen.mechanics.tree.joints import IDENTITY, Motion, columns_of, name_rotation, pose_of
+from eomgen.mechanics.tree.joints import IDENTITY, Motion, columns_of, name_rotation, own_coordinates, pose_of
 from eomgen.mechanics.tree.links import (
     CARRIER,
     ROOT,

@@ -1,16 +1,36 @@
-"""Tree of links from a scene's joints: fixed joints merged, link frames aligned with joint axes."""
+"""Tree of links from a scene's joints and beams: fixed joints merged, link frames aligned with joint axes, inertial
+parameters grouped.
+
+Grouping of inertial parameters: mass indistinguishable through a joint is moved to the parent.
+
+Mass on the axis of a revolute joint (its amount, first and second moment along the axis) moves as the parent does, so
+it may be counted there; for a prismatic joint the whole second moment may, for a helical one the second moment along
+its axis, for a spherical joint the mass at its centre. Torques do not change (Gautier & Khalil 1990 give the same for
+Denavit-Hartenberg frames); joint reactions, per-body energies and base terms would, so only functions that give
+generalized forces use the grouped tree.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
-from eomgen.mechanics.tree.beam_links import add_beam
-from eomgen.mechanics.tree.coordinates import Coordinates, joint_coordinates
+from eomgen.mechanics.tree.beam_body import elastic_body
+from eomgen.mechanics.tree.beam_fields import moves, station_motion
 from eomgen.mechanics.tree.inertia import AddedMass, Inertia, added_masses, inertia_about_center
-from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, name_rotation, pose_of
+from eomgen.mechanics.tree.joints import (
+    Column,
+    Coordinates,
+    Motion,
+    columns_of,
+    joint_coordinates,
+    motions_of,
+    name_rotation,
+    pose_of,
+)
 from eomgen.mechanics.tree.links import (
     ROOT,
     WORLD,
@@ -26,8 +46,102 @@ from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.rotation import MatrixFactor, Rotation
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multiply, plus, transpose
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, minus, multiply, plus, transpose
 from eomgen.system.description import BASE
+
+
+def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:
+    """Return the tree with the links of a beam, whose joint is in the tree already.
+
+    The beam's link does not move relative to its parent: its columns are zero, its coordinates deform it. So its frame,
+    and with it the shape integrals, are the body's own for any axes of the joint.
+    """
+    if body.beam is None:
+        return tree
+    from eomgen.mechanics.shape_functions.integrals import shape_integrals  # noqa: PLC0415  # imports SciPy
+
+    algebra, mount = tree.algebra, tree.mounts[body.name]
+    integrals, coordinates = shape_integrals(body.beam), tree.coordinates[body.name]
+    center = algebra.vector([number(item) for item in body.center_of_mass])
+    inertia = inertia_about_center(algebra, number(body.mass), center, tuple(number(entry) for entry in body.inertia))
+    still = Column(algebra.zero_vector, algebra.zero_vector)
+    beam = Link(
+        name=body.name,
+        joint=joint,
+        kind="elastic",
+        parent=mount.link,
+        rotation=Rotation((MatrixFactor(mount.orientation),)),
+        orientation=mount.orientation,
+        neutral_position=mount.position,
+        travel=algebra.zero_vector,
+        position=mount.position,
+        columns=(still,) * body.beam.size,
+        coordinates=coordinates,
+        velocities=coordinates.v,
+        accelerations=coordinates.a,
+        inertia=cleaned(algebra, inertia),
+        rotor_inertias=(algebra.zero,) * body.beam.size,
+        elastic=elastic_body(algebra, body.beam, integrals, coordinates, number),
+    )
+    links, first = [*tree.links, beam], len(tree.links)
+    stations = dict(tree.stations)
+    for x in _station_positions(scene, body.name, number):
+        station = integrals.at(x)
+        stations[body.name, x] = first
+        if moves(station):
+            stations[body.name, x] = len(links)
+            motion = station_motion(algebra, integrals.kinds, station, x, coordinates, shortens=body.beam.stiffening)
+            offset = algebra.vector([x, 0.0, 0.0])
+            links.append(
+                replace(
+                    beam,
+                    name=f"{body.name} at x = {x:g}",
+                    kind="station",
+                    parent=first,
+                    rotation=motion.rotation,
+                    orientation=algebra.identity,
+                    neutral_position=offset,
+                    travel=minus(motion.position, offset),
+                    position=motion.position,
+                    columns=motion.columns,
+                    inertia=no_inertia(algebra),
+                    elastic=None,
+                    station=motion,
+                )
+            )
+    mounts = {**tree.mounts, body.name: Mount(first, algebra.identity, algebra.zero_vector)}
+    return replace(tree, links=tuple(links), mounts=mounts, stations=stations)
+
+
+def _station_positions(scene: Scene, body: str, number: Callable[[Formula], Scalar]) -> list[float]:
+    """Return the distinct positions x along a beam's axis to which the scene attaches something, sorted, m."""
+    positions: list[float] = []
+    for label, formula in attached_along(scene, body):
+        x = number(formula).constant
+        if x is None:
+            reason = f"it is attached to beam {body} at a place along its axis that is a tunable parameter"
+            raise ModelError(
+                Problem(label, reason, "a fixed number: shape functions are evaluated when the model is derived")
+            )
+        if x not in positions:
+            positions.append(x)
+    return sorted(positions)
+
+
+def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
+    """Yield a label of everything attached to a body, with its x in the body's frame."""
+    for joint in scene.joints:
+        if joint.parent == body:
+            yield f"joint {joint.name}", joint.position[0]
+    for point in scene.points:
+        if point.body == body:
+            yield f"point {point.name}", point.position[0]
+    for element in scene.elements:
+        yield from ((element.label, position[0]) for _, held, position in element.places() if held == body)
+    for constraint in scene.constraints:
+        for frame in (constraint.first, constraint.second):
+            if frame.body == body:
+                yield f"constraint {constraint.name}", frame.position[0]
 
 
 def build_tree(
@@ -203,3 +317,72 @@ def _link(
         motion=motion,
         pitch=pitch,
     )
+
+
+def grouped(tree: Tree) -> Tree:
+    """Return the tree with constant inertial parameters grouped from the tips to the root."""
+    algebra = tree.algebra
+    inertias = [link.inertia for link in tree.links]
+    for index in reversed(range(len(tree.links))):
+        link = tree.links[index]
+        movable = _movable(algebra, link, inertias[index])
+        if not _constant([movable.mass, *movable.first, *(entry for row in movable.second for entry in row)]):
+            continue
+        if link.parent != ROOT and not _constant(link.neutral_position):
+            continue
+        inertias[index] = _without(algebra, inertias[index], movable)
+        if link.parent != ROOT:
+            moved = movable.moved(link.orientation, link.neutral_position)
+            inertias[link.parent] = cleaned(algebra, inertias[link.parent] + moved)
+    links = tuple(replace(link, inertia=inertia) for link, inertia in zip(tree.links, inertias, strict=True))
+    return replace(tree, links=links)
+
+
+def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
+    zero, nothing = algebra.zero, algebra.matrix([[0, 0, 0]] * 3)
+    if link.turn is not None:
+        k = link.turn.place
+        along = inertia.second[k][k] + _of_rotor(algebra, inertia, k)
+        second = algebra.matrix([[along if i == j == k else zero for j in range(3)] for i in range(3)])
+        if link.kind != "turn":
+            return Inertia(zero, algebra.zero_vector, second)
+        return Inertia(inertia.mass, _unit(algebra, k, inertia.first[k]), second)
+    match link.kind:
+        case "travel":
+            return Inertia(zero, algebra.zero_vector, inertia.second)
+        case "ball":
+            return Inertia(inertia.mass, algebra.zero_vector, nothing)
+        case _:
+            return Inertia(zero, algebra.zero_vector, nothing)
+
+
+def _of_rotor(algebra: Algebra, inertia: Inertia, k: int) -> Scalar:
+    """Return the second moment along axis k that leaves a body of revolution no inertia but that about its axis, else
+    zero.
+
+    Such a link needs no angular acceleration across its axis.
+    """
+    i, j = (k + 1) % 3, (k + 2) % 3
+    S = inertia.second
+    across, other = S[i][i].constant, S[j][j].constant
+    if across is None or other is None or not (S[i][j].is_zero and S[i][k].is_zero and S[j][k].is_zero):
+        return algebra.zero
+    return S[i][i] if across == other else algebra.zero
+
+
+def _unit(algebra: Algebra, k: int, value: Scalar) -> Vector:
+    return algebra.vector([value if i == k else algebra.zero for i in range(3)])
+
+
+def _without(algebra: Algebra, inertia: Inertia, movable: Inertia) -> Inertia:
+    rows = zip(inertia.second, movable.second, strict=True)
+    return Inertia(
+        inertia.mass - movable.mass,
+        minus(inertia.first, movable.first),
+        algebra.matrix([minus(present, moved) for present, moved in rows]),
+        inertia.added,
+    )
+
+
+def _constant(values: Sequence[Scalar]) -> bool:
+    return all(value.constant is not None for value in values)

@@ -13,10 +13,9 @@ from dataclasses import dataclass, field, replace
 
 from eomgen.lie.product import Factor
 from eomgen.mechanics.tree.beam_body import ElasticBody
-from eomgen.mechanics.tree.beam_stations import StationMotion
-from eomgen.mechanics.tree.coordinates import Coordinates
+from eomgen.mechanics.tree.beam_fields import StationMotion
 from eomgen.mechanics.tree.inertia import Inertia
-from eomgen.mechanics.tree.joints import Column, Motion
+from eomgen.mechanics.tree.joints import Column, Coordinates, Motion
 from eomgen.scene.geometry.rotations import CoordinateAxis
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene

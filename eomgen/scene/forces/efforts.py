@@ -37,7 +37,7 @@ class Effort(ForceElement):
     """Generalized force on one component of a joint, a formula of everything but accelerations."""
 
     section: ClassVar[str] = "efforts"
-    law: ClassVar[str] = "eomgen.mechanics.forces.efforts:LAW"
+    law: ClassVar[str] = "eomgen.mechanics.forces.forces:EFFORT_LAW"
 
     joint: str
     effort: Formula

@@ -38,7 +38,7 @@ class TorsionSpring(ForceElement):
     """
 
     section: ClassVar[str] = "torsion_springs"
-    law: ClassVar[str] = "eomgen.mechanics.forces.torsion_springs:LAW"
+    law: ClassVar[str] = "eomgen.mechanics.forces.springs:TORSION_LAW"
 
     first: str
     second: str

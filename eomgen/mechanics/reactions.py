@@ -1,0 +1,381 @@
+"""Reactions: wrenches transmitted by joints and constraints, from inverse dynamics and multipliers, and their
+quantities in formulas.
+
+Unit wrenches of constraint equations: the action of each multiplier on the two bodies.
+
+An equation depends on the pose of the second frame in the first one, and on no other part of the machine. Its rate is
+g . (omega, v), with the second frame's angular velocity against the first and the velocity of its origin. So the
+virtual work of B^T lam is the work of the wrench lam g on the second body and of its opposite, at one place, on the
+first. g is differentiated on a tape of its own, with this pose independent although it depends on q on the scene's.
+
+Wrenches that joints and constraints transmit.
+
+A joint of the tree transmits the wrench of its subtree beyond all other loads on it: inertia forces minus
+weight, applied forces and forces of constraints, in the inward recursion of inverse dynamics (Newton-Euler; Luh, Walker
+and Paul 1980), with the bodies' own inertia and not the grouped one. Springs, dampers, stops, friction, drives and
+efforts of a joint itself are part of the wrench. A constraint transmits the unit wrenches of its equations times
+minus their multipliers. In absolute coordinates the recursion runs over the bodies in world axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from eomgen.errors import ModelError, Problem
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Symbol
+from eomgen.mechanics.constraints.beam_strains import add_section_forces
+from eomgen.mechanics.constraints.rows import Rows, rows_of_pair
+from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
+from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair
+from eomgen.mechanics.forces.loads import Loads, add_wrench
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.fields import Wrench, total_fields
+from eomgen.mechanics.kinematics.points import LinkKinematics
+from eomgen.mechanics.tree.base import BaseMotion
+from eomgen.mechanics.tree.links import ROOT, Tree
+from eomgen.scene.joints.constraint_model import Constraint, Frame, Reaction
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.calculus.partials import Seeds, forward_partials
+from eomgen.symbolic.map import splice
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.scalar import (
+    Algebra,
+    Scalar,
+    Vector,
+    apply,
+    cross,
+    minus,
+    multiply,
+    negative,
+    plus,
+    scaled,
+    transpose,
+)
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.system.description import BASE, WORLD
+
+#: Links of the two frames on the tape of their own, and its blocks: axes and origin of the second, and its twist.
+_FIRST, _SECOND = 0, 1
+_PLACE, _TWIST = "place", "twist"
+
+
+class _Detached(Quantities):
+    """Parameters and time of a scene on another tape, for the formulas of a constraint."""
+
+    def __init__(self, scene: Quantities, tape: Tape) -> None:
+        self.source = scene
+        self.algebra = Algebra(tape)
+
+    def __call__(self, symbol: Symbol) -> Scalar:
+        given, tape = self.source(symbol), self.algebra.tape
+        source = given.tape.symbol(given.ref)
+        ref = tape.constant(given.constant or 0.0) if source is None else tape.input(source.block, source.index)
+        return Scalar(tape, ref)
+
+
+def row_wrenches(quantities: Quantities, item: Constraint, pair: FramePair) -> list[Wrench]:
+    """Return the unit wrench of each equation of a constraint, holonomic ones first.
+
+    Returns
+    -------
+    list of (moment, force)
+        On the second body, about the origin of the second frame, in the axes in which the pair is given; N m (of
+        equations in m: N m per N) and N per unit of the multiplier.
+    """
+    own = Tape()
+    rows = rows_of_pair(_Detached(quantities, own), item, _pair_of_its_own(own))
+    unit = forward_partials(own, [row.value.ref for row in rows.holonomic], _displacements(own))
+    unit += forward_partials(
+        own, [row.value.ref for row in rows.velocity], {InputSymbol(_TWIST, k): {k: ONE} for k in range(6)}
+    )
+    to_first = transpose(pair.first.axes)
+    place = [entry for row in multiply(to_first, pair.second.axes) for entry in row]
+    place += apply(to_first, minus(pair.second.origin, pair.first.origin))
+    bound = {InputSymbol(_PLACE, number): value.ref for number, value in enumerate(place)}
+    refs = splice(quantities.algebra.tape, own, [row.get(k, ZERO) for row in unit for k in range(6)], bound)
+    parts = [Scalar(quantities.algebra.tape, ref) for ref in refs]
+    wrenches = []
+    for start in range(0, len(parts), 6):
+        a, b, c, x, y, z = parts[start : start + 6]
+        wrenches.append((apply(pair.first.axes, (a, b, c)), apply(pair.first.axes, (x, y, z))))
+    return wrenches
+
+
+def _pair_of_its_own(tape: Tape) -> FramePair:
+    """Return the second frame at a place in the first one that is twelve inputs, moving with a twist of six."""
+    algebra = Algebra(tape)
+    zero, place = algebra.zero_vector, algebra.block(_PLACE, 12)
+    axes = algebra.matrix([place[0:3], place[3:6], place[6:9]])
+    origin = algebra.vector(place[9:12])
+    twist = algebra.block(_TWIST, 6)
+    kinematics = LinkKinematics(
+        Tree(algebra, (), {}, {}, (), {}),
+        {_FIRST: (algebra.identity, zero), _SECOND: (algebra.identity, origin)},
+        {_FIRST: (zero, zero), _SECOND: (algebra.vector(twist[:3]), algebra.vector(twist[3:]))},
+    )
+    first, second = FramePose(_FIRST, algebra.identity, zero), FramePose(_SECOND, axes, origin)
+    return FramePair(kinematics, first, second, algebra.one, algebra.zero, algebra.one)
+
+
+def _displacements(tape: Tape) -> Seeds:
+    """Return the changes of the second frame's place: turned about its origin, directions 0 to 2, and moved, 3 to 5."""
+    seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
+    for k, i, j in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # a turn about k takes axis i to j and axis j to minus i
+        for column in range(3):
+            at_i, at_j = InputSymbol(_PLACE, 3 * i + column), InputSymbol(_PLACE, 3 * j + column)
+            seeds.setdefault(at_j, {})[k] = tape.input(_PLACE, 3 * i + column)
+            seeds.setdefault(at_i, {})[k] = -tape.input(_PLACE, 3 * j + column)
+    return seeds | {InputSymbol(_PLACE, 9 + k): {3 + k: ONE} for k in range(3)}
+
+
+@dataclass(frozen=True)
+class Transmitted:
+    """A wrench on a link (base or world for negative numbers), about the place ``at``, all in the link's axes."""
+
+    link: int
+    at: Vector
+    moment: Vector
+    force: Vector
+
+
+class TransmittedWrenches:
+    """Wrenches transmitted by joints and constraints of one scene, each recorded at its first use.
+
+    Parameters
+    ----------
+    tree : with the bodies' own inertia
+    base : motion of the frame that carries the tree
+    rows : of all constraints, as the multipliers are numbered; None if there are none
+    """
+
+    def __init__(
+        self, scene: Scene, tree: Tree, quantities: Quantities, base: BaseMotion, loads: Loads, rows: Rows | None
+    ) -> None:
+        self.scene = scene
+        self.tree = tree
+        self.quantities = quantities
+        self.base = base
+        self.loads = loads
+        self.rows = rows
+        self.joints: Mapping[str, Joint] = {joint.name: joint for joint in scene.joints}
+        self._of_constraints: dict[str, tuple[Transmitted, Transmitted]] = {}
+
+    def joint(self, name: str) -> Transmitted:
+        """Return the wrench of a joint's parent on its child, about the origin of the child's frame."""
+        joint = self.joints[name]
+        mount = self.tree.mounts[joint.child]
+        absolute = self.scene.coordinates == "absolute"
+        if absolute and not joint.kind.moves:
+            fault = f"the reaction of the fixed joint {name} cannot be told: absolute coordinates make one body of two"
+            raise ModelError(Problem(self.scene.name, fault, "joint coordinates"))
+        moment, force = self._through_bodies[joint.child] if absolute else self._through_links[mount.link]
+        return Transmitted(mount.link, mount.position, minus(moment, cross(mount.position, force)), force)
+
+    def constraint(self, item: Constraint) -> Transmitted:
+        """Return the wrench of the first body on the second one, about the origin of the second frame."""
+        return self._pair(item)[1]
+
+    def drive_effort(self, item: Constraint | Joint, index: int = 0) -> Scalar:
+        """Return the effort of a drive along an angle, N m, or a travel or distance, N; positive drives it up."""
+        multipliers = self._multipliers(item)
+        if isinstance(item, Joint):
+            return -multipliers[index]
+        effort = multipliers[max(multipliers)]  # its equation is the last of the constraint
+        return effort if item.kind.drive == "travel" else -effort
+
+    def _multipliers(self, item: Constraint | Joint) -> dict[int, Scalar]:
+        """Return the multiplier of each equation, without dependent equations."""
+        rows = [] if self.rows is None else self.rows.all
+        return {row.number: self.quantities.input("lam", k) for k, row in enumerate(rows) if row.owner is item}
+
+    def _pair(self, item: Constraint) -> tuple[Transmitted, Transmitted]:
+        """Return the wrenches of a constraint on its first and its second body, both at the second frame's origin."""
+        if item.name not in self._of_constraints:
+            with self.tree.algebra.tape.block(f"reaction of constraint {item.name}"):
+                self._of_constraints[item.name] = self._recorded(item)
+        return self._of_constraints[item.name]
+
+    def _recorded(self, item: Constraint) -> tuple[Transmitted, Transmitted]:
+        algebra = self.tree.algebra
+        pair = frame_pair(self.quantities, item.first, item.second)
+        units = row_wrenches(self.quantities, item, pair)
+        moment, force = algebra.zero_vector, algebra.zero_vector
+        for number, multiplier in self._multipliers(item).items():
+            moment = minus(moment, scaled(multiplier, units[number][0]))
+            force = minus(force, scaled(multiplier, units[number][1]))
+        apart = minus(pair.second.origin, pair.first.origin)
+        first = self._on(item.first, pair.kinematics, (negative(moment), negative(force)), apart)
+        return first, self._on(item.second, pair.kinematics, (moment, force), algebra.zero_vector)
+
+    def _on(self, frame: Frame, kinematics: LinkKinematics, load: Wrench, beyond: Vector) -> Transmitted:
+        """Return a wrench at ``beyond`` from a frame's origin in the axes of its link; given in the common link's."""
+        link, s = self.quantities.kinematics.local(frame.body, self.quantities.vector(frame.position))
+        back = transpose(kinematics.pose(link)[0])
+        return Transmitted(link, plus(s, apply(back, beyond)), apply(back, load[0]), apply(back, load[1]))
+
+    @cached_property
+    def _net(self) -> list[Wrench]:
+        """Wrench that each link needs from its joints beyond other loads, about its origin in its axes."""
+        forces = list(self.loads.wrenches)
+        add_section_forces(self.quantities, self.rows, forces)
+        for item in self.scene.constraints:
+            for side in self._pair(item):
+                if side.link >= 0:
+                    add_wrench(forces, side.link, (plus(side.moment, cross(side.at, side.force)), side.force))
+        fields = total_fields(self.tree, self.base, accelerations=True, gravity=True)
+        return net_wrenches(self.tree, fields, forces)
+
+    @cached_property
+    def _through_links(self) -> list[Wrench]:
+        return carried_loads(self.tree, self._net, "reaction")
+
+    @cached_property
+    def _through_bodies(self) -> dict[str, Wrench]:
+        """Wrench transmitted to each moving body with its subtree, in its link's axes about its origin."""
+        hosts: dict[str, str] = {}
+        for joint in self.scene.joints:
+            hosts[joint.child] = joint.child if joint.kind.moves else hosts.get(joint.parent, BASE)
+        total: dict[str, Wrench] = {}
+        kinematics, links = self.quantities.kinematics, {}
+        for body, host in hosts.items():
+            if body == host:
+                links[body] = self.tree.mounts[body].link
+                R = kinematics.pose(links[body])[0]
+                moment, force = self._net[links[body]]
+                total[body] = (apply(R, moment), apply(R, force))
+        for joint in reversed(self.scene.joints):
+            parent = hosts.get(joint.parent, BASE)
+            if joint.child not in total or parent == BASE:
+                continue
+            with self.tree.algebra.tape.block(f"reaction at joint {joint.name}"):
+                moment, force = total[joint.child]
+                arm = minus(kinematics.pose(links[joint.child])[1], kinematics.pose(links[parent])[1])
+                above = total[parent]
+                total[parent] = (plus(above[0], plus(moment, cross(arm, force))), plus(above[1], force))
+        back = {body: transpose(kinematics.pose(link)[0]) for body, link in links.items()}
+        return {body: (apply(back[body], load[0]), apply(back[body], load[1])) for body, load in total.items()}
+
+
+class Reactions:
+    """Components of reactions, and efforts of drives.
+
+    Parameters
+    ----------
+    wrenches : returns wrenches transmitted by joints and constraints, given the requested fixed joints, at the first
+        reaction that is asked for
+    """
+
+    def __init__(self, scene: Scene, wrenches: Callable[[Collection[str]], TransmittedWrenches]) -> None:
+        self.scene = scene
+        self._made = wrenches
+        self._wrenches: TransmittedWrenches | None = None
+        self._found: dict[str, tuple[Scalar, ...]] = {}
+
+    @property
+    def wrenches(self) -> TransmittedWrenches:
+        if self._wrenches is None:
+            self._wrenches = self._made(self._fixed_joints())
+        return self._wrenches
+
+    def __call__(self, symbol: Symbol) -> Scalar:
+        """Return a component of a reaction, moment first, or the effort of a drive.
+
+        Raises
+        ------
+        ModelError
+            No joint or constraint of that name has a drive.
+        """
+        if symbol.kind == "drive_effort":
+            return self._drive_effort(symbol.name, symbol.index)
+        if symbol.name not in self._found:
+            item = self._named(symbol.name)
+            with self.wrenches.tree.algebra.tape.block(f"reaction {symbol.name}"):
+                self._found[symbol.name] = self._components(item)
+        return self._found[symbol.name][symbol.index]
+
+    def _fixed_joints(self) -> list[str]:
+        """Return the fixed joints with reactions in the scene's outputs and events."""
+        formulas = [*(value for output in self.scene.outputs for value in output.values)]
+        formulas += [formula for event in self.scene.events for formula in (event.when, *event.actions())]
+        of = {self._named(item.name).of for formula in formulas for item in symbols(formula) if item.kind == "reaction"}
+        return [joint.name for joint in self.scene.joints if joint.name in of and not joint.kind.moves]
+
+    def _named(self, name: str) -> Reaction:
+        placed = {item.name: item for item in self.scene.reactions}
+        if name in placed:
+            return placed[name]
+        if any(joint.name == name for joint in self.scene.joints):
+            return Reaction(name, "joints", name)
+        return Reaction(name, "constraints", name)
+
+    def _drive_effort(self, name: str, index: int) -> Scalar:
+        driven: list[Joint | Constraint] = [joint for joint in self.scene.joints if joint.drive]
+        driven += [item for item in self.scene.constraints if item.prescribed is not None]
+        item = next((item for item in driven if item.name == name), None)
+        if item is None:
+            raise ModelError(
+                f"no joint or constraint {name} has a drive, so there is no drive_effort", "drive = a formula of time"
+            )
+        return self.wrenches.drive_effort(item, index)
+
+    def _components(self, item: Reaction) -> tuple[Scalar, ...]:
+        if item.section == "joints":
+            load = self.wrenches.joint(item.of)
+        else:
+            load = self.wrenches.constraint(next(entry for entry in self.scene.constraints if entry.name == item.of))
+        if item.point is not None:
+            load = self._moved(load, item)
+        turn = self._to_axes(load.link, item.axes)
+        return (*turn(load.moment), *turn(load.force))
+
+    def _moved(self, load: Transmitted, item: Reaction) -> Transmitted:
+        """Return a wrench about the point of a reaction.
+
+        The lever is taken in the axes of a link that the wrench passes on its way to the base, if such a link
+        holds the point, so that no digits cancel far from the origin.
+        """
+        quantities, tree = self.wrenches.quantities, self.wrenches.tree
+        kinematics, point = quantities.kinematics, item.point
+        assert point is not None  # asked for by the caller
+        link, s = kinematics.local(*quantities.at(point))
+        near = load
+        while near.link != link and near.link >= 0:
+            near = _on_parent(tree, near)
+        if near.link == link:
+            lever = minus(s, near.at)
+        else:
+            near = load
+            R, p = kinematics.pose(load.link)
+            place = kinematics.position_in_base(*quantities.at(point))
+            lever = apply(transpose(R), minus(place, plus(p, apply(R, load.at))))
+        return Transmitted(near.link, plus(near.at, lever), minus(near.moment, cross(lever, near.force)), near.force)
+
+    def _to_axes(self, link: int, axes: str) -> Callable[[Vector], Vector]:
+        """Return the rotation of vectors from a link's axes to the axes of a body, of the base or of the world."""
+        tree, kinematics = self.wrenches.tree, self.wrenches.quantities.kinematics
+        mount = None if axes == WORLD else tree.mounts[axes]
+        target = ROOT if mount is None else mount.link
+
+        def turned(x: Vector) -> Vector:
+            at = link
+            while at != target and at >= 0:
+                x, at = tree.links[at].rotation.rotate(x), tree.links[at].parent
+            if at != target:
+                x = x if at == ROOT else apply(kinematics.pose(at)[0], x)
+                x = x if target == ROOT else apply(transpose(kinematics.pose(target)[0]), x)
+            if mount is None:
+                return apply(kinematics.base.orientation, x)
+            return apply(transpose(mount.orientation), x)
+
+        return turned
+
+
+def _on_parent(tree: Tree, load: Transmitted) -> Transmitted:
+    """Return the same wrench, about the same place, in the axes of the parent link."""
+    link = tree.links[load.link]
+    turn = link.rotation.rotate
+    return Transmitted(link.parent, plus(link.position, turn(load.at)), turn(load.moment), turn(load.force))
