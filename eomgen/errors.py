@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from eomgen.base.data import dataclass
 
 #: Number of problems of one kind above which a message lists the first ones and counts the rest.
 _ALIKE = 5

@@ -42,14 +42,14 @@ PRODUCT_WORDS: dict[str, set[str]] = {
 DOORS: dict[str, set[str]] = {
     # for every room
     "base": {"errors", "system.terms"},
-    "errors": set(),
+    "errors": {"base.data"},
     # arrays and C alone
     "toolchain": {"base", "errors"},
     "solvers": {"base", "errors", "lie"},
     "linear": {"base", "errors", "formula", "lie"},
     # from a description to C
-    "symbolic": set(),
-    "lie": {"symbolic"},
+    "symbolic": {"base.data"},
+    "lie": {"base.data", "symbolic"},
     "formula": {"base", "errors", "symbolic"},
     "system": {"base", "errors", "formula", "lie", "symbolic"},
     "scene": {"base", "errors", "formula", "lie", "system"},

@@ -7,12 +7,12 @@ analytic functions that hold at enough random points hold everywhere (Gautier 19
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.solvers.redundancy import NoGap, independent_columns

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.sparse_partials import SparsePartials, dense, soft_modes, sparse_partials
 from eomgen.analysis.state_warnings import SAME, Measures, equilibrium_notes
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import angles_of_several_turns, initial_state
 from eomgen.compiled.terms import Inputs, Parameters

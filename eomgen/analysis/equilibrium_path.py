@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.base.files import write_table, write_text
 from eomgen.base.text import json_text, nearest, shown

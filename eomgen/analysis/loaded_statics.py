@@ -13,7 +13,6 @@ the section forces s, D being the derivative of d along both twists.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +23,7 @@ from eomgen.analysis.driven_rest import held_base
 from eomgen.analysis.sparse_partials import sparse_partials, whole_partials
 from eomgen.analysis.state_warnings import Measures
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.text import nearest, shown
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import Problem, UsageError

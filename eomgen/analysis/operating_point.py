@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from eomgen.analysis.state_warnings import Measures
 from eomgen.analysis.state_warnings import Measures as MeasuresOfScene
 from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.compiled.arguments import check_finite, components
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from eomgen.analysis.loaded_statics import Varied, check_partials, loaded_static
 from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.state_warnings import Measures
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state

@@ -11,7 +11,6 @@ anything opposes a direction at all, since energies of strains are sums of squar
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from scipy.sparse import block_array, csc_array
 from scipy.sparse.linalg import splu
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest, sparse
 from eomgen.solvers.tangent_stiffness import ROUNDING
 from eomgen.system.patterns import Places, unpacked_places

@@ -16,7 +16,6 @@ Arguments of a steady motion, checked: velocities and coordinates by name, again
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from eomgen.analysis.steady_conditions import Conditions
 from eomgen.analysis.steady_search import Given, Linear, Search, linear_conditions, motion_at, search
 from eomgen.analysis.symmetries import Fields, KnownSymmetries
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.base.text import distinct, shown
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of, numbers
 from eomgen.compiled.initial_state import initial_state

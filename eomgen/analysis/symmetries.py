@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import expm
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import bracket_matrix

@@ -3,6 +3,7 @@
 __all__ = [
     "arrays",
     "calls",
+    "data",
     "extensions",
     "figures",
     "files",

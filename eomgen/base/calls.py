@@ -210,6 +210,7 @@ def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
     """Return a class decorator that puts ``checked_call`` on constructor and public methods, also inherited ones."""
 
     def decorated(kind: C) -> C:
+        getattr(kind, "__init__")  # compiles methods of a dataclass  # noqa: B009
         for name in dir(kind):
             member = inspect.getattr_static(kind, name)
             if inspect.isfunction(member) and (name == "__init__" or not name.startswith("_")):
@@ -271,6 +272,7 @@ def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
         raise NoAssignment(Problem("", fault, what_to_try.format(name)))
 
     def decorated(kind: C) -> C:
+        getattr(kind, "__init__")  # compiles methods of a dataclass  # noqa: B009
         type.__setattr__(kind, "__setattr__", refused)
         return kind
 

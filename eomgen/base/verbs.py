@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint
 from typing import Any
 
+from eomgen.base.data import dataclass, field
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.products import placed, rows_of
 from eomgen.base.text import shown

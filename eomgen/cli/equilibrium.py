@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.base.data import dataclass
 from eomgen.base.progress import waiting
 from eomgen.base.text import json_text
 from eomgen.cli import INTERRUPTED

@@ -9,11 +9,11 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.base.data import dataclass
 from eomgen.base.products import rows_of
 from eomgen.base.text import counted
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from eomgen.base.data import dataclass
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any, Union
 
+from eomgen.base.data import dataclass, field
 from eomgen.system.system import Quantity
 
 Expression = Union[int, tuple[Any, ...]]  # noqa: UP007  # evaluated at run time by readers of the type

@@ -10,13 +10,13 @@ space of P S holds internal efforts, which change no motion; with fewer there is
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.compiled.arguments import check_name
 from eomgen.compiled.terms import Extensible, Parameters, States
 from eomgen.errors import NumericalError, Problem, UsageError

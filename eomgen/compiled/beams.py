@@ -5,7 +5,6 @@ and loads of their sections along the axes.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
 from typing import Protocol, Self
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName
+from eomgen.base.data import dataclass, fields
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.terms import Extensible, Inputs, Parameters, States
 from eomgen.errors import Problem, UsageError

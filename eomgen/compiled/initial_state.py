@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.text import shown
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, measured, numbers
 from eomgen.compiled.beams import placed_nodes

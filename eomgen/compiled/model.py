@@ -36,8 +36,7 @@ from eomgen.solvers.redundancy import check_left_out
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS
 from eomgen.toolchain.builder import LaneFiles
-from eomgen.toolchain.lane_library import LaneLibrary
-from eomgen.toolchain.library import Library
+from eomgen.toolchain.library import LaneLibrary, Library
 
 if TYPE_CHECKING:
     from eomgen.system.branches import Branches

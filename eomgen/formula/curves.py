@@ -7,7 +7,6 @@ given ends.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 
 Interpolation = Literal["quintic", "linear", "steps"]
 Outside = Literal["error", "hold", "periodic"]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 

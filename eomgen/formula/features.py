@@ -7,11 +7,11 @@ centre of a Gaussian), locate a feature of any width.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.formula.curves import Bump, Curve, Waves
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity

@@ -6,9 +6,9 @@ Code that walks a formula needs to know only these classes; no text of the user 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
+from eomgen.base.data import dataclass, field
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.words import Word
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
+from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity
 

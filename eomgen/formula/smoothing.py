@@ -11,11 +11,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import affine
 from eomgen.formula.evaluate import symbols

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from eomgen.base.data import dataclass
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.products import rows_of
 

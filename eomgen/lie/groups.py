@@ -11,8 +11,8 @@ Iserles, Munthe-Kaas, Norsett and Zanna, Acta Numerica 9 (2000) 215; Bruls, Card
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.lie import rotations
 from eomgen.lie.algebra import Algebra, Value
 from eomgen.lie.coefficients import f2_to_f5, f6_f8

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from eomgen.base.data import dataclass
 from eomgen.lie.algebra import TapeAlgebra, Value
 from eomgen.lie.groups import Group
 from eomgen.symbolic.operations import LEAVES

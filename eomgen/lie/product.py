@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.base.data import dataclass
 from eomgen.lie import numeric
 from eomgen.lie.groups import Group, group_named
 

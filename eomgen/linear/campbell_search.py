@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
 from eomgen.linear.eigenvalue_loci import Campbell, Crossing

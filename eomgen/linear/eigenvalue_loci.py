@@ -7,7 +7,6 @@ An order n is an excitation of n times the speed; a speed is critical if a frequ
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
 from eomgen.errors import EomgenError, Problem
 from eomgen.linear.linearization import Linearization

@@ -17,12 +17,12 @@ R''. On groups measured coordinates change with dw - ad(w) x. Constraints at vel
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, bracket_matrix
 

@@ -9,7 +9,6 @@ and about moving references see ``linear.freedom``). Explicit dependence on time
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
+from eomgen.base.data import dataclass, field
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.linear.display import linearization_html
 from eomgen.linear.freedom import Freedom, Partials

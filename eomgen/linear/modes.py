@@ -8,7 +8,6 @@ An eigenvalue is known to machine precision times the norm of the balanced matri
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
+from eomgen.base.data import dataclass
 from eomgen.linear.display import modes_html
 from eomgen.linear.plots import plot_modes
 

@@ -17,13 +17,13 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 from scipy.linalg import expm
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.linear.freedom import Partials

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
@@ -18,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
+from eomgen.base.data import dataclass, field
 from eomgen.base.text import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.linear.display import state_space_html

@@ -8,9 +8,9 @@ joints and the like keep their values.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal
 
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Joint

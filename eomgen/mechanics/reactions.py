@@ -20,9 +20,9 @@ minus their multipliers. In absolute coordinates the recursion runs over the bod
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Symbol

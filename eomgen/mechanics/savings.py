@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Number, Symbol

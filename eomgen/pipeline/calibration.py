@@ -10,13 +10,13 @@ Messages about a closed loop: its slowest motion, and modes that miss the reques
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
 from eomgen.formula.nodes import Symbol
 from eomgen.linear.control import placement, second_order_regulator

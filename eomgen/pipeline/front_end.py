@@ -9,10 +9,10 @@ points of the group ``eomgen.front_ends``. A document may also say itself who de
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
+from eomgen.base.data import dataclass, field
 from eomgen.base.products import rows_of
 from eomgen.scene.sources.register import KINDS, OtherKind, all_options
 

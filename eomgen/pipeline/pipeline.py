@@ -37,8 +37,7 @@ if TYPE_CHECKING:
     from eomgen.system.description import Description, Simulation
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder, LaneFiles
-    from eomgen.toolchain.lane_library import LaneLibrary
-    from eomgen.toolchain.library import Library
+    from eomgen.toolchain.library import LaneLibrary, Library
 
 _LOG = logging.getLogger(__name__)
 #: A scene, the path of one, nested data as a scene file holds them, or the document of another front end.

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from eomgen.base.data import dataclass, replace
 from eomgen.base.extensions import code_stamp
 from eomgen.mechanics.describe import describe
 from eomgen.pipeline.front_end import Build, FrontEnd

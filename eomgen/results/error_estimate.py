@@ -5,12 +5,12 @@ of the samples of a study, estimated on a few of its runs.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 
 #: Observed order below which there is none, and the part of the motion above which that matters.
 NO_ORDER, NOTICED = 0.5, 0.03

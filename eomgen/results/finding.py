@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal, Self
+
+from eomgen.base.data import asdict, dataclass, replace
 
 Severity = Literal["note", "warning", "failure"]
 NOTE: Severity = "note"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, overload
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName, UnknownAttribute, checked_calls, unknown_attribute
+from eomgen.base.data import dataclass, field, replace
 from eomgen.base.text import shown
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.beams import SectionLoads

@@ -8,9 +8,10 @@ states, keys, rows and frames as a constraint, drawing. A new type is a row here
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
+
+from eomgen.base.data import dataclass
 
 JointType = Literal[
     "fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"

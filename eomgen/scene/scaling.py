@@ -12,10 +12,10 @@ import copy
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
+from eomgen.base.data import dataclass
 from eomgen.formula.units.parser import read_unit
 from eomgen.scene.document.schema import Document, document_for
 from eomgen.scene.document.units import in_si

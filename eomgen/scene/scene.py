@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
 from fractions import Fraction
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, TypeVar, cast
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, Typ
 import numpy as np
 
 from eomgen.base.calls import checked_calls, not_assigned_to, unknown_attribute
+from eomgen.base.data import dataclass, field, fields, is_dataclass
 from eomgen.base.extensions import code_stamp
 from eomgen.base.html import page, paragraph, table
 from eomgen.formula.curves import AnyCurve

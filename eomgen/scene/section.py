@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeVar
 
+from eomgen.base.data import dataclass, field, fields
 from eomgen.base.text import NAME_LENGTH
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.formula.scope import Names

@@ -8,13 +8,13 @@ its parameters, and the stepper as it was left.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.finding import Finding
 from eomgen.results.solution import Solution

@@ -9,7 +9,6 @@ rows is longer than the reach of one series, the stepper goes on to the next one
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +16,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
+from eomgen.base.data import dataclass
 from eomgen.compiled.beams import SectionLoads, section_loads
 from eomgen.compiled.coordinates import State
 from eomgen.compiled.model import CompiledModel

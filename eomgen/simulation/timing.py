@@ -6,12 +6,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.files import write_text
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem

@@ -9,7 +9,6 @@ Strains of stiff elements are extrapolated as in ``Strains``.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +16,7 @@ from scipy.sparse import block_array, coo_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.lie.product import Factor, update
 
 #: Corrections at most, and the size in rad or lengths of the scene below which one is the last.

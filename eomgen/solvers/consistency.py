@@ -7,13 +7,13 @@ projection of B v + Phi_t. The pseudo-inverse lets redundant rows be, as long as
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.solvers.beams import Beams, StrainedStart
 from eomgen.solvers.constraint_rows import (

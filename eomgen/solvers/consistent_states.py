@@ -7,13 +7,13 @@ Corrections of least kinetic size are computed by singular values here, so last 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.consistency import MAX_ITERATIONS, ROUNDING
 from eomgen.solvers.constraint_rows import CONTRADICTION, EPSILON, SINGULAR, VANISHING, WORST_ROUNDING

@@ -9,13 +9,13 @@ place of a machine, make no difference.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.beams import Beams

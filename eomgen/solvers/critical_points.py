@@ -13,7 +13,6 @@ Stability of Structures (1991), section 4.4.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -23,6 +22,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, eigs
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest, corrected, direction, held_factor, sparse
 from eomgen.solvers.equilibrium_path import PathPoint, point_within
 from eomgen.solvers.tangent_stiffness import Components, TangentStiffness, canonical_direction, compliance

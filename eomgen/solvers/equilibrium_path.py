@@ -7,11 +7,11 @@ beside the step, and the path does not turn much meanwhile, so that no step leap
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.solvers.bordered_newton import (
     Corrected,
     Direction,

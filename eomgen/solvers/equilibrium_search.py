@@ -13,13 +13,13 @@ nonlinear forces over a step, and is a tenth of the step at most, so the path st
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 from scipy.linalg import expm
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.lie.product import difference
 from eomgen.solvers.statics import (
     SOFT,

@@ -14,7 +14,6 @@ Stability (1973), chapter 3).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, diags_array
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.lie.product import Factor
 from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Matrix, Rest, Tangents, direction, plus
 from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, first_point, follow

@@ -8,12 +8,12 @@ earlier ones.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import update
 from eomgen.solvers.consistency import consistent_position

@@ -9,7 +9,6 @@ symmetric; then the sign of its determinant is used.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +19,7 @@ from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 from scipy.sparse.linalg import SuperLU, splu
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest, sparse
 
 #: Largest number of rows for a dense factorization.

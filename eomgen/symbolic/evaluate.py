@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.base.data import dataclass
 from eomgen.symbolic.operations import ELEMENTARY, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 

@@ -23,10 +23,10 @@ elements, which may round differently.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, TypeVar, cast
 
+from eomgen.base.data import dataclass, replace
 from eomgen.symbolic.operations import Counts, InputSymbol, Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from enum import IntEnum, auto
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from eomgen.base.data import dataclass
 
 
 class Op(IntEnum):

@@ -7,8 +7,7 @@ auxiliary w serves all four entries).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from eomgen.base.data import dataclass
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multiply, transpose
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.base.data import dataclass
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Flags, Numbers
+from eomgen.base.data import dataclass, field
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.features import may_be_fast, summands
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector

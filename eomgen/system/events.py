@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
+
+from eomgen.base.data import dataclass
 
 Direction = Literal["rising", "falling", "both"]
 Action = Literal["count", "record", "stop", "reset", "impact", "switch"]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Formula
 

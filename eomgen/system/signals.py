@@ -7,11 +7,10 @@ at both of its ends: Hermite's quintic. So all driven coordinates have rates and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.system.normal_series import NormalSeries
 

@@ -12,12 +12,12 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.calls import checked_calls, unknown_attribute
+from eomgen.base.data import dataclass, field
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.symbolic.harmonics import Columns, harmonics_in

@@ -6,8 +6,8 @@ A front end records terms; whoever needs a fact about one asks its row here.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
 
+from eomgen.base.data import dataclass, replace
 from eomgen.base.text import nearest
 
 Inputs = tuple[str, ...]

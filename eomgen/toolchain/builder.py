@@ -35,8 +35,7 @@ from eomgen.toolchain.compiler import (
     preprocessed,
     processor,
 )
-from eomgen.toolchain.lane_library import LaneLibrary
-from eomgen.toolchain.library import Library
+from eomgen.toolchain.library import LaneLibrary, Library
 from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile, passes_for
 from eomgen.toolchain.profiles import profile as profile_named
 

@@ -20,9 +20,9 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
+from eomgen.base.data import dataclass
 from eomgen.base.locks import abandoned, claimed, hold
 from eomgen.errors import FileError, Problem
 

@@ -18,13 +18,13 @@ import time
 import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from queue import PriorityQueue
 from types import TracebackType
 from typing import Self
 
+from eomgen.base.data import dataclass
 from eomgen.errors import FileError, Problem, ToolchainError
 
 CANDIDATES = ("cc", "gcc", "clang")

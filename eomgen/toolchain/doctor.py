@@ -10,10 +10,10 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError, FileError
 from eomgen.toolchain.cache import default_folder, refusal, writable_by_others
 from eomgen.toolchain.cffi_build import python_headers

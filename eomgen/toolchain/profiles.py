@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.errors import Problem, ToolchainError
 
 

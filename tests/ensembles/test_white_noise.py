@@ -11,7 +11,7 @@ from eomgen.base.arrays import Array
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.simulation.stepping.stepper import LaneStepper
-from eomgen.toolchain.lane_library import LaneLibrary
+from eomgen.toolchain.library import LaneLibrary
 
 RUNS, SETTLED, END, ROWS_PER_SECOND = 1024, 20.0, 220.0, 1
 

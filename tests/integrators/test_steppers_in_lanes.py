@@ -11,7 +11,7 @@ import eomgen
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.simulation.stepping.stepper import LaneStepper, Stepper
-from eomgen.toolchain.lane_library import LaneLibrary
+from eomgen.toolchain.library import LaneLibrary
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EVERY, ROWS = 4, 12

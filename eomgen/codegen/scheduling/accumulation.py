@@ -8,7 +8,6 @@ of 4096 elements of a beam take 4.7 MB if they wait for additions, and 1 kB if e
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from itertools import chain
 from typing import cast
@@ -16,6 +15,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.base.data import dataclass
 from eomgen.codegen.program import Addition
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import LEAVES, Op

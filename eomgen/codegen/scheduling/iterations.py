@@ -7,10 +7,10 @@ Equally spaced indices become start + step k, all others a table.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Protocol, cast
 
+from eomgen.base.data import dataclass
 from eomgen.codegen.program import Expression, Statement
 from eomgen.codegen.scheduling.rerolling import RerolledLoop, operands
 from eomgen.symbolic.map import record

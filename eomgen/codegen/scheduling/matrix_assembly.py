@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from eomgen.base.data import dataclass
 from eomgen.codegen.program import Expression, Statement
 from eomgen.codegen.scheduling.iterations import READ, rule
 from eomgen.codegen.scheduling.scheduler import schedule

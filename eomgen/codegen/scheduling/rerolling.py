@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.base.data import dataclass
 from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import INPUT_BLOCKS

@@ -8,10 +8,10 @@ workspace. Repeats in a long function become loops first.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from itertools import chain
 from types import MappingProxyType
 
+from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import Addition, Expression, Part, Statement
 from eomgen.codegen.scheduling.accumulation import accumulated
 from eomgen.codegen.scheduling.iterations import READ, Unmatched, copies, loop_iteration, rule, runs

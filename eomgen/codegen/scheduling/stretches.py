@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from eomgen.base.data import dataclass
 
 #: Least number of periods of a stretch, and of rows that it saves.
 _COUNT, _SAVED = 4, 12

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.codegen.program import Program
 
 

@@ -13,9 +13,9 @@ import difflib
 import math
 import re
 from collections.abc import Collection
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.units.table import REFUSED, names

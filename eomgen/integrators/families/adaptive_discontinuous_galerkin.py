@@ -11,11 +11,11 @@ velocities.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.adaptive import (
     LARGEST_TOLERANCE,
     LONGEST,

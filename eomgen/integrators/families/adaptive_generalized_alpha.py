@@ -9,11 +9,11 @@ accelerations, as Zienkiewicz and Xie, Earthquake Eng. Struct. Dyn. 20 (1991) 87
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.adaptive import (
     LARGEST_TOLERANCE,
     LONGEST,

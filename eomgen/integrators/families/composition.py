@@ -8,10 +8,10 @@ Steps begin and end with kicks: the acceleration at the end of one is the first 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.integrators.compositions import Composition, composition_named
 from eomgen.integrators.families.family import (

@@ -23,9 +23,9 @@ Jia, Liu, Li and Liao (2014).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from eomgen.base.data import dataclass, replace
 from eomgen.integrators.families.family import (
     Bound,
     DenseOutput,

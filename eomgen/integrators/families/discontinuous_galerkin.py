@@ -36,11 +36,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from eomgen.base.data import dataclass, replace
 from eomgen.integrators.families.family import (
     DenseOutput,
     Field,

@@ -7,11 +7,11 @@ Math. Comput. 46 (1986) 135. In the Lie algebra: Munthe-Kaas, Appl. Numer. Math.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction as F
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.adaptive import (
     LONGEST,
     STEP_GROUPS,

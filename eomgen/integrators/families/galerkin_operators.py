@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
+
+from eomgen.base.data import dataclass
 
 Matrix = list[list[Fraction]]
 #: Binary places of roots.

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from eomgen.base.data import dataclass, field, replace
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,

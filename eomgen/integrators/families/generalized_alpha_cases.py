@@ -9,9 +9,9 @@ Bossak and Zienkiewicz, Int. J. Numer. Methods Eng. 15 (1980) 1562; as one famil
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 
+from eomgen.base.data import dataclass
 from eomgen.errors import Problem, UsageError
 
 _HALF = Fraction(1, 2)

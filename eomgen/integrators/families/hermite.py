@@ -11,9 +11,9 @@ corrections diverge, and the run stops.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     NOT_FINITE,

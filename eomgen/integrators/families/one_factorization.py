@@ -8,9 +8,9 @@ border it by B^T of the start and B of the end of a step.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     EXCHANGES,

@@ -8,9 +8,9 @@ Geometric Numerical Integration (2006), section IV.4.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,

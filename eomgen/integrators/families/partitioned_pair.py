@@ -7,10 +7,10 @@ constraints as in ``partitioned``: Wehage and Haug, J. Mech. Des. 104 (1982) 247
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.adaptive import STEP_GROUPS, step_state, step_statistics, step_statuses
 from eomgen.integrators.families.embedded_pair import PAIRS, EmbeddedRungeKutta
 from eomgen.integrators.families.family import Field, MethodName, Sizes, Status

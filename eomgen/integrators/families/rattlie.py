@@ -14,9 +14,9 @@ stays variational if there is a potential, so it keeps momentum maps, and energi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from eomgen.base.data import dataclass, replace
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     KINEMATIC,

@@ -35,9 +35,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from eomgen.base.data import dataclass, replace
 from eomgen.integrators.families.family import (
     KINEMATIC,
     NOT_CONSISTENT,

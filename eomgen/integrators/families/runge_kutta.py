@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     NOT_FINITE,

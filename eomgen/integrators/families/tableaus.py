@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import hold
 
 Coefficients = tuple[Fraction, ...]

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.adaptive import longest_setting
 from eomgen.integrators.families.family import (

@@ -15,11 +15,11 @@ so there is no subtraction if all of these are positive: Grassmann, Taksar and H
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 
 #: A pivot is at least this part of the largest entry of its column among the rows of its stage, in every sample.

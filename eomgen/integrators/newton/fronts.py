@@ -8,9 +8,9 @@ tree this is the elimination of one body after the other from the tips to the ro
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from eomgen.base.data import dataclass
 from eomgen.integrators.newton.elimination import Elimination
 from eomgen.integrators.newton.matrix import MatrixIndex
 

@@ -26,13 +26,13 @@ the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor

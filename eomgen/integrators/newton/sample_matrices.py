@@ -7,12 +7,12 @@ would look bad.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.integrators.newton.matrix import MatrixIndex, Packing, dense, packed, with_end_jacobian, with_sums
 from eomgen.lie import product
 from eomgen.symbolic.evaluate import Evaluation, evaluate

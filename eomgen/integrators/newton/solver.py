@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError
 from eomgen.integrators.newton.elimination import Elimination, eliminate
 from eomgen.integrators.newton.fronts import Fronts, fewest_operations, make_fronts

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError
 from eomgen.linear.control.stabilisability import distinct, in_words
 from eomgen.linear.modes import balance

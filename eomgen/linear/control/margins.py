@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass, field
 
 _POINTS = 2000
 #: Points about each resonance, at distances in halves of its width.

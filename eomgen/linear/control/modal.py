@@ -12,13 +12,13 @@ and a frequency w_d with a damping ratio zeta_d are reached by g = w_d^2 - w^2, 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, UsageError
 from eomgen.linear.control.plant import Plant
 

@@ -8,7 +8,6 @@ Anderson and J. B. Moore, Optimal Filtering, 1979.)
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NoReturn
 
@@ -16,6 +15,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call, checked_calls, not_unpacked
+from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page
 from eomgen.base.text import shown
 from eomgen.errors import Problem, UsageError

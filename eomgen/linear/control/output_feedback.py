@@ -5,7 +5,6 @@ The closed loop has the eigenvalues of regulator and observer (separation), and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
+from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page, paragraph
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.control.display import eigenvalues_html, labels, margins_html, plot_margins, with_more

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass
 from eomgen.errors import NumericalError, UsageError
 from eomgen.linear.control.plant import Plant, first_order
 from eomgen.linear.control.stabilisability import check_controllable

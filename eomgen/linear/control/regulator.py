@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call, checked_calls, not_unpacked, unknown_attribute
+from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.control.controllability import Dynamics, check_controllable, check_stabilisable, check_weighted

@@ -13,11 +13,10 @@ They are solved as an equation of first order in scaled units (``riccati_equatio
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass
 from eomgen.linear.control.plant import Plant, first_order
 from eomgen.linear.control.riccati_equation import solution, whitening, without_cross_terms
 from eomgen.linear.control.stabilisability import check_detectable, check_stabilisable

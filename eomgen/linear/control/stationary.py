@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.random_inputs import REFERENCE_FREQUENCY, ROUGHNESS
 from eomgen.base.text import shown
 from eomgen.errors import ModelError, Problem, UsageError

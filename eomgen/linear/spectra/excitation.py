@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass, field, replace
 from eomgen.base.text import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label

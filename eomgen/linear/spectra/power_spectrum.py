@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
+from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, pyplot_figure
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.spectra.ride_comfort import weighting_response

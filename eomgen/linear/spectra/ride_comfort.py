@@ -7,13 +7,13 @@ H(s) = band limitation (high pass f1, low pass f2, both Butterworth) times trans
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
+from eomgen.base.data import dataclass
 from eomgen.base.html import page, table
 from eomgen.errors import Problem, UsageError
 

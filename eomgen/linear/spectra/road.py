@@ -8,13 +8,13 @@ one on each side of n0: Dodds and Robson (1973), J. Sound Vib. 31(2), 175-183.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.base.random_inputs import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
 from eomgen.errors import Problem, UsageError
 

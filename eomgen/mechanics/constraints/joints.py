@@ -18,9 +18,9 @@ of the joints'.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import chain
 
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.formula.prescribed_motion import smooth

@@ -8,10 +8,10 @@ and drivers included) are derivatives along directions that the configuration, t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, Protocol
 
+from eomgen.base.data import dataclass, field, replace
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of

@@ -10,8 +10,8 @@ forces are differentiated on the tape.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.mechanics.dynamics.separated import composites, field_wrenches, inverse_dynamics
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.fields import Field, Wrench, carry, centripetal, project, relative, total_fields

@@ -22,12 +22,12 @@ Cardona and Bruls, Comput. Methods Appl. Mech. Engrg. 268 (2014) 451; Hante, Tum
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import TypeVar
 
 import numpy as np
 
+from eomgen.base.data import dataclass
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.lie.groups import SE3
 from eomgen.lie.numeric import skew

@@ -21,9 +21,9 @@ that the beam's mass has over its mass per length, exact, the shortening of the 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
+from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Symbol
 from eomgen.formula.pattern import pattern

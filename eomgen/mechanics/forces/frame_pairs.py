@@ -7,8 +7,8 @@ from the base's origin, or on a flying body, has the same equations as anywhere 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.forces.symbols import Quantities

@@ -10,8 +10,7 @@ is there a kink.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.forces.loads import Loads, add_effort
 from eomgen.mechanics.forces.symbols import Quantities

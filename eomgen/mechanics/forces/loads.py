@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
+from eomgen.base.data import dataclass, field
 from eomgen.mechanics.forces.symbols import Offer, Quantities
 from eomgen.mechanics.kinematics.fields import Wrench
 from eomgen.mechanics.tree.links import Tree

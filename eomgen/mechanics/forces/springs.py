@@ -11,9 +11,9 @@ its tangents are Maps as well. Actuators by formula stay alone, since a formula 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import chain
 
+from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import ZERO, Symbol
 from eomgen.mechanics.forces.cosserat_beams import LoopInputs, Node

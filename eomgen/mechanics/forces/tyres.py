@@ -7,8 +7,7 @@ times load smoothly. The normal force over deflection and its rate follows ``con
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.forces.joints import Contact, contact

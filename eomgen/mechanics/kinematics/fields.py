@@ -11,8 +11,8 @@ as a difference.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.scalar import (

@@ -22,8 +22,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.mechanics.kinematics.fields import Field, Wrench, difference, project
 from eomgen.mechanics.tree.inertia import wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree

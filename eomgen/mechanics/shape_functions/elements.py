@@ -16,7 +16,6 @@ processor.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -24,6 +23,7 @@ import mpmath
 import numpy as np
 import scipy.linalg
 
+from eomgen.base.data import dataclass, replace
 from eomgen.mechanics.shape_functions.families import BITS, ONE, WORKING, Fixed, array, polynomial, times, unfixed
 from eomgen.mechanics.shape_functions.uniform_beams import Coefficients, differentiated, integrated, product, shifted
 from eomgen.scene.bodies.beam import Beam, Deformation

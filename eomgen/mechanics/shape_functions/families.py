@@ -12,7 +12,6 @@ import functools
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol
 
@@ -22,6 +21,7 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 
 BITS = 128
 #: Binary digits of results of mpmath: some more, for digits lost on the way.

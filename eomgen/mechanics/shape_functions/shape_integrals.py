@@ -8,9 +8,9 @@ profile), integrals over stiffness for a unit of the deformation's stiffness (wi
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.scene.bodies.beam import DeformationKind
 
 

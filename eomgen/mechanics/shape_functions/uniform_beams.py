@@ -17,7 +17,6 @@ as the first.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 from fractions import Fraction
 from math import comb
 from typing import Any, NamedTuple
@@ -25,6 +24,7 @@ from typing import Any, NamedTuple
 import mpmath
 import numpy as np
 
+from eomgen.base.data import dataclass
 from eomgen.mechanics.shape_functions.families import WORKING, Fixed, fixed, polynomial, unfixed
 from eomgen.scene.bodies.beam import DeformationKind, Ends
 

@@ -16,8 +16,8 @@ faster is kept, and articulated bodies if the elimination of M loses digits.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.elimination import solve_tree

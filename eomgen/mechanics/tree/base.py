@@ -7,8 +7,8 @@ its law.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.tree.joints import quaternion_matrix

@@ -6,8 +6,8 @@ Sections turn with the frame and, if torsion is requested, about the frame's x a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.laws.derived import LAWS
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals

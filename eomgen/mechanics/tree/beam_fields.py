@@ -19,12 +19,12 @@ load from an attached body then stiffens the beam without further terms (Kane, R
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station

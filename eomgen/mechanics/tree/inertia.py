@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
+from eomgen.base.data import dataclass
 from eomgen.base.products import named
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.laws.derived import LAWS

@@ -10,11 +10,11 @@ by virtual work, times the ratio, so motion subspaces, inertia and forces need o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field, replace
 from eomgen.formula.nodes import Formula
 from eomgen.lie.product import Factor
 from eomgen.mechanics.laws.derived import LAWS

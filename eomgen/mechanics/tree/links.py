@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 
+from eomgen.base.data import dataclass, field, replace
 from eomgen.lie.product import Factor
 from eomgen.mechanics.tree.beam_body import ElasticBody
 from eomgen.mechanics.tree.beam_fields import StationMotion

@@ -6,12 +6,12 @@ Matrices of the linearised steps between rows of a run.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import LinearStep
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named

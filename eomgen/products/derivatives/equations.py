@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.stepping.states import Prescribed, States

@@ -16,13 +16,13 @@ the sweeps are C (``galerkin_sweeps``). Increments may be imaginary: all of it i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import LinearPasses
 from eomgen.lie import numeric, product
 from eomgen.lie.first_order import tangent_along

@@ -13,10 +13,10 @@ D_[x, y] g. Hessians are the mean of both orders, the second derivatives along q
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from eomgen.base.data import dataclass
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie import product
 from eomgen.lie.product import Array, Factor

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.resources import template_folder
 from eomgen.errors import NumericalError, Problem
 from eomgen.lie.product import Factor

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import NumericalError, Problem
 from eomgen.simulation.stepping.chunks import rows_from

@@ -32,12 +32,12 @@ M (v' - v) = B^T sigma, w(q, v') = 0.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.lie import numeric, product
 from eomgen.lie.groups import Group, group_named
 from eomgen.lie.product import Factor, difference

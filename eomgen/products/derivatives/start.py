@@ -24,13 +24,13 @@ begin with their rates alone.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.compiled.constraints import accelerations
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError

@@ -13,12 +13,12 @@ import uuid
 import warnings
 from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from eomgen.base.data import dataclass, field, replace
 from eomgen.base.files import write_bytes
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import special
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.text import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label

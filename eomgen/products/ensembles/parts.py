@@ -11,12 +11,12 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, fields
 from eomgen.base.version import __version__
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, Problem, UsageError

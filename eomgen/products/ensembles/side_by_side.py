@@ -8,7 +8,6 @@ that fail one of these are repeated separately, with all checks.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from eomgen.analysis.state_warnings import shortenings
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field, replace
 from eomgen.compiled.consistent_states import ConsistentStates, consistent_samples
 from eomgen.compiled.functions import LANES_VARIABLE, Choice
 from eomgen.compiled.functions import chosen as chosen_lanes
@@ -33,7 +33,7 @@ from eomgen.simulation.stepping.states import Prescribed, States, evaluated, pre
 from eomgen.simulation.stepping.stepper import LaneStepper, times_of_inputs
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.system.description import component_names
-from eomgen.toolchain.lane_library import LaneLibrary
+from eomgen.toolchain.library import LaneLibrary
 
 #: Rows at which energies are looked at.
 _LOOKED_AT = 17

@@ -8,13 +8,13 @@ A law that differs from the scene's is handed to a run as a function of time, as
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.random_inputs import WAVES, road_harmonics, standard_normals
 from eomgen.base.text import nearest, shown
 from eomgen.compiled.arguments import check_finite, numbers

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from eomgen.base.data import dataclass, field, replace
 from eomgen.base.extensions import extensions, loaded
 from eomgen.integrators.families.register import is_built_in, row_of
 

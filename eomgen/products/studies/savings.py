@@ -11,10 +11,10 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import asdict, dataclass, field, fields, is_dataclass, replace
 from eomgen.base.files import make_folder, write_text
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.formula.evaluate import symbols

@@ -8,9 +8,9 @@ elastic coordinates.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Literal
 
+from eomgen.base.data import dataclass, field
 from eomgen.formula.nodes import Formula, Number
 
 DeformationKind = Literal["bending_y", "bending_z", "stretch", "torsion"]

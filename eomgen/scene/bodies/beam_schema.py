@@ -5,11 +5,11 @@ beams and of their parts.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from eomgen.base.data import dataclass
 from eomgen.scene.bodies import beam
 from eomgen.scene.bodies.beam import Ends, Normalisation, ShapeFunctions
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS

@@ -6,11 +6,11 @@ The inertia of each element is lumped at its two nodes: Hante, Tumiotto and Arno
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, reduce
 from itertools import accumulate
 
+from eomgen.base.data import dataclass, replace
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.arithmetic import folded, times, total
 from eomgen.scene.bodies.model import Body

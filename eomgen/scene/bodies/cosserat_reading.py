@@ -5,10 +5,10 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import accumulate, pairwise
 
+from eomgen.base.data import dataclass, replace
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.bodies import beam_schema as written

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import listed
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation
 from eomgen.scene.bodies import beam_schema as written

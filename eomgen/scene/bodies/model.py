@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Vector
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.reading.rotations import Rotation

@@ -5,12 +5,12 @@ from a section, or as a matrix; conditions on both.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from eomgen.base.arrays import Array, Flags, Numbers
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import ZERO, Formula, Vector
 from eomgen.scene.bodies.arithmetic import folded, product, total
 from eomgen.scene.bodies.beam_schema import Keys

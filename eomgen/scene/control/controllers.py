@@ -9,10 +9,10 @@ import functools
 import math
 import operator
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+from eomgen.base.data import dataclass, field
 from eomgen.base.text import key_of, nearest, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Literal
 
+from eomgen.base.data import dataclass, field
 from eomgen.formula.nodes import Formula
 
 

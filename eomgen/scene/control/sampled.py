@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import key_of, shown
 from eomgen.formula.nodes import Symbol
 from eomgen.scene.control.schema import Controller as Written

@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import operator
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.scene.control.model import Calibration, StateFeedback

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, TypeVar
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.products import placed, rows_of
 from eomgen.scene.document.checks import efforts_on_drives, unused_names
 from eomgen.scene.document.doubtful_elements import (

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
+from eomgen.base.data import dataclass, field
 from eomgen.base.text import key_of, shown
 from eomgen.formula.units.parser import Factors, Quantity, UnitError, is_quantity, read_quantity, read_unit
 from eomgen.formula.units.table import names

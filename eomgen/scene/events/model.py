@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.system.events import Action, Direction
 

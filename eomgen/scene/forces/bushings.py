@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.forces.element import ForceElement

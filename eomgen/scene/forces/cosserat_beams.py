@@ -5,9 +5,9 @@ The nodes are bodies of the scene; this is the elasticity between neighbours.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.forces.element import ForceElement

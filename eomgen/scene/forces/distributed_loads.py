@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar, Literal
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import key_of, nearest, shown
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Vector
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula
 from eomgen.scene.forces.element import ForceElement

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
+from eomgen.base.data import dataclass, replace
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.system.description import Line, Wheel

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+from eomgen.base.data import dataclass, field
 from eomgen.base.text import key_of
 from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.cosserat import Cosserat

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
+from eomgen.base.data import dataclass, replace
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.forces.element import ForceElement

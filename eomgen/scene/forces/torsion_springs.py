@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.forces.element import ForceElement

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import ClassVar
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
 
+from eomgen.base.data import dataclass, field, replace
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.formula.tokens import FormulaError

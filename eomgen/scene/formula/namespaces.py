@@ -6,9 +6,9 @@ So a message quotes the file's text, and no text is ever edited.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
+from eomgen.base.data import dataclass, fields, replace
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.scene.formula.definitions import check_extent, expanded, mentioned

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
+from eomgen.base.data import dataclass, field
 from eomgen.base.text import nearest, shown
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import Formula

@@ -7,13 +7,13 @@ consistent inertial parameter identification", IEEE RA-L 3(1), 2018.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Flags, Numbers
+from eomgen.base.data import dataclass
 
 _RELATIVE = 1e-6  # inertias are written with few digits; a violation below this is rounding
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

@@ -4,9 +4,9 @@ or a constraint transmits, about a point and in the axes of a body.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.formula.prescribed_motion import constant
 from eomgen.scene.joint_types import TYPES, Connection, ConstraintType, JointType

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.scene.joint_types import JOINTS, Connection, JointType
 from eomgen.system.description import Limit, component_names

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from eomgen.base.arrays import Array, Flags, Numbers
+from eomgen.base.data import dataclass
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import Body

@@ -7,7 +7,6 @@ this.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from functools import cache
 from types import UnionType
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Union, get_args, get_origin
@@ -15,6 +14,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Union, get_arg
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
+from eomgen.base.data import dataclass
 from eomgen.base.products import rows_of
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Scope
 

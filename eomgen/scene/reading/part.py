@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
+from eomgen.base.data import dataclass, field
 from eomgen.scene.formula.namespaces import Namespace
 
 

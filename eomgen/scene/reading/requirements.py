@@ -10,11 +10,11 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
+from eomgen.base.data import dataclass
 from eomgen.scene.geometry.inertia import NO_INERTIA, impossible, not_physical, singular, tensor
 
 

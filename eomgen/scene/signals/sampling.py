@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
 from typing import Protocol
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, Formula, Symbol
 from eomgen.scene.formula.scope import LOAD

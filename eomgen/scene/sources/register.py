@@ -5,11 +5,11 @@ key ``kind``, which products read.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.data import dataclass
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.base.text import nearest, shown

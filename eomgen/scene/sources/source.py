@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.data import dataclass, field
 from eomgen.errors import DescriptionError, FileError, Problem, UsageError
 
 

@@ -7,12 +7,12 @@ attachments.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from eomgen.base.data import dataclass, replace
 from eomgen.base.text import key_of
 from eomgen.scene.bodies import schema as bodies
 from eomgen.scene.bodies.beam_reading import read_beam

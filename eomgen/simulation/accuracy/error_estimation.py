@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.base.progress import Progress
 from eomgen.errors import UsageError
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate

@@ -9,13 +9,13 @@ symmetric wheel, for which no shift changes any force, is measured by its travel
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 from eomgen.lie import product

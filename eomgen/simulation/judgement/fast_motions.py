@@ -12,13 +12,13 @@ runs with half the step as well, so no comparison of runs tells it. Here they ar
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
 from eomgen.errors import EomgenError, UsageError
 from eomgen.lie import product

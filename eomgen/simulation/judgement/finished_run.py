@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -15,6 +14,7 @@ import numpy as np
 
 from eomgen.analysis.state_warnings import Bending, largest_bending
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.compiled.initial_state import InitialState
 from eomgen.integrators.events import STOPPED
 from eomgen.lie.product import Factor

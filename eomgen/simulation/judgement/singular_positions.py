@@ -6,13 +6,13 @@ one direction, so multipliers grow without bound and corrections lose their digi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.integrators.methods import Method
 from eomgen.lie import product
 

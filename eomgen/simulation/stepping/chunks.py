@@ -7,13 +7,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.progress import Interrupts, Progress
 from eomgen.errors import UsageError
 from eomgen.integrators.events import AT_EVENTS

@@ -11,12 +11,12 @@ import functools
 import inspect
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.text import listed, shown
 from eomgen.compiled.arguments import check_name
 from eomgen.errors import Problem, UsageError

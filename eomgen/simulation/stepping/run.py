@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.integrators.methods import Method
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.stepping.controllers import Controllers

@@ -8,10 +8,10 @@ import functools
 import math
 import os
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
 from eomgen.simulation.stepping.controllers import Controllers
-from eomgen.toolchain.lane_library import LaneLibrary
-from eomgen.toolchain.library import Library
+from eomgen.toolchain.library import LaneLibrary, Library
 
 Log = NDArray[Any]
 

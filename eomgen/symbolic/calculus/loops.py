@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import cast
 
+from eomgen.base.data import dataclass, replace
 from eomgen.symbolic.calculus.tangents import Tangent, signed_tangent
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map, T, add_map, splice
 from eomgen.symbolic.operations import InputSymbol

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
+from eomgen.base.data import dataclass, field
 from eomgen.codegen.program import Program, ProgramFunction
 
 #: Operations per C file, roughly; a file this long compiles in half a second, and an arm of seven joints has three.

@@ -7,11 +7,11 @@ in a file of their own: doubles of IEEE 754, byte by byte, the least significant
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from eomgen.base.data import dataclass
 from eomgen.codegen.program import ProgramCurve
 
 #: Numbers from which on a table is bytes.

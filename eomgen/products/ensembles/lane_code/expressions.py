@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from pycparser import c_ast
 
+from eomgen.base.data import dataclass
 from eomgen.products.ensembles.lane_code.source import (
     Array,
     Constant,

@@ -4,11 +4,12 @@ to all lanes or per lane, and regions of statements that the same lanes come to.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from pycparser import c_ast
 from pycparser.c_generator import CGenerator
+
+from eomgen.base.data import dataclass, field
 
 
 class Type:

@@ -20,8 +20,7 @@ from eomgen.integrators.events import MOST, STOPPED
 from eomgen.products.ensembles.lane_code.routine import RoutineText
 from eomgen.products.ensembles.lane_code.source import NotInLanes, Pointer, Source, Type, Void, read, spelled
 from eomgen.toolchain.builder import REFUSED, Preprocess
-from eomgen.toolchain.lane_library import LaneLibrary
-from eomgen.toolchain.library import Library
+from eomgen.toolchain.library import LaneLibrary, Library
 
 _MOST_ROUNDS = 20
 #: From so many numbers that a function writes on, one for all lanes is worth its text.

@@ -4,13 +4,13 @@ formulas as trees."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.infix import infix

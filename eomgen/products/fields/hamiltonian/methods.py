@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.polynomial import Legendre
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import listed, nearest
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named, names_composition

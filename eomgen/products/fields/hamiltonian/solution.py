@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls, not_unpacked, unknown_attribute
+from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import write_arrays, write_table
 from eomgen.errors import Problem, UsageError

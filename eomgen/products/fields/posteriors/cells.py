@@ -9,12 +9,12 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.base.text import NAME_RULE, is_legal, shown
 from eomgen.base.threads import share
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule

@@ -21,7 +21,6 @@ import importlib
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Literal, Protocol, overload
 
 import numpy as np
@@ -30,6 +29,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
+from eomgen.base.data import dataclass
 from eomgen.base.text import listed, nearest
 from eomgen.base.threads import thread_count
 from eomgen.errors import ModelError, Problem, UsageError

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
+from eomgen.base.data import dataclass, replace
 from eomgen.base.text import counted, listed, nearest
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.fields.posteriors.cells import CellEnergy, CellRoutines, cell_tape, source

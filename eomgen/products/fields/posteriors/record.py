@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.errors import Problem, UsageError
 from eomgen.products.fields.posteriors.mesh import Complex, Mesh
 

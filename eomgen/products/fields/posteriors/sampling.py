@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,6 +23,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
+from eomgen.base.data import dataclass, field
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.errors import FileError, NumericalError, Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named

@@ -6,7 +6,6 @@ import contextlib
 import hashlib
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.files import nearby, read_table
 from eomgen.base.text import counted, listed, nearest
 from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError

@@ -4,13 +4,13 @@ chains."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_arrays, write_table, write_text
 from eomgen.base.text import counted, json_text

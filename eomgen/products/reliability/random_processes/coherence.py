@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Protocol
@@ -16,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.random_inputs import FREQUENCY_RANGE
 from eomgen.errors import Problem, UsageError
 from eomgen.products.reliability.random_processes.covariance import Band, Covariance, RoadProfile, SpectrumTable

@@ -4,10 +4,10 @@ processes."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import key_of
 from eomgen.formula.curves import Curve
 from eomgen.products.reliability.random_processes import (

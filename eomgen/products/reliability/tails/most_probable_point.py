@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import special
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.errors import NumericalError
 from eomgen.products.reliability.tails.quadratic_form import Expansion, QuadraticForm, Response
 

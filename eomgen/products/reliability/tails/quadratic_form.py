@@ -3,13 +3,13 @@ projections."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.errors import ModelError, NumericalError
 
 #: Hessian, by the gradient, that rounding leaves of a linear response.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Response
 
 #: Samples that are asked for at once.

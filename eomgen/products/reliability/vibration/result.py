@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import numpy as np
 from scipy import special
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_table, write_text
 from eomgen.base.text import json_text

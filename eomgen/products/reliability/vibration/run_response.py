@@ -4,7 +4,6 @@ its rows over time."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -12,6 +11,7 @@ import numpy as np
 from scipy import special
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field, replace
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.derivatives.functionals import component
 from eomgen.products.derivatives.linearise import newton_settings

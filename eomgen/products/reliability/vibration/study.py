@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Unpack
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import with_options_of
+from eomgen.base.data import dataclass, field
 from eomgen.compiled.arguments import number_of
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.derivatives.crossings import CrossedJump

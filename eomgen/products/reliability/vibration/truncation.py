@@ -8,12 +8,12 @@ the covariance of g, and the variance of the modes kept is the square of the gra
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import signal
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.system.normal_series import NormalSeries
 
 #: By how much of its norm the gradient in the variables may miss the one by derivatives in the values of processes.

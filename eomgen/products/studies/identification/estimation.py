@@ -16,12 +16,12 @@ trust region smaller. Unknowns with derivatives that are combinations of other c
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError, NumericalError, Problem, UsageError
 
 #: Part of a column, by its norm, that is rounding of a run and its derivatives.

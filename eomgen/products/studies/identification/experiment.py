@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.text import shown
 from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import InitialState

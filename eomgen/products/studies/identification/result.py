@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName
+from eomgen.base.data import dataclass
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_rows, write_table, write_text
 from eomgen.base.text import json_text

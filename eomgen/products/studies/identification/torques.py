@@ -7,12 +7,12 @@ With measured q, v, a and efforts, tau = Y pi + tau0 is linear in pi, and no run
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.text import nearest, shown
 from eomgen.compiled.arguments import check_name
 from eomgen.errors import Problem, UsageError

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.products.studies.ladders.runs import ROWS, Conditions
 from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, STEPS, Subject
 from eomgen.scene.scaling import DAMPING, GRAVITY, LENGTH, MASS, ORIGIN, RATIO, RATIO_LAST, STIFFNESS, TIME, UnitsOf

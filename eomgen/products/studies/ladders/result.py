@@ -8,10 +8,10 @@ import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.files import make_folder, write_text
 from eomgen.errors import FileError, Problem
 from eomgen.products.studies.ladders.register import BY_NAME

@@ -9,7 +9,6 @@ import signal
 import time
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any, NamedTuple
@@ -17,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field, replace
 from eomgen.errors import EomgenError
 from eomgen.integrators.methods import canonical_name
 from eomgen.pipeline.model import Model

@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
 from eomgen.formula.prescribed_motion import constant
 from eomgen.lie.product import difference, update

@@ -14,9 +14,9 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any
 
+from eomgen.base.data import dataclass, field, replace
 from eomgen.errors import EomgenError, NumericalError
 from eomgen.products.studies.method_facts import facts_of
 from eomgen.products.studies.tuning.judge import Condition, Judge, under

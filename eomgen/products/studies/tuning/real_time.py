@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.files import write_text
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.tuning.result import with_settings

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.data import dataclass, field
 from eomgen.base.files import write_text
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.products.studies.tuning.judge import Verified

@@ -22,10 +22,10 @@ A derivative on one side is the common value of complex steps and the closed for
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from eomgen.base.data import dataclass
 from eomgen.products.studies.verification.claims.claim import COMPLEX_STEP, Array, Blocks, Claim, Engine, moved, spread
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import Op

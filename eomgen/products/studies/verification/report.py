@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import write_rows, write_text
 from eomgen.base.text import json_text

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from eomgen.base.data import dataclass
 from eomgen.compiled.constraints import accelerations
 from eomgen.compiled.coordinates import coordinate_names, reaches
 from eomgen.errors import EomgenError, NumericalError

@@ -5,9 +5,9 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any
 
+from eomgen.base.data import dataclass, field, replace
 from eomgen.base.text import nearest, shown
 from eomgen.errors import EomgenError, ModelError, Problem, UsageError
 from eomgen.integrators.families.family import Family, MethodName

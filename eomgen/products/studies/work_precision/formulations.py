@@ -13,13 +13,13 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import EomgenError, NumericalError, Problem
 from eomgen.formula.nodes import Number, Symbol
 from eomgen.lie.product import update

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import asdict, dataclass
 from eomgen.base.text import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError, NumericalError, Problem
 from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, Configuration, possible, reason
 from eomgen.products.studies.work_precision.observation import (

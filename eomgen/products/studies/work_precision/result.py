@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_rows, write_text
 from eomgen.base.text import json_text

@@ -9,13 +9,13 @@ import time
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from eomgen.base.data import dataclass, field
 from eomgen.base.version import __version__
 from eomgen.errors import EomgenError, Problem, ToolchainError, UsageError
 from eomgen.integrators.families.family import Family

@@ -12,13 +12,13 @@ with a potential that does not follow from the amplitude.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.words import Word
 

@@ -23,8 +23,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.formula.nodes import ZERO_VECTOR, Formula
 from eomgen.mechanics.forces.cosserat_beams import LoopInputs
 from eomgen.mechanics.forces.forces import add_load

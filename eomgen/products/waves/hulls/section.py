@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
+from eomgen.base.data import dataclass, replace
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula, Number, Vector
 from eomgen.products.waves.formula.fields import WaveField

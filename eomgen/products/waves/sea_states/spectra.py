@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, checked_calls
+from eomgen.base.data import dataclass
 from eomgen.base.random_inputs import WAVES, standard_normals
 from eomgen.errors import Problem, UsageError
 from eomgen.products.waves.sea_states.components import STANDARD_GRAVITY, Components

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from eomgen.base.data import dataclass
 from eomgen.products.waves.second_order.derived import KERNELS
 from eomgen.symbolic.operations import Counts, Op
 from eomgen.symbolic.scalar import Algebra, Scalar

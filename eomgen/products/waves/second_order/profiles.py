@@ -4,12 +4,12 @@ and labels are evaluated by FFT."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.errors import Problem, UsageError
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN
 

@@ -10,7 +10,6 @@ Sources: Hasselmann and Hasselmann, JGR 96 (1991) 10713 (linear transfer and cut
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, checked_calls
+from eomgen.base.data import dataclass
 from eomgen.errors import Problem, UsageError
 from eomgen.products.waves.sea_states.components import STANDARD_GRAVITY
 from eomgen.products.waves.sea_states.numbers import check_number, check_whole

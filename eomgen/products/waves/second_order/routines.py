@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
 from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.printer import Printer, indented

@@ -9,13 +9,13 @@ surface with Gaussian displacements); Longuet-Higgins, J. Opt. Soc. Am. 50 (1960
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, checked_calls
+from eomgen.base.data import dataclass
 from eomgen.errors import Problem, UsageError
 from eomgen.products.waves.sea_states.components import STANDARD_GRAVITY
 from eomgen.products.waves.sea_states.spectra import DiscreteSpectrum

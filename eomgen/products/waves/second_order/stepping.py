@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -23,6 +22,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
+from eomgen.base.data import dataclass
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
 from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.printer import Printer, indented

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
+from eomgen.base.data import dataclass
 from eomgen.products.waves.sea_states.steepness import breaking_height
 
 

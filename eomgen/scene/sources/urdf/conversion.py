@@ -8,12 +8,12 @@ A joint at rest (fixed, or locked by the user) may be followed too; its follower
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.base.text import listed, nearest, shown
 from eomgen.scene.geometry.inertia import Inertia, combined
 from eomgen.scene.geometry.rotations import frame_about, rows, snapped_rotation, unit_axis

@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
 from eomgen.base.text import NAME_LENGTH, is_legal, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.geometry.inertia import NOTHING, Inertia, tensor

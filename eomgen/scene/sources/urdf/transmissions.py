@@ -14,9 +14,9 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from eomgen.base.data import dataclass
 from eomgen.base.text import listed, shown
 from eomgen.formula.words import RESERVED
 from eomgen.scene.reading.report import Report

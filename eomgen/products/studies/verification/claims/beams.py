@@ -11,10 +11,10 @@ at a node is the beam's generalized force there, and follows from the equations 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
+from eomgen.base.data import dataclass, replace
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import ZERO, Number
 from eomgen.lie import numeric

@@ -13,12 +13,12 @@ infinitesimal ones.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.base.data import dataclass, field
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import Factor, update
 from eomgen.pipeline.model import Model

@@ -4,10 +4,10 @@ Jacobians, sums over bodies."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from eomgen.base.data import dataclass
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Formula, Symbol
