@@ -78,7 +78,8 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
     """Return the base parameters: the smallest set of combinations of the regressor's parameters that determines
     inverse dynamics.
 
-    They are identified at random motions and checked at others. Dependent parameters are counted with the body nearer
+    They are identified at random motions and checked at others. Dependent parameters are counted with the body
+    nearer
     to the base. Coefficients are in SI units.
 
     Parameters
@@ -88,12 +89,23 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
     seed : int
         Of the random motions.
 
+    Returns
+    -------
+    BaseParameters
+        Independent columns of the regressor, coefficients of the combinations, values and units.
+
     Raises
     ------
     UsageError
         Constraints, absolute coordinates, bodies that deform.
     NumericalError
         Rounding hides whether some columns are independent.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/robot_arm/scene.toml")
+    >>> len(model.base_parameters().columns)
+    43
     """
     if model.multipliers:
         fault = "constraints share efforts out, so fewer combinations decide a motion than in the tree"

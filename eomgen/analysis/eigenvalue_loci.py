@@ -55,10 +55,22 @@ def root_locus(
     at, initial, t, u, base, any_kind, independent : as of ``linearize``
         The search for an equilibrium or a steady motion starts at the last one.
 
+    Returns
+    -------
+    RootLocus
+        ``eigenvalues`` (n, ns) in 1/s, a root in each column, and ``stability`` (n,).
+
     Raises
     ------
     EomgenError
         As of ``linearize``, with the value at which it was raised.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/quarter_car/scene.toml")
+    >>> locus = model.root_locus("damper", [500.0, 1000.0, 1500.0])
+    >>> locus.eigenvalues.shape
+    (3, 4)
     """
     array = numbers("values", values)
     if array.ndim != 1 or not len(array):

@@ -110,7 +110,8 @@ def equilibrium(
 
     Without ``any_kind`` that is the end of a heavily damped motion from the initial state: a stable equilibrium,
     also from an unstable one. With it, it is the nearest of any kind that was found, distances being measured by the
-    kinetic energy that gets there in unit time: candidates are the end of the damped motion, and the ends of Newton's
+    kinetic energy that gets there in unit time: candidates are the end of the damped motion, and the ends of
+    Newton's
     paths from the initial state and from slow points of the damped motion. If no damped motion settles,
     Newton's equilibrium is returned. ``notes`` say if that differs from the end of the damped motion, and name
     springs and tyres that are inside out at rest, and ways that are longer than the scene. Dampers and regularised
@@ -126,6 +127,11 @@ def equilibrium(
     any_kind : bool
         Whether an unstable equilibrium will do.
 
+    Returns
+    -------
+    Equilibrium
+        State ``q`` (nq,), ``v``, ``z``, ``multipliers``, with ``stable``, ``message`` and ``notes``.
+
     Raises
     ------
     NumericalError
@@ -136,6 +142,12 @@ def equilibrium(
         these.
     UsageError
         The model was built without the terms that are needed, or arguments cannot be taken.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/quarter_car/scene.toml")
+    >>> model.equilibrium(t=5.0, u={"road": 0.01}).q.round(4)
+    array([0.01, 0.01])
     """
     check_continuous(model, "equilibrium")
     check_partials(model, "equilibrium")

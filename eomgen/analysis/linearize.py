@@ -201,6 +201,11 @@ def linearize(
     independent : sequence of str
         Components (``hinge``, ``ball[2]``) to be independent coordinates, as far as constraints leave a choice.
 
+    Returns
+    -------
+    Linearization
+        Matrices of the second-order model, with ``state_space()``, ``modes()`` and frequency responses.
+
     Raises
     ------
     UsageError
@@ -209,6 +214,13 @@ def linearize(
         Constraints depend on each other in this state.
     NumericalError
         The equilibrium asked for was not found, or partials are not finite.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/quarter_car/scene.toml")
+    >>> linear = model.linearize()
+    >>> linear.coordinates
+    ('wheel', 'body')
     """
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
     p = model.evaluator.one_set(parameters)

@@ -360,7 +360,8 @@ def buckling_loads(
 ) -> BucklingLoads:
     """Return linear buckling loads, at which the stiffness, extrapolated along the path of a preload, is singular.
 
-    They are accurate if the structure bends little up to these loads; ``equilibrium_path`` finds the bifurcations and
+    They are accurate if the structure bends little up to these loads; ``equilibrium_path`` finds the bifurcations
+    and
     limit points themselves.
 
     Parameters
@@ -373,6 +374,11 @@ def buckling_loads(
         Number of loads, the nearest to the preload.
     initial, parameters, t, u
         As of ``equilibrium``; the load is not among them.
+
+    Returns
+    -------
+    BucklingLoads
+        ``values`` (n,) in SI units, nearest to the preload first, and ``modes`` (nv, n).
 
     Raises
     ------

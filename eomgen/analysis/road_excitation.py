@@ -31,10 +31,21 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
     road, speed : Road of ``eomgen.spectra``, m/s
         In place of the scene's.
 
+    Returns
+    -------
+    RoadExcitation
+        Power spectral densities of the elevations under the wheels, for responses of a ``Linearization``.
+
     Raises
     ------
     UsageError
         No input is a road, or the roads differ in class, profile or speed and no other is given.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/quarter_car/scene.toml")
+    >>> model.road_excitation().speed
+    20.0
     """
     under = {item.name: item.road for item in model.description.inputs if item.road is not None}
     if not under and (measured := _measured(model)):

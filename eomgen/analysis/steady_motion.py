@@ -189,6 +189,11 @@ def steady_motion(
         As of ``simulate``: the start of the search.
     parameters, t, u : as of the model's functions
 
+    Returns
+    -------
+    SteadyMotion
+        State ``q`` (nq,), ``v`` and ``a`` (nv,) and ``z`` (nz,) at t, with ``multipliers`` and ``message``.
+
     Raises
     ------
     UsageError

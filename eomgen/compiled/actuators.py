@@ -90,10 +90,23 @@ def actuator_efforts(
 
     Parameters
     ----------
+    q, v, a : array_like
+        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    z, parameters : mapping or array_like, optional
+        Internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     actuators : sequence of str
         Joints of one coordinate, or components such as ``ball[0]`` and ``slider``, that carry one each, as in
         ``model.v_names`` without ``v.``; by default the inputs of the scene that it does not prescribe, each with its
         generalized force. Prescribed inputs have their values.
+
+    Returns
+    -------
+    ActuatorEfforts
+        ``efforts`` (..., n) in N m or N, ``multipliers`` (..., rows) and ``null_space`` (..., n, k).
 
     Raises
     ------
@@ -103,6 +116,12 @@ def actuator_efforts(
     NumericalError
         The actuators cannot produce the motion; names the remaining force. In some states of a batch more internal
         efforts exist than in others.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/robot_arm/scene.toml")
+    >>> model.actuator_efforts(model.initial_q, np.zeros(7), np.zeros(7)).efforts.round(2)[1:4]
+    array([-16.52,  -0.28,  19.13])
     """
     able = model.having(("residual", "force", "constraint_jacobian", "constraint_bias", "inverse_dynamics"))
     terms = able.evaluator

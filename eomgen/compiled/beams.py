@@ -181,6 +181,13 @@ def section_loads(
 
     Parameters
     ----------
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     q, v : (..., nq), (..., nv)
         At rest if no v is given.
     a : (..., nv), optional
@@ -188,6 +195,11 @@ def section_loads(
         if v is given.
     multipliers : (..., constraints), optional
         Constraint forces of suppressed strains; by default computed by forward dynamics.
+
+    Returns
+    -------
+    mapping
+        ``SectionLoads`` by the name of the beam.
 
     Raises
     ------

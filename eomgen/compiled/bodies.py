@@ -50,7 +50,37 @@ def pose(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return quaternion (own to world axes) and position of a body or a frame, (..., 7)."""
+    """Return the pose of a body or a frame in the world.
+
+    Parameters
+    ----------
+    body : str
+        Body or frame, by name.
+    q : array_like
+        Configuration (..., nq).
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    pose : (..., 7) ndarray
+        Unit quaternion (w, x, y, z) from axes of the body to world axes, then the origin in the world, m.
+
+    Raises
+    ------
+    UsageError
+        No body and no frame has this name.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.pose("lower", [0.8, -0.3]).round(4)
+    array([ 0.9689,  0.    , -0.2474,  0.    ,  0.3587,  0.    , -0.3284])
+    """
     place = _placed(model, body, parameters)
     model = _having(model, place.body, "poses")
     result = _of_body(model, place.body, "poses", q=q, t=t, parameters=parameters, base=base)
@@ -71,7 +101,37 @@ def twist(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the inertial twist of a body or a frame in its own axes, angular first, (..., 6)."""
+    """Return the twist of a body or a frame against the world, in the axes of the body or frame.
+
+    Parameters
+    ----------
+    body : str
+        Body or frame, by name.
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    twist : (..., 6) ndarray
+        Angular velocity, rad/s, then velocity of the origin, m/s.
+
+    Raises
+    ------
+    UsageError
+        No body and no frame has this name.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.twist("lower", [0.8, -0.3], [1.0, 0.5], t=0.2).round(4)
+    array([ 0.    , -1.5   ,  0.    ,  0.4958,  0.    , -0.0444])
+    """
     place = _placed(model, body, parameters)
     model = _having(model, place.body, "twists")
     result = _of_body(model, place.body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
@@ -95,9 +155,45 @@ def point(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> PointMotion:
-    """Return position, velocity and acceleration in world axes of the point at ``r`` (..., 3) in a body or a frame.
+    """Return position, velocity and acceleration of a point of a body or a frame, in world axes.
 
-    The velocity needs ``v``; the acceleration needs ``v`` and ``a``.
+    Parameters
+    ----------
+    body : str
+        Body or frame, by name.
+    r : array_like
+        Position of the point (..., 3) in the axes of the body, m.
+    q : array_like
+        Configuration (..., nq).
+    v : array_like, optional
+        Velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    a : array_like, optional
+        Acceleration (..., nv).
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    PointMotion
+        ``position``, m, ``velocity``, m/s, and ``acceleration``, m/s^2, (..., 3) each; None for derivatives whose ``v``
+        and ``a`` are not given.
+
+    Raises
+    ------
+    UsageError
+        No body and no frame has this name; a point away from the frame of a beam.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> q, v = [0.8, -0.3], [1.0, 0.5]
+    >>> motion = model.point("lower", [0, 0, -0.4], q, v)
+    >>> motion.position.round(4), motion.velocity.round(4)
+    (array([ 0.5504,  0.    , -0.6794]), array([1.0749, 0.    , 0.6463]))
     """
     body, r = _fixed_in(model, body, r, parameters)
     needed = ["poses"] if v is None else ["poses", "twists"] if a is None else ["poses", "twists", "accelerations"]
@@ -119,10 +215,31 @@ def point(
 
 
 def body_jacobian(model: Extensible, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
-    """Return the Jacobian of a body or a frame in its own axes, angular first, (..., 6, nv).
+    """Return the Jacobian of a body or a frame in the axes of the body or frame.
 
-    The inertial twist is ``body_jacobian(body, q) @ v`` plus the twist of the moving base at the body. Columns belong
+    The inertial twist is ``body_jacobian(body, q) @ v`` plus the twist of the moving base at the body. Columns
+    belong
     to the components of v, so they are left-trivialised.
+
+    Parameters
+    ----------
+    body : str
+        Body or frame, by name.
+    q : array_like
+        Configuration (..., nq).
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+
+    Returns
+    -------
+    J : (..., 6, nv) ndarray
+        Rows: angular, then linear; columns: components of v, left-trivialised.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.body_jacobian("lower", [0.8, -0.3]).shape
+    (6, 2)
     """
     place = _placed(model, body, parameters)
     model = _having(model, place.body, "jacobians")
@@ -146,10 +263,38 @@ def point_jacobian(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the Jacobian of the point at ``r`` (..., 3) in a body or a frame, in world axes, (..., 3, nv).
+    """Return the Jacobian of a point of a body or a frame, in world axes.
 
     The point's velocity in world axes is ``point_jacobian(body, r, q, t) @ v`` plus the velocity of the moving base
     at the point; a force f on the point adds ``point_jacobian(...).T @ f`` to Q.
+
+    Parameters
+    ----------
+    body : str
+        Body or frame, by name.
+    r : array_like
+        Position of the point (..., 3) in the axes of the body, m.
+    q : array_like
+        Configuration (..., nq).
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    J : (..., 3, nv) ndarray
+        Rows: world axes; columns: components of v, left-trivialised.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> q, v = [0.8, -0.3], [1.0, 0.5]
+    >>> J = model.point_jacobian("lower", [0, 0, -0.4], q)
+    >>> (J @ v).round(4)
+    array([0.8749, 0.    , 0.6463])
     """
     body, place = _fixed_in(model, body, r, parameters)
     model = _having(model, body, "poses", "jacobians")
@@ -261,22 +406,46 @@ def jacobian(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the Jacobian J of a body or a frame, (..., 6, nv), angular first.
+    """Return the Jacobian J of a body or a frame against the base.
 
     J v is the twist against the base, without the motion of the base; a wrench (moment, force) in the same reference
-    adds J^T wrench to Q. The term is ``frame_jacobians`` (``_aligned``, ``_world``), compiled at the first call if the
+    adds J^T wrench to Q. The term is ``frame_jacobians`` (``_aligned``, ``_world``), compiled at the first call if
+    the
     model was built without it.
 
     Parameters
     ----------
+    frame : str
+        Body or task frame, by name.
+    q : array_like
+        Configuration (..., nq).
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     reference : str
         ``body``: in the frame's own axes. ``local_world_aligned``: in world axes, the linear part of the frame's
         origin. ``world``: in world axes, the linear part of the point at the world's origin.
+
+    Returns
+    -------
+    J : (..., 6, nv) ndarray
+        Rows: angular, then linear; columns: components of v, left-trivialised.
 
     Raises
     ------
     UsageError
         Names that are not there, frames that are no task frames, wrong shapes.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.jacobian("lower", [0.8, -0.3], reference="local_world_aligned").round(4)[3:]
+    array([[0.3484, 0.    ],
+           [0.    , 0.    ],
+           [0.3587, 0.    ]])
     """
     return _of_frame(model, "frame_jacobians", frame, reference, q=q, t=t, parameters=parameters, base=base)
 
@@ -292,9 +461,40 @@ def jacobian_rate(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return dJ/dt along v, (..., 6, nv); arguments as of ``jacobian``.
+    """Return the time derivative of ``jacobian`` along v, dJ/dt.
 
     On a moving base the base moves too. The term is ``frame_jacobian_rates`` (``_aligned``, ``_world``).
+
+    Parameters
+    ----------
+    frame : str
+        Body or task frame, by name.
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    reference : str, optional
+        As of ``jacobian``.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    (..., 6, nv) ndarray
+        Rows and columns as of ``jacobian``.
+
+    Raises
+    ------
+    UsageError
+        As of ``jacobian``.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.jacobian_rate("lower", [0.8, -0.3], [1.0, 0.5]).shape
+    (6, 2)
     """
     return _of_frame(model, "frame_jacobian_rates", frame, reference, q=q, v=v, t=t, parameters=parameters, base=base)
 
@@ -310,10 +510,45 @@ def drift(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return dJ/dt v, (..., 6), by a recursion that needs no matrix; arguments as of ``jacobian``.
+    """Return dJ/dt v, the part of the rate of a twist that does not depend on accelerations, by a recursion without
+    matrices.
 
-    On a base at rest the rate of the twist is J a + drift. In ``local_world_aligned`` that is the angular acceleration
+    On a base at rest the rate of the twist is J a + drift. In ``local_world_aligned`` that is the angular
+    acceleration
     and the acceleration of the origin. The term is ``frame_drifts`` (``_aligned``, ``_world``).
+
+    Parameters
+    ----------
+    frame : str
+        Body or task frame, by name.
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    reference : str, optional
+        As of ``jacobian``.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    (..., 6) ndarray
+        Angular, rad/s^2, then linear, m/s^2, in the axes of ``reference``.
+
+    Raises
+    ------
+    UsageError
+        As of ``jacobian``.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> q, v = [0.8, -0.3], [1.0, 0.5]
+    >>> rate = model.jacobian_rate("lower", q, v)
+    >>> np.allclose(model.drift("lower", q, v), rate @ v)
+    True
     """
     return _of_frame(model, "frame_drifts", frame, reference, q=q, v=v, t=t, parameters=parameters, base=base)
 
@@ -328,20 +563,37 @@ def operational_inertia(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the operational-space inertia (J M^-1 J^T)^-1 of a body or a frame, (..., n, n).
+    """Return the operational-space inertia (J M^-1 J^T)^-1 of a body or a frame.
 
-    J is ``local_world_aligned``, so rows 0 to 2 turn about world axes and 3 to 5 move the origin along them; kg m^2 and
+    J is ``local_world_aligned``, so rows 0 to 2 turn about world axes and 3 to 5 move the origin along them; kg m^2
+    and
     kg. Khatib, IEEE J. Robotics and Automation 3 (1987) 43. The term is ``frame_mobilities``, J M^-1 J^T.
 
     If the scene has constraints, M^-1 is replaced by Z (Z^T M Z)^-1 Z^T, with Z a basis of the velocities that they
-    leave (B Z = 0): the constraint-consistent inertia, by which a force at the frame changes its acceleration while the
+    leave (B Z = 0): the constraint-consistent inertia, by which a force at the frame changes its acceleration while
+    the
     loops stay closed. Mistry and Righetti, Robotics: Science and Systems VII (2011), after Aghili, IEEE Trans.
     Robotics 21 (2005) 834. Its terms are ``mass``, ``constraint_jacobian`` and ``frame_jacobians_aligned``.
 
     Parameters
     ----------
+    frame : str
+        Body or task frame, by name.
+    q : array_like
+        Configuration (..., nq).
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     rows : sequence of int
         The directions of the task, all six by default.
+
+    Returns
+    -------
+    (..., n, n) ndarray
+        Symmetric, n being the number of ``rows``.
 
     Raises
     ------
@@ -349,6 +601,13 @@ def operational_inertia(
         A direction in which the frame cannot move: J has not full row rank there, or constraints hold it.
     UsageError
         Names that are not there, frames that are no task frames, wrong shapes.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.operational_inertia("lower", [0.8, -0.3], rows=[1, 3]).round(3)
+    array([[ 0.096, -0.329],
+           [-0.329,  3.296]])
     """
     wanted = [int(row) for row in rows]
     if not wanted or len(set(wanted)) < len(wanted) or not set(wanted) <= set(range(6)):

@@ -23,12 +23,54 @@ def center_of_mass(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the centre of mass in the world, (..., 3), m."""
+    """Return the centre of mass of all bodies that move against the base.
+
+    Parameters
+    ----------
+    q : array_like
+        Configuration (..., nq).
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    (..., 3) ndarray
+        Position in the world, m.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.center_of_mass([0.8, -0.3]).round(4)
+    array([ 0.4306,  0.    , -0.46  ])
+    """
     return _called(model, "center_of_mass", q=q, t=t, parameters=parameters, base=base)[0]
 
 
 def total_mass(model: Extensible, *, parameters: Parameters = None) -> Array:
-    """Return the mass of all that moves against the base, (...), kg."""
+    """Return the mass of all bodies that move against the base.
+
+    Parameters
+    ----------
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+
+    Returns
+    -------
+    (...) ndarray
+        kg.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> float(model.total_mass())
+    1.6
+    >>> float(model.total_mass(parameters={"m2": 1.0}))
+    2.0
+    """
     q = model.evaluator.initial_q
     mass: Array = _called(model, "center_of_mass", q=q, parameters=parameters)[1][..., 0]
     return mass
@@ -42,7 +84,32 @@ def center_of_mass_jacobian(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return J, (..., 3, nv): the velocity of the centre of mass against the base is J v."""
+    """Return the Jacobian J of the centre of mass: its velocity against the base is J v.
+
+    Parameters
+    ----------
+    q : array_like
+        Configuration (..., nq).
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    J : (..., 3, nv) ndarray
+        Rows: world axes; columns: components of v, left-trivialised.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.center_of_mass_jacobian([0.8, -0.3]).round(4)
+    array([[0.48  , 0.1316],
+           [0.    , 0.    ],
+           [0.4306, 0.0719]])
+    """
     return _called(model, "center_of_mass_jacobian", q=q, t=t, parameters=parameters, base=base)[0]
 
 
@@ -55,7 +122,30 @@ def center_of_mass_drift(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return dJ/dt v, (..., 3): on a base at rest the centre of mass accelerates with J a + dJ/dt v."""
+    """Return dJ/dt v of the centre of mass, which accelerates with J a + dJ/dt v on a base at rest.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    (..., 3) ndarray
+        World axes, m/s^2.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.center_of_mass_drift([0.8, -0.3], [1.0, 0.5]).round(4)
+    array([-0.5205,  0.    ,  0.6445])
+    """
     return _called(model, "center_of_mass_drift", q=q, v=v, t=t, parameters=parameters, base=base)[0]
 
 
@@ -67,9 +157,33 @@ def centroidal_momentum(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the centroidal momentum matrix A, (..., 6, nv): A v is the momentum about the centre of mass.
+    """Return the centroidal momentum matrix A: A v is the momentum about the centre of mass, relative to the base.
 
     Orin, Goswami and Lee, Autonomous Robots 35 (2013) 161.
+
+    Parameters
+    ----------
+    q : array_like
+        Configuration (..., nq).
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    A : (..., 6, nv) ndarray
+        Rows: angular momentum (N m s for A v), then linear momentum (N s), world axes; columns: components of v.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.centroidal_momentum([0.8, -0.3]).round(4)[[1, 3, 5]]
+    array([[-0.06  , -0.06  ],
+           [ 0.768 ,  0.2106],
+           [ 0.6889,  0.1151]])
     """
     return _called(model, "centroidal_momentum", q=q, t=t, parameters=parameters, base=base)[0]
 
@@ -83,7 +197,30 @@ def centroidal_momentum_rate(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return dA/dt along v, (..., 6, nv)."""
+    """Return the time derivative of the centroidal momentum matrix along v, dA/dt.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    (..., 6, nv) ndarray
+        Rows and columns as of ``centroidal_momentum``.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.centroidal_momentum_rate([0.8, -0.3], [1.0, 0.5]).shape
+    (6, 2)
+    """
     return _called(model, "centroidal_momentum_rate", q=q, v=v, t=t, parameters=parameters, base=base)[0]
 
 
@@ -96,7 +233,32 @@ def centroidal_drift(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return dA/dt v, (..., 6): on a base at rest the momentum changes with A a + dA/dt v."""
+    """Return dA/dt v: on a base at rest the centroidal momentum changes with A a + dA/dt v.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    (..., 6) ndarray
+        World axes: angular, N m, then linear, N.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> q, v = [0.8, -0.3], [1.0, 0.5]
+    >>> rate = model.centroidal_momentum_rate(q, v)
+    >>> np.allclose(model.centroidal_drift(q, v), rate @ v)
+    True
+    """
     return _called(model, "centroidal_drift", q=q, v=v, t=t, parameters=parameters, base=base)[0]
 
 

@@ -27,10 +27,25 @@ _REACH = {"rad": math.pi, "m": 1.0}
 
 
 def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, parameters: Parameters = None) -> Array:
-    """Return q exp(dq~), (..., nq), for steps dq (..., nv), velocity times time: rad and m.
+    """Return q exp(dq~): the configuration after an increment.
 
-    Quaternions are scaled back to unit length and keep their sign. Angles that are counted over turns, behind the poses
+    Quaternions are scaled back to unit length and keep their sign. Angles that are counted over turns, behind the
+    poses
     in q, follow.
+
+    Parameters
+    ----------
+    q, dq : array_like
+        Configuration (..., nq) and left-trivialised increment (..., nv): velocity times time, rad and m.
+    t : float, optional
+        Time of the result, s, for angles that are counted over turns.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+
+    Returns
+    -------
+    (..., nq) ndarray
+        Configuration with quaternions of unit length.
 
     Raises
     ------
@@ -41,6 +56,12 @@ def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, 
     -----
     RuntimeWarning
         A third argument if no angle depends on t: it is no step.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.integrate([0.8, -0.3], [0.1, 0.2]).round(3)
+    array([ 0.9, -0.1])
     """
     terms = model.evaluator
     if not terms.angles and np.any(t):
@@ -53,22 +74,50 @@ def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, 
 
 
 def difference(model: Evaluated, first: ArrayLike, second: ArrayLike) -> Array:
-    """Return dq, (..., nv), with integrate(first, dq) = second up to signs of quaternions; turns of pi at most.
+    """Return the left-trivialised increment between two configurations.
+
+    ``integrate(first, dq)`` is ``second`` up to signs of quaternions; rotations turn by pi at most.
+
+    Parameters
+    ----------
+    first, second : array_like
+        Configurations (..., nq).
+
+    Returns
+    -------
+    dq : (..., nv) ndarray
+        rad and m.
 
     Raises
     ------
     UsageError
         Wrong shapes, or quaternions that are not of unit length.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.difference([0.8, -0.3], [0.9, -0.1]).round(3)
+    array([0.1, 0.2])
     """
     terms = model.evaluator
     return product.difference(terms.factors, terms.configuration(first), terms.configuration(second))
 
 
 def neutral(model: Evaluated) -> Array:
-    """Return the configuration in which every joint is at zero, (nq,): unit quaternions (1, 0, 0, 0), else zeros.
+    """Return the configuration in which every joint is at zero: unit quaternions (1, 0, 0, 0), else zeros.
 
     In absolute coordinates every body is then at the world's origin, which constraints do not allow;
     ``model.initial_q`` meets them.
+
+    Returns
+    -------
+    q : (nq,) ndarray
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.neutral()
+    array([0., 0.])
     """
     q = np.zeros(model.evaluator.functions.sizes["q"])
     for factor in model.evaluator.factors:
@@ -83,7 +132,7 @@ def random(
     generator: np.random.Generator | int | None = None,
     parameters: Parameters = None,
 ) -> Array:
-    """Return random configurations, (*size, nq).
+    """Return random configurations.
 
     Orientations are uniform; coordinates are uniform within the limits of their joints if the scene has limits, else
     in -pi to pi rad or -1 to 1 m, and elastic ones in small deformations. Constraints are not regarded:
@@ -91,10 +140,22 @@ def random(
 
     Parameters
     ----------
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
     size : int or sequence of int
         Of the batch; one configuration by default.
     generator : numpy.random.Generator, or a seed
         A new one, seeded by the system, by default.
+
+    Returns
+    -------
+    q : (*size, nq) ndarray
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.random(3, generator=1).shape
+    (3, 2)
     """
     terms = model.evaluator
     try:

@@ -94,12 +94,53 @@ class InternalPartials(NamedTuple):
 
 
 def mass(model: Evaluated, q: ArrayLike, *, parameters: Parameters = None) -> Array:
-    """Return the inertia matrix M(q), (..., nv, nv)."""
+    """Return the inertia matrix M(q).
+
+    Parameters
+    ----------
+    q : array_like
+        Configuration (..., nq).
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+
+    Returns
+    -------
+    M : (..., nv, nv) ndarray
+        Symmetric; kg m^2 between angles, kg between lengths.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.mass([0.8, -0.3]).round(4)
+    array([[0.7253, 0.2106],
+           [0.2106, 0.096 ]])
+    >>> model.mass(np.zeros((100, 2))).shape
+    (100, 2, 2)
+    """
     return model.evaluator.call("mass", q=q, parameters=parameters)[0]
 
 
 def coupling(model: Evaluated, q: ArrayLike, v: ArrayLike, *, parameters: Parameters = None) -> Array:
-    """Return the nonlinear coupling vector h(q, v), (..., nv): inertia terms quadratic in v, base at rest."""
+    """Return the nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+
+    Returns
+    -------
+    h : (..., nv) ndarray
+        N m along angles, N along lengths.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.coupling([0.8, -0.3], [1.0, 0.5]).round(4)
+    array([ 0.0443, -0.0355])
+    """
     return model.evaluator.call("coupling", q=q, v=v, parameters=parameters)[0]
 
 
@@ -114,7 +155,33 @@ def force(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the generalized force Q, (..., nv): gravity, springs, dampers, actuators, formulas."""
+    """Return the generalized force Q: gravity, springs, dampers, actuators, formulas.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    Q : (..., nv) ndarray
+        N m along angles, N along lengths.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/quarter_car/scene.toml")
+    >>> model.force([0.0, 0.01], [0.0, 0.0]).round(3)
+    array([ 160., -160.])
+    >>> model.force([0.0, 0.01], [0.0, 0.0], 2.0, {"road": 0.005}).round(3)
+    array([ 960., -160.])
+    """
     return model.evaluator.call("force", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)[0]
 
 
@@ -127,7 +194,30 @@ def base_motion(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the base-motion terms b, (..., nv): inertia terms that vanish when the base is at rest."""
+    """Return the base-motion terms b: inertia terms that vanish when the base is at rest.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    b : (..., nv) ndarray
+        N m along angles, N along lengths.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.base_motion([0.8, -0.3], [1.0, 0.5], t=0.2).round(4)
+    array([-0.6205, -0.1729])
+    """
     if not model.evaluator.moving_base and base is None:
         return _zeros(model, q, v, numbers("t", t), parameters, "v")
     return model.evaluator.call("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)[0]
@@ -145,14 +235,38 @@ def inverse_dynamics(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return tau = M a + h + b - Q, (..., nv): the generalized forces required for the motion a.
+    """Return the generalized forces that a motion needs, tau = M a + h + b - Q.
 
     Forces of constraints are no part of it: with closed loops ``actuator_efforts`` shares tau out.
+
+    Parameters
+    ----------
+    q, v, a : array_like
+        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    tau : (..., nv) ndarray
+        N m along angles, N along lengths.
 
     Warns
     -----
     RuntimeWarning
         Accelerations that the constraints do not allow, in one of the first calls of a model.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> q, v, a = [0.8, -0.3], [1.0, 0.5], [0.2, 0.1]
+    >>> model.inverse_dynamics(q, v, a, t=0.2).round(4)
+    array([6.3485, 0.9721])
     """
     tau = model.evaluator.call("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)[0]
     if model.evaluator.motions_to_check and np.ndim(tau) == 1:
@@ -192,7 +306,32 @@ def bias(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return h + b - Q, (..., nv): inverse dynamics of a = 0, Pinocchio's ``nonLinearEffects`` with all forces."""
+    """Return h + b - Q: inverse dynamics of a = 0, Pinocchio's ``nonLinearEffects`` with all forces.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    bias : (..., nv) ndarray
+        N m along angles, N along lengths.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> q, v = [0.8, -0.3], [1.0, 0.5]
+    >>> model.bias(q, v, t=0.2).round(4)
+    array([6.1824, 0.9204])
+    """
     rest = np.zeros(model.evaluator.functions.sizes["v"])
     call = model.evaluator.call
     return call("inverse_dynamics", q=q, v=v, a=rest, t=t, u=u, z=z, parameters=parameters, base=base)[0]
@@ -209,15 +348,38 @@ def forward_dynamics(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), or of the constrained equations if there are
-    constraints.
+    """Return the acceleration vdot = M^-1 (Q - h - b); with constraints the solution of ``constrained_dynamics``.
 
     Warns of parameters with which digits are lost.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    vdot : (..., nv) ndarray
+        rad/s^2 and m/s^2.
 
     Raises
     ------
     NumericalError
         Accelerations that are not finite at such parameters.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> q, v = [0.8, -0.3], [1.0, 0.5]
+    >>> model.forward_dynamics(q, v, t=0.2).round(4)
+    array([-15.8228,  25.1307])
     """
     if parameters is None or model.evaluator.multipliers:
         return accelerations(model, q, v, t, u, z=z, parameters=parameters, base=base)
@@ -255,7 +417,34 @@ def constrained_dynamics(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
-    """Return vdot (..., nv) and multipliers (..., rows): M vdot + h + b + B^T lam = Q with B vdot = -g."""
+    """Return accelerations and multipliers: M vdot + h + b + B^T lam = Q with B vdot = -g.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    vdot : (..., nv) ndarray
+        Accelerations, rad/s^2 and m/s^2.
+    lam : (..., rows) ndarray
+        Multipliers, in the order of ``model.multipliers``.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/four_bar/scene.toml")
+    >>> vdot, lam = model.constrained_dynamics(model.initial_q, model.initial_v)
+    >>> vdot.shape, lam.shape
+    ((3,), (2,))
+    """
     return model.evaluator.accelerations(q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
 
 
@@ -272,9 +461,37 @@ def partials(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> tuple[Array, Array, Array]:
-    """Return K, C, M, each (..., nv, nv): exact partials of the residual in q (left-trivialised), v and a.
+    """Return the partials K, C, M of the residual in q (left-trivialised), v and a, exact to rounding.
 
-    The residual is M a + h + b - Q, plus B^T lam of the constraints if there are any.
+    The residual is M a + h + b - Q, plus B^T lam if there are constraints.
+
+    Parameters
+    ----------
+    q, v, a : array_like
+        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    multipliers : array_like, optional
+        Multipliers of the constraints (..., rows); zero if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    K, C, M : (..., nv, nv) ndarray
+        Rows belong to the equations, columns to the increments of q, to v and to a.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> q, v, a = [0.8, -0.3], [1.0, 0.5], [0.2, 0.1]
+    >>> K, C, M = model.partials(q, v, a)
+    >>> K.round(4)
+    array([[6.5509, 1.671 ],
+           [1.7966, 1.9183]])
     """
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
     K, C, M = model.evaluator.call("partials", **given, multipliers=multipliers, parameters=parameters)
@@ -331,9 +548,38 @@ def evaluate(
     base: ArrayLike | None = None,
     **rates: ArrayLike,
 ) -> dict[str, Array]:
-    """Return the outputs of any term of the model (``model.terms``), by the names that the C code uses.
+    """Return the outputs of a term of the model.
 
-    ``rates`` are the time derivatives that some terms take: j, s, a_higher, u_dot, u_ddot, u_higher and base_rates.
+    Accelerations are computed by forward dynamics if the term needs ``a`` and none are given.
+
+    Parameters
+    ----------
+    term : str
+        One of ``model.terms``.
+    q, v, a : array_like
+        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    multipliers : array_like, optional
+        Multipliers of the constraints (..., rows); zero if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+    rates : array_like
+        Time derivatives that some terms take: j, s, a_higher, u_dot, u_ddot, u_higher and base_rates.
+
+    Returns
+    -------
+    dict
+        Arrays by the names of the C code.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> sorted(model.evaluate("inverse_dynamics", [0.8, -0.3], [1.0, 0.5], [0.2, 0.1]))
+    ['tau']
     """
     check_derivatives(rates)
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base, **rates}
@@ -354,11 +600,37 @@ def energy(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> dict[str, Array]:
-    """Return inertial energies and powers, each (...).
+    """Return energies and powers relative to inertial space.
 
-    ``kinetic``, ``potential`` and ``total`` in J; ``power`` of all non-conservative forces and ``base_power`` of
-    the reaction at the base in W. Accelerations come from forward dynamics if they are needed and ``a`` is not
-    given.
+    Accelerations are computed by forward dynamics if the power of the base needs them and none are given.
+
+    Parameters
+    ----------
+    q, v, a : array_like
+        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    multipliers : array_like, optional
+        Multipliers of the constraints (..., rows); zero if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    dict
+        ``kinetic``, ``potential`` and ``total`` in J, ``power`` of all non-conservative forces and ``base_power`` of
+        the reaction at the base in W; each (...).
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> q, v = [0.8, -0.3], [1.0, 0.5]
+    >>> energy = model.energy(q, v)
+    >>> float((energy["total"] - energy["kinetic"] - energy["potential"]).round(12))
+    0.0
     """
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
     return _energies(model.evaluator.call("energy", **given, multipliers=multipliers, parameters=parameters)[0])
@@ -383,9 +655,35 @@ def outputs(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> dict[str, Array]:
-    """Return the scene's outputs by name, (...) for one component and (..., size) for several.
+    """Return the scene's outputs at a state.
 
-    If outputs need accelerations and multipliers that are not given, these are computed by forward dynamics.
+    Accelerations and multipliers that outputs need and that are not given are computed by forward dynamics.
+
+    Parameters
+    ----------
+    q, v, a : array_like
+        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    multipliers : array_like, optional
+        Multipliers of the constraints (..., rows).
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    dict
+        Arrays by name, in the units of the outputs: (...) for one component, (..., size) for several.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> q, v = [0.8, -0.3], [1.0, 0.5]
+    >>> model.outputs(q, v)["angles"]
+    array([0.8, 0.5])
     """
     if not model.evaluator.library.layout["outputs"]:
         model.evaluator.parameters(parameters)
@@ -432,7 +730,33 @@ def internal_rates(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return zdot = f(q, v, z, t, u), (..., nz)."""
+    """Return the rates of the internal states, zdot = f(q, v, z, t, u).
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    z, u, parameters : mapping or array_like, optional
+        Internal states (..., nz), inputs (..., nu) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    t : array_like, optional
+        Time (...), s.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    zdot : (..., nz) ndarray
+        In the order of ``model.states``, in their units per second.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/pi_servo/scene.toml")
+    >>> model.states
+    ('position_integral', 'torque_filtered')
+    >>> model.internal_rates([0.0, 0.0], [0.0, 0.0]).shape
+    (2,)
+    """
     if not model.evaluator.state_names:
         return _zeros(model, q, v, np.asarray(t), parameters, "z")
     return model.evaluator.call("internal_rate", q=q, v=v, z=z, t=t, u=u, parameters=parameters, base=base)[0]
@@ -449,7 +773,33 @@ def internal_partials(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> InternalPartials:
-    """Return the exact partials with internal states: of the residual in z, and of zdot in q, v and z."""
+    """Return the partials that involve internal states: of the residual in z, and of zdot in q, v and z.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    z, u, parameters : mapping or array_like, optional
+        Internal states (..., nz), inputs (..., nu) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    t : array_like, optional
+        Time (...), s.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    InternalPartials
+        ``residual_z`` (..., nv, nz), ``rate_q`` (left-trivialised) and ``rate_v`` (..., nz, nv), ``rate_z`` (..., nz,
+        nz).
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/pi_servo/scene.toml")
+    >>> partials = model.internal_partials([0.0, 0.0], [0.0, 0.0])
+    >>> partials.rate_q.shape, partials.rate_z.shape
+    ((2, 2), (2, 2))
+    """
     given = {"q": q, "v": v, "z": z, "t": t, "u": u}
     return InternalPartials(*model.evaluator.call("internal_partials", **given, parameters=parameters, base=base))
 

@@ -147,6 +147,11 @@ class CompiledModel:
             Declarations of the functions of the lanes.
         files_of : callable
             Gives the files of the lanes.
+
+        Returns
+        -------
+        LaneLibrary or str
+            The library, or a sentence that says why there is none.
         """
         if "in lanes" not in library.kept:
             made = "the model was made by hand" if self._in_lanes is None else self._in_lanes(library, cdef, files_of)
@@ -283,7 +288,15 @@ class CompiledModel:
     def having(self, terms: Sequence[str]) -> Self:
         """Return a model of this scene that has all of some terms, as far as the scene has them.
 
-        It is this one, or another, compiled when it is first needed.
+        Parameters
+        ----------
+        terms : sequence of str
+            Names of terms.
+
+        Returns
+        -------
+        CompiledModel
+            This model, or another, compiled when it is first needed.
         """
         wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
         if all(name in self.functions for name in wanted) or self._built is None:
@@ -297,6 +310,16 @@ class CompiledModel:
     def in_complex(self, terms: Sequence[str]) -> Functions:
         """Return functions of some terms in complex numbers, as far as the scene has them, compiled when they are first
         needed: analytic, so that imaginary increments give their derivatives.
+
+        Parameters
+        ----------
+        terms : sequence of str
+            Names of terms.
+
+        Returns
+        -------
+        Functions
+            Of complex arrays.
 
         Raises
         ------
@@ -312,10 +335,20 @@ class CompiledModel:
         return self._complex[wanted]
 
     def calibrate(self, *, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Return gains and references of the scene's calibrated controllers, at other values of its tunable parameters.
+        """Return gains and references of the scene's calibrated controllers, at other values of tunable parameters.
 
         They are parameters themselves: ``simulate(parameters={**parameters,
         **model.calibrate(parameters=parameters)})``. The result is empty if the scene gives all gains itself.
+
+        Parameters
+        ----------
+        parameters : mapping, optional
+            Values of other tunable parameters, SI units.
+
+        Returns
+        -------
+        dict
+            Values by the names of parameters; empty if the scene gives all gains.
 
         Raises
         ------
@@ -323,6 +356,12 @@ class CompiledModel:
             Unknown parameters, or values that are not finite; a scene without state feedback.
         DescriptionError, ModelError, NumericalError
             A controller that cannot be calibrated, with its place in the scene.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/active_quarter_car/scene.toml")
+        >>> sorted(model.calibrate())[:2]
+        ['ride_gain_body', 'ride_gain_deflection']
         """
         self.parameter_array(parameters)
         if self._gains is None and getattr(self.scene, "feedback", None) == ():
@@ -331,21 +370,59 @@ class CompiledModel:
         return {} if self._gains is None else self._gains(dict(parameters or {}))
 
     def consistent(self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None) -> Assembly:
-        """Return the state nearest to a guess that meets the constraints, and how far each row was off.
+        """Return the state nearest to a guess that meets the constraints, and the violation of each row by the guess.
+
+        Parameters
+        ----------
+        q, v : array_like
+            Guess of configuration (nq,) and velocity (nv,).
+        t : float, optional
+            Time, s.
+        parameters : mapping or array_like, optional
+            Tunable parameters (np,), SI units; defaults of the scene if not given.
+
+        Returns
+        -------
+        Assembly
+            ``q`` (nq,), ``v`` (nv,), ``violations`` and ``rate_violations`` by constraint, SI units.
 
         Raises
         ------
         ModelError
             The constraints contradict each other from there, or rows that were left out because they follow from others
             at the default parameters do not follow at these; names the rows.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/four_bar/scene.toml")
+        >>> state = model.consistent(model.initial_q + 0.01, np.zeros(3))
+        >>> state.q.shape, len(state.violations)
+        ((3,), 2)
         """
         p = self.parameter_array(parameters)
         return consistent(self, self.evaluator.configuration(q), self.evaluator.velocity("v", v), t, p)
 
     def check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
-        """Raise ModelError if rows left out at the default parameters do not follow from the others at p (np,).
+        """Check that constraint rows left out as redundant follow from the others at other parameters.
 
-        Returns a sentence for each that does so all but for a little.
+        Parameters
+        ----------
+        q, v : (nq,), (nv,) ndarray
+            State that meets the other rows.
+        t : float
+            Time, s.
+        p : (np,) ndarray
+            Tunable parameters.
+
+        Returns
+        -------
+        list of str
+            A sentence for each row that follows but for a small deviation.
+
+        Raises
+        ------
+        ModelError
+            A row does not follow; names the row.
         """
         left_out = self.library.layout["left_out"]
         given = zip(self.parameters.items(), p.tolist(), strict=True)
@@ -357,10 +434,32 @@ class CompiledModel:
     # -- solvers of others ---------------------------------------------------------------------------------------------
 
     def rhs(self, t: ArrayLike, y: ArrayLike, u: Inputs = None, *, parameters: Parameters = None) -> Array:
-        """Return dy/dt for y = [q, v], and z behind, as ``scipy.integrate.solve_ivp(model.rhs, ...)`` calls it.
+        """Return dy/dt of the state y = [q, v, z], as ``scipy.integrate.solve_ivp(model.rhs, ...)`` calls it.
 
-        Quaternions are brought to unit length before the dynamics are evaluated; their rates keep the length that they
+        Quaternions are brought to unit length before the dynamics are evaluated; their rates keep the length that
+        they
         have.
+
+        Parameters
+        ----------
+        t : array_like
+            Time (...), s.
+        y : array_like
+            State (..., nq + nv + nz): q, v and internal states z.
+        u, parameters : mapping or array_like, optional
+            Inputs (..., nu) and tunable parameters (..., np), SI units; values of the scene if not given.
+
+        Returns
+        -------
+        (..., nq + nv + nz) ndarray
+            Rates of q (not of increments: four numbers for a quaternion), v and z.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> y = np.concatenate([model.initial_q, model.initial_v])
+        >>> model.rhs(0.2, y).round(3)
+        array([  0.   ,   0.   , -15.359,  23.743])
         """
         if np.ndim(y) == 0 and np.ndim(t) > 0:
             hint = "rhs(t, y), as solve_ivp calls it; for odeint tfirst=True"
@@ -380,12 +479,29 @@ class CompiledModel:
     # -- arguments -----------------------------------------------------------------------------------------------------
 
     def parameter_array(self, parameters: Parameters = None) -> Array:
-        """Return tunable parameters as (..., np).
+        """Return tunable parameters as an array.
+
+        Parameters
+        ----------
+        parameters : mapping or array_like, optional
+            Values by name, (...) each, or all of them (..., np); defaults of the scene if not given.
+
+        Returns
+        -------
+        (..., np) ndarray
+            SI units, in the order of ``model.parameters``.
 
         Raises
         ------
         UsageError
             Unknown names, wrong shapes, values that are not finite, or that the scene would refuse as its own.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> model.parameter_array({"m2": [0.5, 0.7]})
+        array([[0.5],
+               [0.7]])
         """
         return self.evaluator.parameters(parameters)
 

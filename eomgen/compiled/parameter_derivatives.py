@@ -58,14 +58,44 @@ def parameter_partials(
     base: ArrayLike | None = None,
     of: Sequence[str] | None = None,
 ) -> ParameterPartials:
-    """Return exact partials of the equations in tunable parameters, ``of`` them by name, or all in their order.
+    """Return partials of the equations in tunable parameters, exact to rounding.
 
     Without constraints ``residual`` is the partial of inverse dynamics, d tau / dp.
+
+    Parameters
+    ----------
+    q, v, a : array_like
+        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    multipliers : array_like, optional
+        Multipliers of the constraints (..., rows); zero if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+    of : sequence of str, optional
+        Tunable parameters, all in the order of ``model.parameters`` if not given.
+
+    Returns
+    -------
+    ParameterPartials
+        ``residual``, ``rate``, ``constraint``, ``constraint_velocity`` and ``constraint_acceleration``, with one column
+        for each parameter.
 
     Raises
     ------
     UsageError
         A parameter that is fixed in the code or unknown; a scene without tunable parameters.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> partials = model.parameter_partials([0.8, -0.3], [1.0, 0.5], [0.2, 0.1], of=["m2"])
+    >>> partials.residual.round(4)
+    array([[4.9627],
+           [1.6629]])
     """
     chosen = _columns(model.evaluator, of)
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
@@ -90,18 +120,39 @@ def output_parameter_partials(
     base: ArrayLike | None = None,
     of: Sequence[str] | None = None,
 ) -> dict[str, Array]:
-    """Return exact partials of the scene's outputs in tunable parameters, with q, v, a, z and multipliers held.
+    """Return partials of the scene's outputs in tunable parameters, with q, v, a, z and multipliers held.
+
+    Parameters
+    ----------
+    q, v, a : array_like
+        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    multipliers : array_like, optional
+        Multipliers of the constraints (..., rows); zero if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+    of : sequence of str, optional
+        Tunable parameters, all in the order of ``model.parameters`` if not given.
 
     Returns
     -------
     dict
-        By output, (..., parameters), or (..., size, parameters) for outputs of several components; ``of`` as of
-        ``parameter_partials``.
+        Arrays by output: (..., parameters), or (..., size, parameters) for outputs of several components.
 
     Raises
     ------
     UsageError
         As of ``parameter_partials``; accelerations that outputs need and that are not given.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.output_parameter_partials([0.8, -0.3], [0.0, 0.0])["energy"].round(4)
+    array([-6.6448])
     """
     chosen = _columns(model.evaluator, of)
     outputs = model.evaluator.library.layout["outputs"]
@@ -164,10 +215,36 @@ def regressor(
     about the origin of its frame, in its axes; rotor inertia, damping and levels of dry friction of joints that have
     them.
 
+    Parameters
+    ----------
+    q, v, a : array_like
+        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+
+    Returns
+    -------
+    Regressor
+        ``matrix`` Y (..., nv, parameters) and ``remainder`` (..., nv): tau = Y pi + remainder.
+
     Raises
     ------
     UsageError
         Absolute coordinates, or bodies that deform.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/robot_arm/scene.toml")
+    >>> q = model.initial_q
+    >>> Y, rest = model.regressor(q, np.zeros(7), np.ones(7))
+    >>> pi = np.array(list(model.regressor_parameters().values()))
+    >>> np.allclose(Y @ pi + rest, model.inverse_dynamics(q, np.zeros(7), np.ones(7)))
+    True
     """
     made = _with(model, "regressor")
     values = made.call("regressor", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
@@ -175,12 +252,28 @@ def regressor(
 
 
 def regressor_parameters(model: Extensible, *, parameters: Parameters = None) -> dict[str, Array]:
-    """Return the parameters of the regressor by name, (...) each, in the order of its columns, in SI units.
+    """Return the parameters pi of the regressor.
+
+    Parameters
+    ----------
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+
+    Returns
+    -------
+    dict
+        Arrays (...) by name, in the order of the columns, SI units.
 
     Raises
     ------
     UsageError
         As of ``regressor``.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/robot_arm/scene.toml")
+    >>> list(model.regressor_parameters())[:4]
+    ['link1.mass', 'link1.first_moment_x', 'link1.first_moment_y', 'link1.first_moment_z']
     """
     made = _with(model, "regressor_parameters")
     (values,) = made.call("regressor_parameters", q=made.initial_q, parameters=parameters)

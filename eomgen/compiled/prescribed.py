@@ -18,10 +18,28 @@ _MOST_TIMES = 10_000_000
 
 
 def base(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
-    """Return the prescribed state of the base at t, (..., 19).
+    """Return the prescribed state of the base.
 
-    Quaternion (4) and position (3) in the world; omega, velocity, and the time derivatives of their components, in
-    base axes (3 each). An array of this kind can be handed in as ``base`` in place of the scene's law.
+    An array of this kind can be handed to functions of the model as ``base``, in place of the scene's law.
+
+    Parameters
+    ----------
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+
+    Returns
+    -------
+    (..., 19) ndarray
+        Unit quaternion (4) and position, m, in the world; angular velocity, velocity, and the time derivatives of the
+        components of both, in base axes (3 each).
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.base(t=0.2)[4:7].round(4)
+    array([ 0.0337,  0.    , -0.0006])
     """
     p = model.evaluator.parameters(parameters)
     if "base" not in model.evaluator.functions:
@@ -34,20 +52,56 @@ def base(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters = None)
 
 
 def input_values(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
-    """Return the inputs by the scene's formulas at t, (..., nu); 0 for inputs without a formula."""
+    """Return the inputs by the scene's formulas and roads.
+
+    Parameters
+    ----------
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+
+    Returns
+    -------
+    u : (..., nu) ndarray
+        In the order of ``model.inputs``; 0 for inputs without a formula.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/quarter_car/scene.toml")
+    >>> model.input_values([0.0, 1.0]).shape
+    (2, 1)
+    """
     return model.evaluator.formula_inputs({"t": numbers("t", t), "p": model.evaluator.parameters(parameters)})
 
 
 def discontinuity_times(model: Evaluated, start: float, end: float, *, order: int = 2) -> Array:
-    """Return the times from start to end, (n,), at which a derivative of forces up to an order is known to jump.
+    """Return the times of an interval at which derivatives of forces up to an order are known to jump.
 
-    0: forces themselves, 1: their rates, 2: their second derivatives. The steppers end their steps there by
-    themselves; for solvers of others these are the times between which the motion is smooth.
+    Steppers end steps at these times by themselves; for solvers of other packages the motion is smooth between them.
+
+    Parameters
+    ----------
+    start, end : float
+        Ends of the interval, s.
+    order : int, optional
+        Largest order of the derivatives: 0 forces, 1 rates of forces, 2 second derivatives.
+
+    Returns
+    -------
+    (n,) ndarray
+        Times in increasing order, s.
 
     Raises
     ------
     UsageError
         The end lies before the start, or there are more than ten million such times.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/pi_servo/sampled.toml")
+    >>> model.discontinuity_times(0.0, 0.004)
+    array([0.   , 0.001, 0.002, 0.003, 0.004])
     """
     if end < start:
         raise UsageError(f"the end {end:.9g} s lies before the start {start:.9g} s", "a later end")
@@ -68,8 +122,22 @@ def discontinuity_times(model: Evaluated, start: float, end: float, *, order: in
 
 
 def jumps_between(model: Evaluated, t: Array, near: float, *, order: int = 0) -> Array:
-    """Return times (n,) at which a derivative of forces up to an order jumps: of each wave one per interval of times t
-    (m,), wider by ``near`` (s)."""
+    """Return times at which derivatives of forces up to an order jump: of each wave one per interval of given times.
+
+    Parameters
+    ----------
+    t : (m,) ndarray
+        Times in increasing order, s.
+    near : float
+        Widening of each interval, s.
+    order : int, optional
+        As of ``discontinuity_times``.
+
+    Returns
+    -------
+    (n,) ndarray
+        Times in increasing order, s.
+    """
     arrays: list[Array] = []
     for time, period in _jumps(model, order):
         if period == 0.0:

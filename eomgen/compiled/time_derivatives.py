@@ -36,16 +36,43 @@ def rates(
     base: ArrayLike | None = None,
     base_rates: ArrayLike | None = None,
 ) -> tuple[Array, ...]:
-    """Return tau = M a + h + b - Q and its time derivatives up to an order, each (..., nv).
+    """Return tau = M a + h + b - Q and its time derivatives up to an order.
 
     Parameters
     ----------
+    q, v, a, j, s : array_like
+        Configuration (..., nq), velocity (..., nv), acceleration (..., nv), first time derivative of a (..., nv) and
+        second time derivative of a (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    u_dot, u_ddot : mapping or array_like, optional
+        Time derivatives of u (..., nu): by default the scene's own, zero for inputs that are given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+    base_rates : array_like, optional
+        Derivatives of the base's twist from the second on (..., order, 6), in base axes; needed with ``base``.
     order : int, optional
         2 needs the term ``rates``, others ``rates_1``, ``rates_3``, ...; by default 2, or the lowest one built if that
         is missing.
     a_higher, u_higher : (..., order - 2, nv or nu)
         Time derivatives of a and u from the third on, for orders above 2; derivatives of u are zero by default, or the
         scene's.
+
+    Returns
+    -------
+    tuple of (..., nv) ndarray
+        order + 1 arrays: tau, dtau/dt, ...; N m/s^k along angles, N/s^k along lengths.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml", terms=["rates", "inverse_dynamics"])
+    >>> q, v, a, j = [0.8, -0.3], [1.0, 0.5], [0.2, 0.1], [0.0, 0.0]
+    >>> tau, first, second = model.rates(q, v, a, j, [0.0, 0.0])
+    >>> np.allclose(tau, model.inverse_dynamics(q, v, a))
+    True
     """
     term = _term_of(model, order)
     given: dict[str, Any] = {
@@ -84,9 +111,37 @@ def forward_rates(
     base: ArrayLike | None = None,
     base_rates: ArrayLike | None = None,
 ) -> tuple[Array, Array, Array]:
-    """Return vdot, the jerk and its rate, each (..., nv), along the motion that the forces cause.
+    """Return vdot, the jerk and the time derivative of the jerk, along the motion that the forces cause.
 
     The term is ``forward_rates``; scenes with constraints have none.
+
+    Parameters
+    ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    u_dot, u_ddot : mapping or array_like, optional
+        Time derivatives of u (..., nu): by default the scene's own, zero for inputs that are given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+    base_rates : array_like, optional
+        Derivatives of the base's twist from the second on (..., order, 6), in base axes; needed with ``base``.
+
+    Returns
+    -------
+    a, j, s : (..., nv) ndarray
+        Accelerations and the first and second time derivative.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml", terms=["forward_rates"])
+    >>> a, j, s = model.forward_rates([0.8, -0.3], [1.0, 0.5])
+    >>> j.round(3)
+    array([  0.668, -27.263])
     """
     given: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
     given |= {"z": z, "base": base, "base_rates": base_rates}
@@ -97,13 +152,29 @@ def forward_rates(
 def coriolis(
     model: Evaluated, q: ArrayLike, v: ArrayLike, *, skew: bool = False, parameters: Parameters = None
 ) -> Array:
-    """Return a matrix C with C v = h, (..., nv, nv), base at rest.
+    """Return a matrix C with C v = h(q, v), base at rest.
 
     Parameters
     ----------
+    q, v : array_like
+        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
     skew : bool
         Take the factorisation for which dM/dt - 2 C is skew, C + J^T M b J (term ``coriolis_skew``), in place of
         J^T (M J' - b^T M J) of Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257 (term ``coriolis``).
+
+    Returns
+    -------
+    C : (..., nv, nv) ndarray
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml", terms=["coriolis_skew", "coupling"])
+    >>> q, v = [0.8, -0.3], [1.0, 0.5]
+    >>> C = model.coriolis(q, v, skew=True)
+    >>> np.allclose(C @ v, model.coupling(q, v))
+    True
     """
     return model.evaluator.call("coriolis_skew" if skew else "coriolis", q=q, v=v, parameters=parameters)[0]
 
@@ -111,7 +182,30 @@ def coriolis(
 def mass_rates(
     model: Evaluated, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, parameters: Parameters = None
 ) -> tuple[Array, Array]:
-    """Return the first and second time derivative of M, each (..., nv, nv). The term is ``mass_rates``."""
+    """Return the first and second time derivative of M.
+
+    The term is ``mass_rates``.
+
+    Parameters
+    ----------
+    q, v, a : array_like
+        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+
+    Returns
+    -------
+    first, second : (..., nv, nv) ndarray
+        Time derivatives of M.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml", terms=["mass_rates"])
+    >>> first, second = model.mass_rates([0.8, -0.3], [1.0, 0.5], [0.2, 0.1])
+    >>> first.round(4)
+    array([[0.0355, 0.0177],
+           [0.0177, 0.    ]])
+    """
     first, second = model.evaluator.call("mass_rates", q=q, v=v, a=a, parameters=parameters)
     return first, second
 
@@ -119,7 +213,30 @@ def mass_rates(
 def coupling_rates(
     model: Evaluated, q: ArrayLike, v: ArrayLike, a: ArrayLike, j: ArrayLike, *, parameters: Parameters = None
 ) -> tuple[Array, Array]:
-    """Return the first and second time derivative of h, each (..., nv). The term is ``coupling_rates``."""
+    """Return the first and second time derivative of h.
+
+    The term is ``coupling_rates``.
+
+    Parameters
+    ----------
+    q, v, a, j : array_like
+        Configuration (..., nq), velocity (..., nv), acceleration (..., nv) and first time derivative of a (..., nv),
+        left-trivialised.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+
+    Returns
+    -------
+    first, second : (..., nv) ndarray
+        Time derivatives of h.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml", terms=["coupling_rates"])
+    >>> q, v, a, j = [0.8, -0.3], [1.0, 0.5], [0.2, 0.1], [0.0, 0.0]
+    >>> model.coupling_rates(q, v, a, j)[0].round(4)
+    array([-0.0539,  0.0431])
+    """
     first, second = model.evaluator.call("coupling_rates", q=q, v=v, a=a, j=j, parameters=parameters)
     return first, second
 
@@ -140,7 +257,39 @@ def force_rates(
     base: ArrayLike | None = None,
     base_rates: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
-    """Return the first and second time derivative of Q, each (..., nv). The term is ``force_rates``."""
+    """Return the first and second time derivative of Q.
+
+    The term is ``force_rates``.
+
+    Parameters
+    ----------
+    q, v, a, j : array_like
+        Configuration (..., nq), velocity (..., nv), acceleration (..., nv) and first time derivative of a (..., nv),
+        left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
+        not given.
+    u_dot, u_ddot : mapping or array_like, optional
+        Time derivatives of u (..., nu): by default the scene's own, zero for inputs that are given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+    base_rates : array_like, optional
+        Derivatives of the base's twist from the second on (..., order, 6), in base axes; needed with ``base``.
+
+    Returns
+    -------
+    first, second : (..., nv) ndarray
+        Time derivatives of Q.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml", terms=["force_rates"])
+    >>> q, v, a, j = [0.8, -0.3], [1.0, 0.5], [0.2, 0.1], [0.0, 0.0]
+    >>> model.force_rates(q, v, a, j)[0].round(4)
+    array([-8.567 , -3.0993])
+    """
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
     given |= {"z": z, "base": base, "base_rates": base_rates}
     first, second = model.evaluator.call("force_rates", **given, parameters=parameters)
@@ -159,7 +308,36 @@ def base_motion_rates(
     base: ArrayLike | None = None,
     base_rates: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
-    """Return the first and second time derivative of b, each (..., nv). The term is ``base_motion_rates``."""
+    """Return the first and second time derivative of b.
+
+    The term is ``base_motion_rates``.
+
+    Parameters
+    ----------
+    q, v, a, j : array_like
+        Configuration (..., nq), velocity (..., nv), acceleration (..., nv) and first time derivative of a (..., nv),
+        left-trivialised.
+    t : array_like, optional
+        Time (...), s.
+    parameters : mapping or array_like, optional
+        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+    base : array_like, optional
+        State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
+    base_rates : array_like, optional
+        Derivatives of the base's twist from the second on (..., order, 6), in base axes; needed with ``base``.
+
+    Returns
+    -------
+    first, second : (..., nv) ndarray
+        Time derivatives of b.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml", terms=["base_motion_rates"])
+    >>> q, v, a, j = [0.8, -0.3], [1.0, 0.5], [0.2, 0.1], [0.0, 0.0]
+    >>> model.base_motion_rates(q, v, a, j, t=0.2)[0].round(4)
+    array([5.6379, 0.7658])
+    """
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "base": base, "base_rates": base_rates}
     first, second = model.evaluator.call("base_motion_rates", **given, parameters=parameters)
     return first, second

@@ -83,6 +83,11 @@ def load(
     Raises
     ------
     FileError, DescriptionError, UsageError
+
+    Examples
+    --------
+    >>> eomgen.load("examples/four_bar/scene.toml").name
+    'four_bar'
     """
     given = {"strict": strict, "coordinates": coordinates, "task_frames": task_frames, **options}
     other = other_document(path, given)
@@ -127,13 +132,26 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
 
     Parameters
     ----------
+    scene : Scene, path, or mapping
+        As in ``build``.
     terms : sequence of str, optional
         The functions wanted; the scene's own list, or all that it can use, by default.
+
+    Returns
+    -------
+    System
+        Functions on one tape, with SymPy and LaTeX of each term.
 
     Raises
     ------
     UsageError, DescriptionError, ModelError
         DescriptionError if a drive, or the law of the base, jumps.
+
+    Examples
+    --------
+    >>> system = eomgen.derive("examples/four_bar/scene.toml", terms=["mass"])
+    >>> list(system.functions)
+    ['mass']
     """
     _check_terms(terms)
     other = other_document(scene, {"terms": terms})
@@ -163,13 +181,15 @@ def generate(
     real: str | None = None,
     parameters: Mapping[str, float | str] | None = None,
 ) -> list[Path]:
-    """Write a scene's model and stepper as a folder of C that stands alone, and return the files' paths.
+    """Write a scene's model and stepper as a folder of C that stands alone.
 
     If the scene starts at static equilibrium, so does the C; a RuntimeWarning and its README report that none was
     found.
 
     Parameters
     ----------
+    scene : Scene, path, or mapping
+        As in ``build``.
     folder : path
         New, empty, or written by eomgen before.
     terms, method
@@ -182,9 +202,20 @@ def generate(
     parameters : mapping
         Values of tunable parameters, as in ``simulate``: the defaults of the C, from which its initial state follows.
 
+    Returns
+    -------
+    list of Path
+        The written files.
+
     Raises
     ------
     UsageError, ModelError, FileError
+
+    Examples
+    --------
+    >>> files = eomgen.generate("examples/four_bar/scene.toml", "four_bar_c")
+    >>> "four_bar.c" in {file.name for file in files}
+    True
     """
     from eomgen.codegen.folder import write_folder  # noqa: PLC0415
     from eomgen.codegen.targets.register import target_named  # noqa: PLC0415
@@ -266,6 +297,12 @@ def build(
     -----
     RuntimeWarning
         Some motion of the joints moves no mass, so forward dynamics has no answer; names the joints.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/four_bar/scene.toml")
+    >>> model.nq, model.multipliers
+    (3, ('rocker_pin: origins meet along x', 'rocker_pin: origins meet along y'))
     """
     _check_terms(terms)
     other = other_document(scene, {"terms": terms, "real": real not in (None, "double")})

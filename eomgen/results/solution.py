@@ -191,6 +191,10 @@ class Solution:
         evaluated : evaluates the other attributes
         at_once : bool
             Whether it does so now, since a caller's functions were called in the run: they may change later.
+
+        Returns
+        -------
+        Solution
         """
         solution = cls.__new__(cls)
         vars(solution).update(recorded, _evaluated=evaluated)
@@ -255,7 +259,7 @@ class Solution:
     def plot_sections(
         self, beam: str = "", *quantities: str, at: ArrayLike | None = None, axes: object = None
     ) -> list[Any]:
-        """Draw strains or loads along a geometrically exact beam; return axes of matplotlib, one for each panel.
+        """Draw strains or loads along a geometrically exact beam.
 
         Parameters
         ----------
@@ -268,6 +272,11 @@ class Solution:
             that differs from zero.
         axes : matplotlib Axes, or several
             Axes to draw on, one for each panel; a new figure of pyplot if none are given.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One for each panel.
 
         Raises
         ------
@@ -289,19 +298,30 @@ class Solution:
         path : str or Path, optional
             Name of the file, which ends in ``.html``; without it a notebook shows the page, up to 4 MB.
 
+        Returns
+        -------
+        Path or InlineAnimation
+            The path of the file; without a path an object that notebooks show.
+
         Raises
         ------
         UsageError
             A solution without poses, another ending, or a page that is too large for a notebook.
         FileError
             The path cannot be written.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> model.simulate(0.1, 1e-3).animate("motion.html").name
+        'motion.html'
         """
         from eomgen.results.animation import inline_animation, write_animation  # noqa: PLC0415  # solutions are used without it too
 
         return inline_animation(self) if path is None else write_animation(self, path)
 
     def plot(self, *names: str | Sequence[str], axes: object = None) -> list[Any]:
-        """Draw curves over time and return their axes (matplotlib's), one for each panel of like quantities.
+        """Draw curves over time.
 
         Parameters
         ----------
@@ -312,10 +332,22 @@ class Solution:
         axes : matplotlib Axes, or several
             Axes to draw on, one for each panel; a new figure of pyplot if none are given.
 
+        Returns
+        -------
+        list of matplotlib Axes
+            One for each panel of like quantities.
+
         Raises
         ------
         UsageError
             A name that is none of a curve; another number of axes than of panels.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> axes = model.simulate(0.1, 1e-3).plot("q", "tip")
+        >>> len(axes)
+        2
         """
         each = [name for given in names for name in ([given] if isinstance(given, str) else given)]
         return plot(self, each, axes)
@@ -332,21 +364,44 @@ class Solution:
         start : float
             Rows before this time in s are left out, for a motion that has to settle first.
 
+        Returns
+        -------
+        PowerSpectrum
+            Densities over frequency, Hz, in the square of the column's unit per Hz.
+
         Raises
         ------
         UsageError
             No column or more than one of that name; rows that are not evenly spaced; too few of them.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> spectrum = model.simulate(2.0, 1e-2).psd("body_acceleration", segments=2)
+        >>> spectrum.frequencies.shape
+        (68,)
         """
         return psd(self, name, segments, start)
 
     def save(self, path: str | Path) -> Path:
-        """Write the solution, all of it as ``.npz``, or its columns as ``.csv``, ``.mat`` or ``.parquet``; a file of
-        that name is replaced.
+        """Write the solution, all of it as ``.npz``, or its columns as ``.csv``, ``.mat`` or ``.parquet``.
 
         An ``.npz`` holds the poses of the bodies too, if the model was built with them or they were asked for. A
-        ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs ``inputs``,
-        ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units`` and ``message``. A
+        ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs
+        ``inputs``,
+        ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units`` and ``message``.
+        A
         ``.parquet`` holds ``columns()``, with their units as metadata; it is written by the package ``pyarrow``.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ends in ``.npz``, ``.csv``, ``.mat`` or ``.parquet``; an existing file is replaced.
+
+        Returns
+        -------
+        Path
+            The path of the file.
 
         Raises
         ------
@@ -354,6 +409,12 @@ class Solution:
             Another suffix; ``pyarrow`` is not installed.
         FileError
             The disk is full or the path cannot be written.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> model.simulate(0.1, 1e-3).save("run.npz").name
+        'run.npz'
         """
         path = Path(path)
         if path.suffix == ".npz":
@@ -375,10 +436,27 @@ class Solution:
     def load(cls, path: str | Path) -> Solution:
         """Read a solution from an ``.npz`` file.
 
+        Parameters
+        ----------
+        path : str or Path
+            File of ``save``.
+
+        Returns
+        -------
+        Solution
+            Without a model, which ``Model.attach`` puts back.
+
         Raises
         ------
         FileError
             The file cannot be read or is not a solution.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> path = model.simulate(0.1, 1e-3).save("run.npz")
+        >>> eomgen.Solution.load(path).q.shape
+        (101, 2)
         """
         attributes, inputs, seen, loads = read_all(Path(path))
         solution = cls(**attributes)
@@ -388,32 +466,66 @@ class Solution:
         return solution if seen is None else solution._with(seen)
 
     def at(self, t: ArrayLike) -> State:
-        """Return the state at any time within the solution: t (...), q (..., nq), v and a (..., nv), z (..., nz).
+        """Return the state at any time within the solution.
 
         q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its
         order 4 and generalized-alpha its order 2, in the step if every step is recorded, else in the spacing of the
         rows; ``taylor`` takes a step from the row before, to its tolerance, unless the solution comes from a file or
         from another process; ``interpolation_error`` measures it, ``outputs_at`` gives the outputs there.
 
+        Parameters
+        ----------
+        t : array_like
+            Times (...) within the solution, s.
+
+        Returns
+        -------
+        State
+            ``t`` (...), ``q`` (..., nq), ``v`` and ``a`` (..., nv), ``z`` (..., nz).
+
         Raises
         ------
         UsageError
             Times outside the solution, or half a turn or more between two rows.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> run = model.simulate(0.1, 1e-3)
+        >>> run.at([0.01, 0.0255]).q.shape
+        (2, 2)
         """
         if isinstance(t, str):
             t = number_of("t", t)
         return state_at(self._rows, self.metadata, t, self.model.between if self.model else None)
 
     def outputs_at(self, t: ArrayLike) -> dict[str, Array]:
-        """Return the outputs at any time within the solution, name -> (...) or (..., size), by the states of ``at``.
+        """Return the outputs at any time within the solution, from the states of ``at``.
 
         Internal states, inputs and parameters are the run's.
+
+        Parameters
+        ----------
+        t : array_like
+            Times (...) within the solution, s.
+
+        Returns
+        -------
+        dict
+            Arrays by output, (...) or (..., size), in the units of the outputs.
 
         Raises
         ------
         UsageError
             As of ``at``; or the model is not at hand, as the solution comes from a file or from another process.
             ``Model.attach`` gives it back.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> run = model.simulate(0.1, 1e-3)
+        >>> run.outputs_at(0.0255)["tip"].round(4)
+        array([ 0.5547,  0.    , -0.681 ])
         """
         return self._model_for("outputs_at", "the outputs between rows need").outputs(self.at(t))
 
@@ -423,11 +535,28 @@ class Solution:
         Accelerations and multipliers follow from the dynamics in the state of ``at``, brought onto the constraints
         if there are any. Inputs and parameters are the run's.
 
+        Parameters
+        ----------
+        t : float
+            Time within the solution, s.
+
+        Returns
+        -------
+        Linearization
+            As of ``Model.linearize``.
+
         Raises
         ------
         UsageError
             As of ``at``; or the model is not at hand, as the solution comes from a file or from another process.
             ``Model.attach`` gives it back.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> run = model.simulate(0.1, 1e-3)
+        >>> run.linearize(0.05).state_space().A.shape
+        (4, 4)
         """
         return self._model_for("linearize", "a linear model needs").linear(self.at(number_of("t", t)))
 
@@ -450,9 +579,31 @@ class Solution:
         return Rows(self.t, self.q, self.v, self.a, self.z)
 
     def followed_by(self, later: Solution) -> Solution:
-        """Return both parts of a run as one: this one up to the begin of ``later`` (of ``model.resume``), and it.
+        """Return both parts of a run as one solution: this part up to the beginning of the later part, then the later
+        part.
 
-        The rows are as if the run was in one piece. Raises UsageError if the parts are not of one run.
+        Parameters
+        ----------
+        later : Solution
+            Of ``model.resume``, from the checkpoint of this run on.
+
+        Returns
+        -------
+        Solution
+            With the rows of a run in one piece; without an error estimate.
+
+        Raises
+        ------
+        UsageError
+            The parts are not of one run, or there is a gap between the parts.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> first = model.simulate(0.1, 1e-3, checkpoint="run.ckpt")
+        >>> second = model.resume("run.ckpt", 0.2)
+        >>> float(first.followed_by(second).t[-1])
+        0.2
         """
         same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
         other = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]

@@ -134,10 +134,10 @@ class SceneBuilder(SectionMethods):
 
     @enters("include", others=True)
     def include(self, name: str, file: str | Path, **keys: Unpack[IncludeKeys]) -> Self:
-        """Put another scene file, or a URDF, into the scene: its names after ``prefix``, its base on ``parent``.
+        """Put another scene file, or a URDF, into the scene, with names after ``prefix`` and the base on ``parent``.
 
-        The path starts in the current folder; ``prefix`` is the name and ``_`` by default. Options of the file's
-        source are keys, too.
+        ``file`` is a path from the current folder on; ``prefix`` is the name and ``_`` by default. Options of the
+        source of the file are keys, too.
         """
         return self._enter("include", name, file=file, **keys)
 

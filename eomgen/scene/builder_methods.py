@@ -85,11 +85,12 @@ def signature_of(row: Section) -> inspect.Signature:
 
 
 def documentation_of(text: str, table: type[Table]) -> str:
-    """Return the documentation of a method: its own lines, and the parameters from the schema."""
+    """Return the documentation of a method: its own lines, the parameters from the schema, and the result."""
     types = _types(table)
     meanings = "".join(_meaning(name, types[name], field) for name, field in table.model_fields.items())
     own = indent(inspect.cleandoc(text), " " * 8).strip()
-    return own + indent(f"\n\nParameters\n----------\n{meanings}", " " * 8).rstrip()
+    returned = "Returns\n-------\nSceneBuilder\n    The same builder, for further calls."
+    return own + indent(f"\n\nParameters\n----------\n{meanings}\n{returned}", " " * 8).rstrip()
 
 
 def describe(method: Callable[..., Any], signature: inspect.Signature, documentation: str) -> None:

@@ -85,6 +85,13 @@ def resume(
         It belongs to another model, or to another compilation of it.
     UsageError
         Other parameters or inputs; an end that is behind; a controller's function whose memory is not declared.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> first = model.simulate(0.1, 1e-3, checkpoint="run.ckpt")
+    >>> float(model.resume("run.ckpt", 0.2).t[-1])
+    0.2
     """
     file = Path(path)
     saved = Checkpoint.load(file)

@@ -168,12 +168,25 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
     inputs : mapping
         The functions of t and the tables that drove the run; a solution holds the numbers.
 
+    Returns
+    -------
+    Solution
+        The same rows, with ``outputs_at``, ``linearize`` and poses.
+
     Raises
     ------
     ModelError
         The solution is one of another model.
     UsageError
         Inputs that are missing, or that the run did not have; a solution that ``simulate`` did not make.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> path = model.simulate(0.1, 1e-3).save("run.npz")
+    >>> run = model.attach(eomgen.Solution.load(path))
+    >>> run.outputs_at(0.05)["tip"].shape
+    (3,)
     """
     data = solution.metadata
     missing = [name for name in ("scene", "fingerprint", "method_parameters", "inputs") if name not in data]

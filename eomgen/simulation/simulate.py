@@ -141,7 +141,8 @@ def simulate(
 ) -> Solution:
     """Integrate the equations of motion on a grid of equal steps.
 
-    Arguments default to the scene's values, the method to the one that the model was built with. A numerical failure,
+    Arguments default to the scene's values, the method to the one that the model was built with. A numerical
+    failure,
     Ctrl-C and growth of the motion by an unstable method (``simulation.judgement.instability``) raise no error: the
     Solution then ends with the last good state, has ``success`` False and a message.
 
@@ -236,10 +237,22 @@ def simulate(
     error_estimate : bool
         Whether to estimate the discretisation error by runs at other steps or tolerances: ``Solution.error``.
 
+    Returns
+    -------
+    Solution
+        States at the recorded times, with outputs, energies, findings and estimated error.
+
     Raises
     ------
     UsageError
         Anything that is wrong before the run starts, by name; a controller's function that fails.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> run = model.simulate(0.1, 1e-3, method="rk4")
+    >>> run.success, run.q.shape
+    (True, (101, 2))
     """
     defaults = model.library.layout["defaults"]
     step = positive("step", defaults["step"] if step is None else step)

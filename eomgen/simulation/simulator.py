@@ -155,6 +155,15 @@ class Simulator:
             state is the one before.
         NumericalError
             A step failed; the state is the one before it.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> run = model.start(step=1e-3)
+        >>> run.step({"road": 0.01})
+        >>> run.step(n=9)
+        >>> run.t, run.q.shape
+        (0.01, (2,))
         """
         plain = end is None and n == 1 and self._cleared > 0 and motions is None and not self._moved
         if plain and type(u) is np.ndarray and u.dtype is _DOUBLE and u.shape == self._shape:
@@ -197,6 +206,14 @@ class Simulator:
         -----
         RuntimeWarning
             The time that the last call went to: it may have been meant as a time span.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> run = model.start(step=1e-3)
+        >>> run.advance(0.0125)
+        >>> run.t
+        0.0125
         """
         now, target = self.t, number_of("t", t)
         if target < now:
@@ -232,17 +249,47 @@ class Simulator:
     def set_parameter(self, name: str, value: float) -> None:
         """Change a tunable parameter from now on; a mode of the scene's events by its name, too.
 
+        Parameters
+        ----------
+        name : str
+            Tunable parameter, or mode.
+        value : float
+            SI units.
+
         Raises
         ------
         UsageError
             An unknown name, or a value that the scene would refuse.
         ModelError
             Rows of constraints that were left out at the scene's parameters do not follow from the others.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> run = model.start(step=1e-3)
+        >>> run.set_parameter("m2", 0.8)
         """
         self.set_parameters({name: value})
 
     def set_parameters(self, values: Mapping[str, float]) -> None:
-        """Change several tunable parameters at once; errors as of ``set_parameter``."""
+        """Change several tunable parameters at once.
+
+        Parameters
+        ----------
+        values : mapping
+            Name -> value, SI units.
+
+        Raises
+        ------
+        UsageError, ModelError
+            As of ``set_parameter``.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> run = model.start(step=1e-3)
+        >>> run.set_parameters({"m2": 0.8})
+        """
         model = self.model
         if not isinstance(values, Mapping):
             fault = f"a mapping from names to numbers is needed, not {type(values).__name__}"
@@ -276,6 +323,14 @@ class Simulator:
             As of ``simulate``.
         ModelError, NumericalError
             The state cannot be brought onto the constraints, or has no finite accelerations.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> run = model.start(step=1e-3)
+        >>> run.set_state({"elbow": {"position": 0.2, "velocity": 1.0}}, t=0.0)
+        >>> run.q, run.v
+        (array([0.8, 0.2]), array([0., 1.]))
         """
         if state is not None and not isinstance(state, Mapping):
             fault = f"a mapping is needed, not {type(state).__name__}"
@@ -299,7 +354,17 @@ class Simulator:
             self._rule(p)
 
     def begin(self, t: float, state: InitialState, notes: list[str]) -> None:
-        """Start at a state that meets the constraints; the last step of ``start`` and ``set_state``."""
+        """Start at a state that meets the constraints; the last step of ``start`` and ``set_state``.
+
+        Parameters
+        ----------
+        t : float
+            Time, s.
+        state : InitialState
+            q, v and z that meet the constraints.
+        notes : list of str
+            Kept as ``notes``.
+        """
         before = self._stepper.memory
         try:
             self._initialize(t, state, self._u, self._u)
@@ -311,7 +376,13 @@ class Simulator:
         self._begun = state
 
     def moved_from(self, reached: Mapping[str, Array]) -> None:
-        """Take position, rate and acceleration, (3,), by name, as the state of motions at the start."""
+        """Set the state of motions at the start.
+
+        Parameters
+        ----------
+        reached : mapping
+            Motion -> position, rate and acceleration, (3,).
+        """
         self._motions.reached |= reached
 
     def _initialize(self, t: float, state: InitialState, first: Array, last: Array) -> None:
@@ -450,10 +521,25 @@ class Simulator:
 
         Between rows its inputs are linear. There is no estimate of errors, and energies are not compared.
 
+        Returns
+        -------
+        Solution
+            The recorded rows, without an error estimate.
+
         Raises
         ------
         UsageError
             There are no recorded rows.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> run = model.start(step=1e-3)
+        >>> run.record()
+        >>> run.step(n=5)
+        >>> run.record()
+        >>> run.solution().t
+        array([0.   , 0.005])
         """
         if not self._recorded:
             fault = "there are no rows: a simulator keeps the states that it is asked to record"
@@ -485,7 +571,12 @@ class Simulator:
         )
 
     def restore(self, state: SimulatorState) -> None:
-        """Go back to a state of this simulator or of another one of the same model and method, to the same bits.
+        """Go back to a state, to the same bits.
+
+        Parameters
+        ----------
+        state : SimulatorState
+            A ``state`` of this simulator, or of another one of the same model and method.
 
         Raises
         ------
@@ -493,6 +584,16 @@ class Simulator:
             Anything else than a ``state``; a controller's function whose memory the scene does not declare.
         ModelError
             It belongs to another model, method or compilation.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> run = model.start(step=1e-3)
+        >>> before = run.state
+        >>> run.step(n=5)
+        >>> run.restore(before)
+        >>> run.t
+        0.0
         """
         if not isinstance(state, SimulatorState):
             hint = "run.state of before, or set_state({'q': q, 'v': v})"

@@ -53,7 +53,8 @@ def start(
 ) -> Simulator:
     """Return a simulator at an initial state, to be stepped by the caller.
 
-    Arguments default to the scene's values, as in ``simulate``, which has the same options. A simulator makes none of
+    Arguments default to the scene's values, as in ``simulate``, which has the same options. A simulator makes none
+    of
     the checks of a whole run: energies, growth and the discretisation error are left to the caller.
 
     Parameters
@@ -66,6 +67,11 @@ def start(
     motions : mapping
         Name -> position, rate and acceleration at the start, or a function of t that gives these three.
 
+    Returns
+    -------
+    Simulator
+        At the initial state.
+
     Raises
     ------
     UsageError
@@ -74,6 +80,14 @@ def start(
         The method cannot run on this scene; constraints cannot be met.
     NumericalError
         The initial state has no finite accelerations.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> run = model.start(step=1e-3)
+    >>> run.step(n=10)
+    >>> run.t
+    0.01
     """
     defaults = model.library.layout["defaults"]
     size = positive("step", defaults["step"] if step is None else step)

@@ -476,14 +476,32 @@ class System:
     def sympy(
         self, term: str, *, named: bool | None = None
     ) -> sympy.Matrix | tuple[list[tuple[sympy.Symbol, sympy.Expr]], sympy.Matrix]:
-        """Return a block as SymPy: whole if small, else (named intermediates, matrix). See ``symbolic.reading``.
+        """Return the first block of a term as SymPy expressions.
 
         Symbols are real, and named by ``symbol_names``: ``length``, ``q_hinge``, ``v_ball_2``.
+
+        Parameters
+        ----------
+        term : str
+            One of ``functions``.
+        named : bool, optional
+            Whether intermediate results are named; by default if the block is large.
+
+        Returns
+        -------
+        sympy.Matrix, or (list of (symbol, expression), sympy.Matrix)
+            With names of intermediate results the assignments in order, and the matrix in these names.
 
         Raises
         ------
         UsageError
             The term was not derived, or there is none of that name.
+
+        Examples
+        --------
+        >>> system = eomgen.derive("examples/pendulum_on_shaking_base/scene.toml")
+        >>> system.sympy("mass")
+        Matrix([[0.01875]])
         """
         # SymPy is imported only when it is asked for
         from eomgen.symbolic.reading import block_to_sympy  # noqa: PLC0415
@@ -492,15 +510,36 @@ class System:
         return block_to_sympy(self.tape, block.refs, block.shape, named=named, names=self.symbol_names)
 
     def latex(self, term: str, name: str = "", *, shortest: bool = False) -> str:
-        """Return a block as LaTeX, ``name = matrix``; a long one after its intermediates, see ``sympy``.
+        r"""Return the first block of a term as LaTeX.
 
         The expression has the operations of the computation; with ``shortest`` products are multiplied out if an
         entry gets shorter, for example since terms of the coupling vector cancel.
+
+        Parameters
+        ----------
+        term : str
+            One of ``functions``.
+        name : str, optional
+            Left-hand side of the equation.
+        shortest : bool, optional
+            Whether products are multiplied out if an entry gets shorter, for example since terms of the coupling
+            vector cancel.
+
+        Returns
+        -------
+        str
+            ``name = matrix``; of a long block the assignments of intermediate results first, as of ``sympy``.
 
         Raises
         ------
         UsageError
             As of ``sympy``.
+
+        Examples
+        --------
+        >>> system = eomgen.derive("examples/pendulum_on_shaking_base/scene.toml")
+        >>> print(system.latex("mass", "M"))
+        M = \left[\begin{matrix}0.01875\end{matrix}\right]
         """
         # SymPy is imported only when it is asked for
         from eomgen.symbolic.reading import to_latex  # noqa: PLC0415

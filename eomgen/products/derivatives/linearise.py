@@ -100,6 +100,13 @@ def sensitivities(
         states or jumps of forces within the run.
     NumericalError
         The run fails, or its linear equations have no solution.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> result = model.sensitivities(0.1, 1e-3, by=["m2"], of=["energy"])
+    >>> result.derivatives["energy"].shape
+    (101, 1)
     """
     defaults = model.library.layout["defaults"]
     size = positive("step", defaults["step"] if step is None else step)

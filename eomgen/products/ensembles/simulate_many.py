@@ -98,9 +98,12 @@ def simulate_many(
 ) -> Ensemble:
     """Run samples of varied quantities, reduced as they come: statistics over time, extremes of each sample.
 
-    All other quantities and options are as in ``simulate``. A failed sample is kept with its reason and its values, and
-    enters no statistics. The numbers have the same bits with any number of workers, and after any interruption; sample
-    k of ``monte_carlo``, ``sobol`` and ``halton`` is the same in a larger ensemble. With a folder, memory does not grow
+    All other quantities and options are as in ``simulate``. A failed sample is kept with its reason and its values,
+    and
+    enters no statistics. The numbers have the same bits with any number of workers, and after any interruption;
+    sample
+    k of ``monte_carlo``, ``sobol`` and ``halton`` is the same in a larger ensemble. With a folder, memory does not
+    grow
     with the number of samples, except for reading ``values`` and ``results`` back.
 
     Parameters
@@ -149,12 +152,24 @@ def simulate_many(
     method, rho_inf, alpha, beta, gamma, order, tolerance, initial, parameters, inputs, controllers, record_every,
     t_start, settings, start : as of ``simulate``
 
+    Returns
+    -------
+    Ensemble
+        Statistics of the columns over time, extremes and failures of the samples.
+
     Raises
     ------
     UsageError
         Anything that is wrong before the first sample, by name; of a cluster also later.
     FileError
         The folder holds another ensemble, or the same without ``resume``; a cluster is lost.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> ensemble = model.simulate_many(0.1, 1e-3, vary={"m2": "normal(0.6, 5%)"}, samples=8, columns=["energy"])
+    >>> ensemble.done
+    8
     """
     _check_options(options, folder, resume=resume)
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)

@@ -1,0 +1,98 @@
+"""Docstrings of the public contract: sections of numpydoc, and examples that run."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.simulation.simulator import Simulator
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+CLASSES = (eomgen.Model, eomgen.Solution, eomgen.System, Simulator, eomgen.SceneBuilder)
+FUNCTIONS = ("build", "derive", "generate", "load", "with_controller")
+
+#: Functions whose example would be long, need a large scene or a file of another program; none is added.
+WITHOUT_EXAMPLE = {
+    "Model.buckling_loads",
+    "Model.campbell",
+    "Model.equilibrium_path",
+    "Model.section_loads",
+    "Model.steady_motion",
+    "Solution.plot_sections",
+    "with_controller",
+}
+#: Methods for other rooms, which take objects that callers do not make.
+INTERNAL = {
+    "Model.check_left_out",
+    "Model.having",
+    "Model.in_complex",
+    "Model.jumps_between",
+    "Model.stepper_in_lanes",
+    "Simulator.begin",
+    "Simulator.moved_from",
+    "Solution.later",
+}
+
+
+def contract() -> Iterator[tuple[str, Callable[..., Any]]]:
+    """Yield name and function of each method with arguments, and of each function, of the contract."""
+    for kind in CLASSES:
+        for name in dir(kind):
+            member = getattr(kind, name)
+            if not name.startswith("_") and callable(member) and arguments(member):
+                yield f"{kind.__name__}.{name}", member
+    yield from ((name, getattr(eomgen, name)) for name in FUNCTIONS)
+
+
+def arguments(function: Callable[..., Any]) -> list[str]:
+    """Return the names of the arguments, the object itself aside."""
+    names = [*inspect.signature(function).parameters]
+    return [name for name in names if name not in ("self", "model")]
+
+
+CONTRACT = dict(contract())
+
+
+@cache
+def built(*args: Any) -> eomgen.Model:
+    """Return the model of an example, compiled fast and once."""
+    path, terms = args
+    return eomgen.build(path, profile="quick", terms=terms)
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+def test_arguments_and_results_have_their_sections(name: str) -> None:
+    text = inspect.getdoc(CONTRACT[name]) or ""
+    assert "Parameters\n----------\n" in text
+    result = str(inspect.signature(CONTRACT[name]).return_annotation)
+    assert result == "None" or "Returns\n-------\n" in text
+
+
+def test_no_further_function_lacks_an_example() -> None:
+    without = {name for name, function in CONTRACT.items() if ">>>" not in (inspect.getdoc(function) or "")}
+    assert {name for name in without - INTERNAL if not name.startswith("SceneBuilder.")} == WITHOUT_EXAMPLE
+
+
+@pytest.mark.parametrize("name", [name for name, function in CONTRACT.items() if ">>>" in (function.__doc__ or "")])
+def test_examples_run_as_they_stand(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib").use("Agg")
+    (tmp_path / "examples").symlink_to(Path(__file__).parents[1] / "examples")
+    monkeypatch.chdir(tmp_path)
+    quick = SimpleNamespace(**{other: getattr(eomgen, other) for other in (*FUNCTIONS, "SceneBuilder", "Solution")})
+    quick.build = lambda path, terms=None: built(path, terms if terms is None else tuple(terms))
+    finder, runner = doctest.DocTestFinder(recurse=False), doctest.DocTestRunner(verbose=False)
+    (example,) = finder.find(inspect.unwrap(CONTRACT[name]), name, globs={"eomgen": quick, "np": np})
+    report: list[str] = []
+    runner.run(example, out=report.append)
+    assert runner.tries and not runner.failures, "".join(report)
