@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.formula.nodes import ZERO, Symbol
-from eomgen.scene.forces.efforts import Effort
+from eomgen.scene.forces.forces import Effort
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene

@@ -25,7 +25,7 @@ from benchmarks.measure import machine, pin_to_core
 from benchmarks.robots import ROBOTS, PinocchioModel, driven, pinocchio_model, scene
 from eomgen.formula.nodes import ZERO, Number, Symbol
 from eomgen.pipeline.model import Model
-from eomgen.scene.forces.efforts import Effort
+from eomgen.scene.forces.forces import Effort
 from eomgen.scene.scene import Scene
 from eomgen.simulation.simulator import Simulator
 from eomgen.system.signals import Sampling, State

@@ -247,8 +247,8 @@ ORDER: dict[str, tuple[str, ...]] = {
         "operations",
         "tape",
         "latency",
-        "map periodic scalar",
-        "calculus evaluate harmonics kernel rotation series",
+        "map scalar",
+        "calculus evaluate kernel periodic rotation series",
         "reading symbolic_kernel",
     ),
     "integrators": (
@@ -397,9 +397,7 @@ LATE: dict[str, dict[str, str]] = {
     "scene.sources.source": {"base.files": "for a mistake only"},
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
     "simulation.stepping.settings": {
-        "formula.jumps": "it evaluates on the tape; most scenes prescribe no motion",
-        "formula.steepness": "likewise",
-        "formula.undefined_laws": "likewise",
+        "formula.motion_faults": "it evaluates on the tape; most scenes prescribe no motion",
     },
     "simulation.stepping.states": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
     "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},

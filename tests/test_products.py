@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 import eomgen
+from eomgen.base.files import template_folder
 from eomgen.base.products import products
-from eomgen.base.resources import template_folder
 from tests.models.scenes import PENDULUM_TOML
 from tests.product_names import COMMAND, text_of
 
@@ -70,7 +70,7 @@ from pathlib import Path
 import eomgen
 from eomgen.cli import main
 from eomgen.base.products import products
-from eomgen.base.resources import template_folder
+from eomgen.base.files import template_folder
 
 def cli(*words):
     out, err = io.StringIO(), io.StringIO()

@@ -18,7 +18,7 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import angles_of_several_turns, initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem
-from eomgen.formula.rough_operations import rough_operations
+from eomgen.formula.features import rough_operations
 from eomgen.lie.product import difference
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.display import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.base.files import write_table, write_text
 from eomgen.base.text import json_text, nearest, shown
 from eomgen.errors import Problem, UsageError

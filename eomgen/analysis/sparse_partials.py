@@ -22,7 +22,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest, sparse
 from eomgen.solvers.tangent_stiffness import ROUNDING
-from eomgen.system.patterns import Places, unpacked_places
+from eomgen.system.blocks import Places, unpacked_places
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

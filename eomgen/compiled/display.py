@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from eomgen.base.html import formula, page, paragraph, table
+from eomgen.base.display import formula, page, paragraph, table
 from eomgen.system.display import equation
 
 

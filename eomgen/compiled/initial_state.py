@@ -13,7 +13,7 @@ from eomgen.base.text import shown
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, measured, numbers
 from eomgen.compiled.beams import placed_nodes
 from eomgen.errors import Problem, UsageError
-from eomgen.formula.units.angles import several_turns
+from eomgen.formula.units.labels import several_turns
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

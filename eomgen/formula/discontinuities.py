@@ -1,12 +1,27 @@
-"""Times of jumps and kinks, found in formulas whose curves and comparisons have arguments linear in time."""
+"""Times of jumps and kinks in formulas whose curves and comparisons have arguments linear in time, and transitions
+that replace them, twice continuously differentiable.
+
+Jumps and kinks of a law at known times replaced by transitions that are twice continuously differentiable.
+
+From a jump at t_j on, the law goes from its old values, L(t), to its new ones, R(t), within a duration T:
+L + (R - L) w((t - t_j)/T), w(s) = 10 s^3 - 15 s^4 + 6 s^5, whose first and second derivatives vanish at s = 0 and 1.
+Between two constants that is the quintic with zero velocity and acceleration at both ends (the motion of least jerk:
+Flash and Hogan, The coordination of arm movements, Journal of Neuroscience 5 (1985), 1688-1703, eq. 2).
+"""
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Callable, Iterator, Sequence
 
-from eomgen.base.data import dataclass
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
 from eomgen.formula.curves import Curve
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Symbol
 
 
 def applications(formula: Formula) -> Sequence[Application]:
@@ -116,3 +131,188 @@ def _crossing(pair: Sequence[tuple[float, float] | None], order: int) -> Iterato
     if first is not None and second is not None and first[0] != second[0]:
         slope = first[0] - second[0]
         yield Breakpoint((second[1] - first[1]) / slope, 0.0, order, (abs(first[1]) + abs(second[1])) / abs(slope))
+
+
+#: Coefficients of w, lowest power first.
+_W = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
+_ROUNDING = 1e-9
+#: Operations that jump or bend at an argument of zero, or at two equal arguments.
+_SWITCHES = frozenset({"lt", "le", "sign", "abs", "min", "max"})
+
+
+class SmoothingError(Exception):
+    """A jump that cannot be smoothed: its fault, and a remedy."""
+
+    def __init__(self, fault: str, hint: str) -> None:
+        self.what, self.hint = fault, hint
+        super().__init__(fault)
+
+
+@dataclass(frozen=True, eq=False)
+class Transitions(Curve):
+    """A curve given by its pieces; with transitions in them its third derivative jumps at breaks.
+
+    Attributes
+    ----------
+    pieces : (n - 1, degree + 1) coefficients in powers of x - (the piece's start), lowest first
+    """
+
+    pieces: Array | None = None
+
+    @property
+    def breaks(self) -> Array:
+        return self.x
+
+    @property
+    def coefficients(self) -> Array:
+        return np.zeros((len(self.x) - 1, 1)) if self.pieces is None else self.pieces
+
+    def kinks(self) -> list[tuple[float, int]]:
+        """Return the breaks: the third derivative jumps there."""
+        return [(float(x), 3) for x in (self.x[:-1] if self.outside == "periodic" else self.x)]
+
+
+STEP = Transitions("smooth step", np.array([0.0, 1.0]), np.array([0.0, 1.0]), "quintic", "hold", np.array([_W]))
+
+
+def smoothed(formula: Formula, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
+    """Return a law without jumps of itself and of its rate.
+
+    Parameters
+    ----------
+    duration : of every transition, s
+    value_of : gives numbers of fixed parameters, None for others
+
+    Raises
+    ------
+    SmoothingError
+        A jump at a time that is not known beforehand, or points of a curve that are nearer than the duration.
+    """
+    if not isinstance(formula, Operation | Application):
+        return formula
+    if isinstance(formula, Application):
+        return _curve(formula, duration, value_of)
+    if formula.name in _SWITCHES and not (formula.name == "max" and _is_condition(formula)):
+        return _switch(formula, duration, value_of)
+    parts = [smoothed(argument, duration, value_of) for argument in formula.arguments]
+    if formula.name == "max":  # one condition or another
+        return ONE - (ONE - parts[0]) * (ONE - parts[1])
+    if formula.name == "select":
+        condition, then, otherwise = parts
+        return otherwise + (then - otherwise) * condition
+    return replace(formula, arguments=tuple(parts))
+
+
+def _is_condition(formula: Formula) -> bool:
+    """Tell whether a formula is 1 or 0: comparisons joined by ``and``, ``or`` and ``not``."""
+    if not isinstance(formula, Operation):
+        return formula == ONE
+    if formula.name in ("mul", "max", "sub"):
+        return all(_is_condition(argument) for argument in formula.arguments)
+    return formula.name in ("lt", "le")
+
+
+def _switch(formula: Operation, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
+    """Return an operation that is decided by the sign of x, its argument or the difference of its arguments."""
+    if all(symbol.kind != "time" for symbol in symbols(formula)):
+        return formula
+    first, second = (*formula.arguments, Number(0.0))[:2]
+    lines = affine(first, value_of), affine(second, value_of)
+    if lines[0] is None or lines[1] is None:
+        names = {"lt": "a comparison", "le": "a comparison"}
+        jumping = f"{names.get(formula.name, f'{formula.name}()')} of something else than a straight line in t"
+        raise SmoothingError(f"the times are not known beforehand at which {jumping} jumps", _KNOWN)
+    slope, offset = (a - b for a, b in zip(lines[0], lines[1], strict=True))
+    if slope == 0.0:
+        return formula
+    # for positive x: behind the crossing, or before it
+    step: Formula = Application(STEP, (Symbol("time") - -offset / slope) / Number(duration))
+    positive = step if slope > 0.0 else ONE - step
+    match formula.name:
+        case "lt" | "le":
+            return ONE - positive
+        case "sign":
+            return positive * 2.0 - 1.0
+        case "abs":
+            return first * (positive * 2.0 - 1.0)
+        case "min":
+            return first + (second - first) * positive
+        case _:
+            return second + (first - second) * positive
+
+
+_KNOWN = "comparisons, sign, abs, min, max and curves of a t + b with fixed numbers a and b"
+
+
+def _curve(used: Application, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
+    """Return a curve at an argument, with its jumps and kinks replaced if it has some."""
+    curve = used.curve
+    rough = [place for place, order in curve.kinks() if order - used.derivative < 2]
+    if not rough or not isinstance(curve, Curve) or isinstance(curve, Transitions):
+        return Application(curve, smoothed(used.argument, duration, value_of), used.derivative)
+    line = affine(used.argument, value_of)
+    if line is None or line[0] == 0.0:
+        raise SmoothingError(f"the times are not known beforehand at which {curve.name} jumps", _KNOWN)
+    if used.derivative:
+        fault = f"a derivative of {curve.name} jumps, which cannot be smoothed by itself"
+        raise SmoothingError(fault, f'interpolation = "quintic" of {curve.name}')
+    length = abs(line[0]) * duration
+    return Application(_with_transitions(curve, rough, length, line[0] > 0.0), used.argument)
+
+
+def _with_transitions(curve: Curve, rough: list[float], length: float, forward: bool) -> Curve:
+    """Return a curve of steps or lines with transitions of a length behind each of its kinks, or before them if it
+    is run backwards."""
+    places = np.array(rough)
+    periodic, held = curve.outside == "periodic", curve.outside == "hold"
+    gaps = np.diff(np.append(places, places[0] + curve.period) if periodic else places)
+    last = math.inf if held else (curve.end - places[-1] if forward else places[0] - curve.start)
+    nearest = min(gaps.min(initial=math.inf), math.inf if periodic else last)
+    if length > nearest * (1.0 + _ROUNDING):
+        fault = f"corners of {curve.name} are {nearest:.6g} apart, less than a transition, {length:.6g}"
+        raise SmoothingError(fault, "a shorter duration, or other points")
+    begins = places if forward else places - length
+    ends = begins + length
+    if periodic:  # one period from a transition on, so that none reaches into the next
+        low, high = begins[0], begins[0] + curve.period
+        inner = low + np.remainder(np.concatenate([curve.breaks, begins, ends]) - low, curve.period)
+    else:
+        low, high = (min(curve.start, begins[0]), max(curve.end, ends[-1])) if held else (curve.start, curve.end)
+        inner = np.concatenate([curve.breaks, begins, ends])
+    breaks = np.unique(np.concatenate([[low, high], inner[(inner > low) & (inner < high)]]))
+    narrow = _ROUNDING * length
+    kept = np.append(True, np.diff(breaks) > narrow)
+    kept[-1] = True
+    kept[:-1] &= np.append(True, breaks[-1] - breaks[1:-1] > narrow)
+    breaks = breaks[kept]
+    edges = [] if periodic or held else [places[0] - curve.start, curve.end - places[-1]]
+    aside = 0.25 * min(length, gaps.min(initial=math.inf), *edges)
+    rows: list[Array] = []
+    for start, end in itertools.pairwise(breaks.tolist()):
+        middle = 0.5 * (start + end)
+        inside = np.flatnonzero((begins < middle) & (middle < ends))
+        if not len(inside):
+            rows.append(_line(curve, middle, start))
+            continue
+        begin, kink = begins[inside[0]], places[inside[0]]
+        before, after = (kink - aside, kink + aside)
+        left, right = _line(curve, before, start), _line(curve, after, start)
+        w = _shifted_step((start - begin) / length, length)
+        change = np.convolve(right - left, w)
+        rows.append(np.append(left, np.zeros(len(change) - 2)) + change)
+    size = max(map(len, rows))
+    pieces = np.array([np.append(row, np.zeros(size - len(row))) for row in rows])
+    values = np.append(pieces[:, 0], np.polynomial.polynomial.polyval(breaks[-1] - breaks[-2], pieces[-1]))
+    return Transitions(f"{curve.name} smoothed", breaks, values, curve.interpolation, curve.outside, pieces)
+
+
+def _line(curve: Curve, at: float, start: float) -> Array:
+    """Return the line that a curve follows at a place, as coefficients (2,) in powers of x - start."""
+    slope = float(curve(at, 1))
+    return np.array([float(curve(at)) + slope * (start - at), slope])
+
+
+def _shifted_step(share: float, length: float) -> Array:
+    """Return the coefficients of w(share + x/length) in powers of x."""
+    moved = np.polynomial.Polynomial(_W)(np.polynomial.Polynomial([share, 1.0 / length]))
+    return np.asarray(moved.coef, dtype=float)

@@ -1,4 +1,9 @@
-"""Recording of formulas on the tape; tables are one tape operation, bumps and harmonics are elementary operations."""
+"""Recording of formulas on the tape; tables are one tape operation, bumps and harmonics are elementary operations.
+
+Cosines and sines of constants to the last bit: they go into C, whose bytes are to be the same on every machine.
+
+Sines and cosines of the C library differ in the last digit between its versions and between processors.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +11,60 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 from eomgen.base.products import named
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import AnyCurve, Bump, Waves
 from eomgen.formula.nodes import Application, Formula, Number, Quantity, Symbol
-from eomgen.formula.unit_circle import unit_circle
-from eomgen.symbolic.harmonics import harmonic_sum
 from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import Op
+from eomgen.symbolic.periodic import harmonic_sum
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
+
+#: Binary digits behind the point.
+_DIGITS = 192
+#: pi / 4 = 4 arctan(1/5) - arctan(1/239) (Machin 1706).
+_MACHIN = ((16, 5), (-4, 239))
+
+
+def unit_circle(angle: float, quarter_turns: int = 0) -> tuple[float, float]:
+    """Return cosine and sine of an angle in rad plus quarter turns, rounded once."""
+    pi = sum(factor * _inverse_tangent(number) for factor, number in _MACHIN)
+    exact = Fraction(angle)
+    x = (exact.numerator << _DIGITS) // exact.denominator
+    quarters = (2 * x + pi // 2) // pi
+    x -= quarters * pi // 2
+    cosine = sine = 0
+    power, order = 1 << _DIGITS, 0
+    while power:
+        sign = -1 if order & 2 else 1
+        if order & 1:
+            sine += sign * power
+        else:
+            cosine += sign * power
+        order += 1
+        power = (power * x >> _DIGITS) // order
+    for _ in range((quarters + quarter_turns) % 4):
+        cosine, sine = -sine, cosine
+    return _rounded(cosine), _rounded(sine)
+
+
+def _inverse_tangent(number: int) -> int:
+    """Return the inverse tangent of 1/number, in units of the last digit."""
+    total, power, order = 0, (1 << _DIGITS) // number, 1
+    while power:
+        total += -(power // order) if order & 2 else power // order
+        power //= number * number
+        order += 2
+    return total
+
+
+def _rounded(value: int) -> float:
+    return float(Fraction(value, 1 << _DIGITS))
+
 
 Resolver = Callable[[Symbol], Scalar]
 #: Operators of scalars; all other operations of formulas are the tape's, by the same names.

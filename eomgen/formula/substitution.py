@@ -1,10 +1,14 @@
-"""Formulas with numbers in place of some symbols: subformulas without symbols become numbers."""
+"""Formulas with numbers in place of some symbols, sums and products that are numbers if all operands are, and the
+common form of formulas that differ in numbers alone."""
 
 from __future__ import annotations
 
+import functools
 import math
+import operator
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import apply, quantity_at
@@ -65,3 +69,51 @@ def _curve_at(formula: Application, argument: Formula) -> Formula:
     if not math.isfinite(value):
         raise ArithmeticError(f"the curve {curve.name} has no value at {argument.value:.6g}")
     return Number(value)
+
+
+def times(factor: Fraction, formula: Formula) -> Formula:
+    """Return a formula times a number, rounded once."""
+    if isinstance(formula, Number):
+        return Number(float(factor * Fraction(formula.value))) if math.isfinite(formula.value) else formula
+    return formula if factor == 1 else float(factor) * formula
+
+
+def product(*formulas: Formula) -> Formula:
+    """Return a product in which the numbers are one factor."""
+    numbers = math.prod(formula.value for formula in formulas if isinstance(formula, Number))
+    rest = [formula for formula in formulas if not isinstance(formula, Number)]
+    if not rest or numbers == 0.0 or not math.isfinite(numbers):
+        return Number(numbers)
+    return times(Fraction(numbers), functools.reduce(operator.mul, rest))
+
+
+def total(first: Formula, second: Formula) -> Formula:
+    """Return a sum, which is a number if both summands are numbers."""
+    if isinstance(first, Number) and isinstance(second, Number):
+        return Number(first.value + second.value)
+    return first + second
+
+
+def folded(formula: Formula) -> Formula:
+    """Return a formula of numbers as a number; NaN if it has no value."""
+    try:
+        return substituted(formula, lambda _: None)
+    except ArithmeticError:
+        return Number(math.nan)
+
+
+def pattern(formulas: tuple[Formula, ...]) -> tuple[tuple[Formula, ...], tuple[float, ...]]:
+    """Return formulas with ``Symbol("number", index=k)`` in place of their k-th number, and these numbers."""
+    numbers: list[float] = []
+
+    def without(formula: Formula) -> Formula:
+        if isinstance(formula, Number):
+            numbers.append(formula.value)
+            return Symbol("number", index=len(numbers) - 1)
+        if isinstance(formula, Operation):
+            return replace(formula, arguments=tuple(without(argument) for argument in formula.arguments))
+        if isinstance(formula, Application):
+            return replace(formula, argument=without(formula.argument))
+        return formula
+
+    return tuple(without(formula) for formula in formulas), tuple(numbers)

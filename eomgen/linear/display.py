@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.html import page, paragraph, table
+from eomgen.base.display import page, paragraph, table
 
 #: Damping ratios below this are rounding.
 _ROUNDING = 1e-9

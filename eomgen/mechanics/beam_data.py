@@ -20,7 +20,7 @@ from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.mechanics.tree.beam_body import ElasticBody, deformations
 from eomgen.mechanics.tree.beam_fields import DEFLECTS, ROTATIONS
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.bodies.beam import Beam
+from eomgen.scene.bodies.model import Beam
 from eomgen.symbolic.scalar import Scalar
 from eomgen.system.system import BeamAxis, BeamSlopes, Quantity
 

@@ -18,9 +18,8 @@ from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.formula.prescribed_motion import Law, constant
 from eomgen.lie.product import Factor
 from eomgen.mechanics.linear_parameters import linear_parameters
-from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.cosserat import Cosserat
-from eomgen.scene.bodies.model import Body
+from eomgen.scene.bodies.model import Beam, Body
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.joint_types import DRIVE_UNITS
 from eomgen.scene.joints.model import Joint

@@ -17,10 +17,10 @@ from eomgen.lie.product import difference
 from eomgen.mechanics.constraints.joints import counted_angles
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.tree.base import base_law
-from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.cosserat import Cosserat
+from eomgen.scene.bodies.model import Beam
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
-from eomgen.scene.geometry.rotations import quaternion_of_matrix
+from eomgen.scene.geometry import quaternion_of_matrix
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 

@@ -36,8 +36,7 @@ from eomgen.mechanics.kinematics.fields import Wrench, total_fields
 from eomgen.mechanics.kinematics.points import LinkKinematics
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.links import ROOT, Tree
-from eomgen.scene.joints.constraint_model import Constraint, Frame, Reaction
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Constraint, Frame, Joint, Reaction
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import Seeds, forward_partials
 from eomgen.symbolic.map import splice

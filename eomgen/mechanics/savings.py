@@ -8,9 +8,8 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Number, Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.tree.build import attached_along
-from eomgen.scene.bodies.beam import KINDS, Beam, Deformation
-from eomgen.scene.bodies.model import Base, Body
-from eomgen.scene.reading.rotations import Rotation
+from eomgen.scene.bodies.model import KINDS, Base, Beam, Body, Deformation
+from eomgen.scene.geometry import Rotation
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import Parameter
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.bodies.beam import KINDS, Beam
 from eomgen.scene.bodies.cosserat import CONSTRAINED
+from eomgen.scene.bodies.model import KINDS, Beam
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Facts, Function

@@ -157,7 +157,7 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     other = other_document(scene, {"terms": terms})
     if other is not None:
         return other[0].front_end.derive(other[1], None)
-    from eomgen.formula.jumps import jumps  # noqa: PLC0415
+    from eomgen.formula.motion_faults import jumps  # noqa: PLC0415
 
     document, front_end = as_document(scene)
     described = front_end.describe(document)
@@ -658,9 +658,12 @@ def _made(
 ) -> Library:
     """Return the library of a document, derived and compiled."""
     from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
-    from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
     from eomgen.codegen.targets.c.naming import file_name  # noqa: PLC0415
-    from eomgen.codegen.targets.c.target import C, written_library  # noqa: PLC0415
+    from eomgen.codegen.targets.c.target import (  # noqa: PLC0415
+        INTERFACE_CDEF,
+        C,
+        written_library,
+    )
     from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
     with without_search_for_circles():

@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.files import write_text
-from eomgen.base.resources import template_folder
+from eomgen.base.files import template_folder, write_text
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.results.beam_curves import frames_along, nearest_station, pieces_of, stations
 from eomgen.results.recorded import Recorded

@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.display import new_figure, saved
 from eomgen.compiled.initial_state import initial_state
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Vector

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from eomgen.scene.document import schema
 from eomgen.scene.reading import kinds
 from eomgen.scene.reading.key_metadata import Table, every_unit, inner_table, meaning_of
-from eomgen.scene.reading.rotation_schema import Rotations as RotationList
+from eomgen.scene.reading.kinds import Rotations as RotationList
 from eomgen.scene.section import Section
 
 #: A number, a formula, or a number with a unit.

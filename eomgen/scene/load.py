@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from eomgen.base.text import shown
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.reading.part import Part
+from eomgen.scene.formula.namespaces import Part
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import checked_options, fault_of_kind, readable, source_of

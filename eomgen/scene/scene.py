@@ -18,26 +18,22 @@ import numpy as np
 
 from eomgen.base.calls import checked_calls, not_assigned_to, unknown_attribute
 from eomgen.base.data import dataclass, field, fields, is_dataclass
+from eomgen.base.display import page, paragraph, table
 from eomgen.base.extensions import code_stamp
-from eomgen.base.html import page, paragraph, table
 from eomgen.formula.curves import AnyCurve
-from eomgen.formula.infix import infix
-from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number, Vector
+from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number, Vector, infix
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, Reference, StateFeedback
 from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.joints.constraint_model import Constraint, Reaction
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Constraint, Joint, Reaction
 from eomgen.system.description import FixedFrame, Point, Requirement, Simulation
 from eomgen.system.signals import Input, Motion, Output, Parameter, SampledController, State
 
 if TYPE_CHECKING:
     from eomgen.scene.forces.bushings import Bushing
-    from eomgen.scene.forces.efforts import Effort
-    from eomgen.scene.forces.forces import Force
-    from eomgen.scene.forces.springs import Spring
-    from eomgen.scene.forces.torsion_springs import TorsionSpring
+    from eomgen.scene.forces.forces import Effort, Force
+    from eomgen.scene.forces.springs import Spring, TorsionSpring
     from eomgen.scene.forces.tyres import Tyre
 
 

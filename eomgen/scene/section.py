@@ -20,8 +20,7 @@ from eomgen.scene.reading.key_metadata import Table
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import Bound, Row
 from eomgen.scene.reading.values import Values
-from eomgen.system.normal_series import variables_of
-from eomgen.system.signals import Parameter
+from eomgen.system.signals import Parameter, variables_of
 
 Kept = TypeVar("Kept")
 #: From the key, body and position of a place to the body and the position in it that stand for them.

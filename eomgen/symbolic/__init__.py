@@ -1,6 +1,17 @@
 """Symbolic core without mechanics: kernels, the tape, evaluation, series, calculus on tapes."""
 
 __all__ = [
-    "calculus", "evaluate", "harmonics", "kernel", "latency", "map", "operations", "periodic", "reading", "rotation",
-    "scalar", "series", "symbolic_kernel", "tape",
+    "calculus",
+    "evaluate",
+    "kernel",
+    "latency",
+    "map",
+    "operations",
+    "periodic",
+    "reading",
+    "rotation",
+    "scalar",
+    "series",
+    "symbolic_kernel",
+    "tape",
 ]  # fmt: skip  # a table

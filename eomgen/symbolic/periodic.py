@@ -1,11 +1,44 @@
-"""Detection of angles: inputs in which all outputs have period 2 pi by structure."""
+"""Periodic functions on a tape: sums of harmonics as loops, and inputs in which all outputs have period 2 pi by
+structure."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import cast
 
+from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Ref, Tape
+
+#: Columns a, w, b of the sum of a cos(w x) + b sin(w x).
+Columns = tuple[tuple[float, ...], ...]
+
+
+def harmonic_sum(columns: Sequence[Sequence[float]], along: Ref, label: str = "") -> Map:
+    """Return the loop that sums a cos(w x) + b sin(w x), ``columns`` a, w and b; ``along`` refers to x."""
+    kernel = Tape()
+    inner = Algebra(kernel)
+    in_phase, frequency, quadrature = inner.block("element", 3)
+    angle = frequency * inner.block("shared", 1)[0]
+    wave = in_phase * inner.call(Op.COS, angle) + quadrature * inner.call(Op.SIN, angle)
+    elements = tuple(tuple(column) for column in columns)
+    return Map(kernel, len(elements[0]), elements=elements, shared=(along,), sums=(wave.ref,), label=label)
+
+
+def harmonics_in(tape: Tape, ref: Ref, symbol: InputSymbol) -> Columns | None:
+    """Return a, w and b of a sum of harmonics of an input; None for any other expression."""
+    node = abs(ref)
+    if tape.op[node] is not Op.MAP or tape.b[node] != 0:
+        return None
+    loop = cast("Map", tape.maps[tape.a[node]])
+    if len(loop.shared) != 1 or len(loop.elements) != 3 or tape.symbol(loop.shared[0]) != symbol:
+        return None
+    if harmonic_sum(loop.elements, loop.shared[0]).key != loop.key:
+        return None
+    in_phase, frequencies, quadrature = loop.elements
+    sign = 1.0 if ref > 0 else -1.0
+    return tuple(sign * a for a in in_phase), frequencies, tuple(sign * b for b in quadrature)
 
 
 def periodic_inputs(tape: Tape, outputs: Iterable[Ref]) -> set[InputSymbol]:

@@ -20,13 +20,12 @@ from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
-from eomgen.symbolic.harmonics import Columns, harmonics_in
 from eomgen.symbolic.operations import Counts, InputSymbol
-from eomgen.symbolic.periodic import periodic_inputs
+from eomgen.symbolic.periodic import Columns, harmonics_in, periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
+from eomgen.system.blocks import SecondBlocks, second_blocks
 from eomgen.system.display import equation, html, line
 from eomgen.system.events import EventRow, Mode
-from eomgen.system.second_blocks import SecondBlocks, second_blocks
 from eomgen.system.signals import SampledController, SampleRow
 from eomgen.system.terms import TERMS, nearest_term
 

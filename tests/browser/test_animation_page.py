@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.base.resources import template_folder
+from eomgen.base.files import template_folder
 from tests.browser.chromium import Browser
 from tests.models.scenes import breaking
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.scheduling.iterations import runs
+from eomgen.codegen.scheduling.rerolling import runs
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.lie.product import Factor
 from eomgen.symbolic.evaluate import evaluate

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eomgen.base.resources import template_folder
+from eomgen.base.files import template_folder
 from eomgen.codegen.targets.c.naming import check_prefix, comment, mangle, output_name
 from eomgen.errors import ModelError
 from eomgen.system.terms import TERMS

@@ -10,11 +10,10 @@ from typing import Any
 import pytest
 
 from eomgen.codegen.program import Statement
-from eomgen.codegen.scheduling.matrix_products import added_products
-from eomgen.codegen.scheduling.shortened import counted
-from eomgen.codegen.scheduling.stretches import ranges, stretches
-from eomgen.codegen.targets.c.lookups import Lookup, nonzeros, places_of_fronts, repeated
+from eomgen.codegen.scheduling.matrices import added_products
+from eomgen.codegen.scheduling.stretches import counted, ranges, stretches
 from eomgen.codegen.targets.c.printer import Printer
+from eomgen.codegen.targets.c.tables import Lookup, nonzeros, places_of_fronts, repeated
 from eomgen.codegen.targets.c.target import environment
 
 #: Places of six entries in each of 40 elements, where the ends of the chain differ.

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from eomgen.base.resources import template_folder
-from eomgen.codegen.targets.c import folding
-from eomgen.codegen.targets.c.folding import WIDTH, folded
+from eomgen.base.files import template_folder
+from eomgen.codegen.targets.c import printer
+from eomgen.codegen.targets.c.printer import WIDTH, folded
 from tests.golden import GENERATED
 
 #: Lines in a template.
@@ -69,7 +69,7 @@ def test_long_tables_are_folded_page_by_page(monkeypatch: pytest.MonkeyPatch) ->
     whole = folded(line)
     assert "".join(whole.split()) == "".join(line.split()) and whole.count("a, b " * 18) == 9
     for page in (1, 50, 121, 122, 123, 1000):
-        monkeypatch.setattr(folding, "_WINDOW", page)
+        monkeypatch.setattr(printer, "_WINDOW", page)
         assert folded(line) == whole
     monkeypatch.undo()
 

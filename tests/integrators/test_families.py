@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from eomgen.base.resources import template_folder
+from eomgen.base.files import template_folder
 from eomgen.integrators.families.family import Sizes
 from eomgen.integrators.families.register import BUILT_IN, family_named, row_of
 from eomgen.integrators.methods import METHOD_NAMES, method_named

@@ -16,7 +16,7 @@ from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.partitioned import PARTITIONED_RUNGE_KUTTA_4
 from eomgen.integrators.stepper_data import method_data
 from eomgen.mechanics.derive import derive
-from eomgen.scene.joints.constraint_model import Constraint, Frame
+from eomgen.scene.joints.model import Constraint, Frame
 from eomgen.scene.load import from_data
 from tests.integrators.constrained_models import (
     chain,

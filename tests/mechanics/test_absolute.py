@@ -12,8 +12,8 @@ from eomgen.errors import ModelError
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
-from eomgen.scene.forces.efforts import Effort
-from eomgen.scene.forces.torsion_springs import TorsionSpring
+from eomgen.scene.forces.forces import Effort
+from eomgen.scene.forces.springs import TorsionSpring
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.load import load_toml

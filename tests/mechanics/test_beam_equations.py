@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.beam import Beam, Deformation, DeformationKind
-from eomgen.scene.bodies.model import Base, Body
+from eomgen.scene.bodies.model import Base, Beam, Body, Deformation, DeformationKind
+from eomgen.scene.geometry import Rotation
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.reading.rotations import Rotation
 from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.oracles.beams import WORLD, Frame, ManyPoints, Points, demanded

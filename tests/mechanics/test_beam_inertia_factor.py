@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.beam import DeformationKind
-from eomgen.scene.bodies.model import Base
+from eomgen.scene.bodies.model import Base, DeformationKind
 from eomgen.scene.scene import Scene
 from tests.mechanics.test_beam_equations import DENSITY, LENGTH, POLAR, Modes, single
 from tests.oracles.evaluation import Array, tape_evaluator

@@ -13,7 +13,7 @@ import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.forces.bushings import Bushing
-from eomgen.scene.joints.constraint_model import Frame
+from eomgen.scene.joints.model import Frame
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE
 from tests.models.cache import shared_cache

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.formula.jumps import jumps
+from eomgen.formula.motion_faults import jumps
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import laws_of
 from eomgen.scene.load import load_toml

@@ -19,8 +19,8 @@ from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.results.scenery import scenery
 from eomgen.scene.joint_types import CONSTRAINTS, JOINTS, TYPES, ConstraintType, JointType
-from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.tree import displaced
 from eomgen.scene.load import load_toml, load_urdf
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array, tape_evaluator

@@ -11,7 +11,7 @@ import pytest
 import eomgen
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.forces.efforts import Effort
+from eomgen.scene.forces.forces import Effort
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import Input
 from tests.models.elements import elements_with

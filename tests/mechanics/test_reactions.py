@@ -11,10 +11,9 @@ from eomgen.errors import DescriptionError, ModelError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.forces.efforts import Effort
+from eomgen.scene.forces.forces import Effort
 from eomgen.scene.forces.springs import Spring
-from eomgen.scene.joints.constraint_model import Reaction
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Joint, Reaction
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE, Point

@@ -13,7 +13,7 @@ from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
-from eomgen.scene.bodies.beam import DeformationKind, Ends
+from eomgen.scene.bodies.model import DeformationKind, Ends
 from tests.mechanics.test_shape_integrals import deformation, integrals
 
 pytestmark = pytest.mark.slow

@@ -12,7 +12,7 @@ import pytest
 from eomgen.formula.nodes import Number
 from eomgen.mechanics.shape_functions.integrals import shape_integrals
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
-from eomgen.scene.bodies.beam import Beam, Deformation, DeformationKind, ShapeFunctions
+from eomgen.scene.bodies.model import Beam, Deformation, DeformationKind, ShapeFunctions
 
 DIGITS = 30
 #: Dossier 1.10.0: upper triangles 11, 12, 13, 22, 23, 33.

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.kinematics.bodies import constant_quaternion
-from eomgen.scene.geometry.rotations import coordinate_axis, frame_about, unit_axis
+from eomgen.scene.geometry import coordinate_axis, frame_about, unit_axis
 from eomgen.scene.joint_types import JointType
 from eomgen.scene.load import from_data, load_urdf
 from eomgen.symbolic.evaluate import evaluate

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from eomgen.mechanics.shape_functions.integrals import shape_integrals
-from eomgen.scene.bodies.beam import Beam
+from eomgen.scene.bodies.model import Beam
 from tests.oracles.evaluation import Array
 from tests.oracles.states import STEP
 from tests.oracles.taylor import Matrix, Moving, Vector, cos, moving, product, rotated, rotation, shifted, sin, vector

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation as Turn
 
 from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.joints.constraint_model import Constraint, Frame
+from eomgen.scene.joints.model import Constraint, Frame
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE
 from eomgen.system.system import System

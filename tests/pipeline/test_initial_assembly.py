@@ -15,8 +15,7 @@ from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.initial_assembly import constrained, with_initial_assembly
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.joints.constraint_model import Constraint, Frame
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Constraint, Frame, Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.oracles.formulas import number, vector

@@ -14,8 +14,7 @@ from scipy.integrate import quad
 from eomgen.errors import DescriptionError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Number, Symbol
-from eomgen.scene.bodies.beam import Beam
-from eomgen.scene.bodies.model import Body
+from eomgen.scene.bodies.model import Beam, Body
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import schema
 from eomgen.scene.load import load, load_toml

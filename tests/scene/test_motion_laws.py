@@ -12,7 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.formula.jumps import first_jump, jumps
+from eomgen.formula.motion_faults import first_jump, jumps
 from eomgen.formula.prescribed_motion import smooth
 from eomgen.mechanics.describe import laws_of
 

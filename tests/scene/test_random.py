@@ -33,7 +33,7 @@ from eomgen.products.reliability.random_processes import (
 )
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
-from eomgen.system.normal_series import NormalSeries
+from eomgen.system.signals import NormalSeries
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from eomgen.base.random_inputs import Harmonic, road_harmonics
 from eomgen.errors import DescriptionError
-from eomgen.formula.unit_circle import unit_circle
+from eomgen.formula.recording import unit_circle
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import schema

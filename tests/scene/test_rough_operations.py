@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from eomgen.formula.features import rough_operations
 from eomgen.formula.nodes import Operation, Symbol
-from eomgen.formula.rough_operations import rough_operations
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, Names
 

@@ -14,8 +14,8 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import json_schema
-from eomgen.scene.geometry.rotations import frame_about, is_rotation
-from eomgen.scene.joints.constraint_model import Constraint, Frame
+from eomgen.scene.geometry import frame_about, is_rotation
+from eomgen.scene.joints.model import Constraint, Frame
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 

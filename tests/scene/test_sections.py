@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
-from eomgen.formula.infix import infix
+from eomgen.formula.nodes import infix
 from eomgen.formula.words import other_words
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.builder import SceneBuilder

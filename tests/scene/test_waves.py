@@ -18,8 +18,7 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
-from eomgen.formula.infix import infix
-from eomgen.formula.nodes import Formula, Quantity, Symbol
+from eomgen.formula.nodes import Formula, Quantity, Symbol, infix
 from eomgen.formula.prescribed_motion import smooth
 from eomgen.formula.recording import record
 from eomgen.mechanics.describe import describe

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eomgen.symbolic.calculus.cuts import cut_partials
-from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.calculus.partials import cut_partials, forward_partials
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import ONE, Ref, Tape

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eomgen.base import locks as claims_module
-from eomgen.base.locks import hold
+from eomgen.base import concurrency as claims_module
+from eomgen.base.concurrency import hold
 from eomgen.errors import FileError, ToolchainError
 from eomgen.toolchain import cache as cache_module
 from eomgen.toolchain.builder import Builder

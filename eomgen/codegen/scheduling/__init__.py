@@ -2,4 +2,4 @@
 
 __all__ = ["scheduler"]
 #: Open to the other parts of ``codegen`` as well.
-WITHIN = ["maps", "matrix_assembly", "matrix_products", "scheduler", "stretches"]
+WITHIN = ["matrices", "scheduler", "stretches"]

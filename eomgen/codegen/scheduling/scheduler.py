@@ -14,10 +14,21 @@ from types import MappingProxyType
 from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import Addition, Expression, Part, Statement
 from eomgen.codegen.scheduling.accumulation import accumulated
-from eomgen.codegen.scheduling.iterations import READ, Unmatched, copies, loop_iteration, rule, runs
 from eomgen.codegen.scheduling.plan import Plan
-from eomgen.codegen.scheduling.rerolling import UNINDEXED, RerolledLoop, find_loops, is_circular, operands
-from eomgen.codegen.scheduling.shortened import counted
+from eomgen.codegen.scheduling.rerolling import (
+    READ,
+    UNINDEXED,
+    RerolledLoop,
+    Unmatched,
+    copies,
+    find_loops,
+    is_circular,
+    loop_iteration,
+    operands,
+    rule,
+    runs,
+)
+from eomgen.codegen.scheduling.stretches import counted
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape

@@ -1,17 +1,126 @@
-"""Functions of the Taylor recurrence as parts of a Program, and the scales of rounding errors."""
+"""Functions of the Taylor recurrence as parts of a Program: scales of rounding errors, breakpoints in time, and
+accelerations with their rates at one state.
+
+Breakpoints in time: instants at which the equations on a tape are not analytic.
+
+Low-order methods step over the breaks of smooth splines without loss of order (see ``formula.discontinuities``), and so
+do steps by accelerations and their rates; a Taylor series must end at every break.
+
+Accelerations and their rates at one state, for steps that take no higher coefficients of the motion.
+
+The recurrence at k = 1 with empty inner sums is one function, without storage between order 0 and 1. Steps
+evaluate it several times at the same time, so the part of time, inputs and parameters alone is a function of its
+own: a road of many harmonics is nearly all of the work.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from eomgen.codegen.program import OutputArray, ProgramFunction
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
-from eomgen.codegen.series.breakpoints import breakpoints_in_time, has_nodes
 from eomgen.codegen.series.recurrence import NEXT, Recurrence, inverse_serves
+from eomgen.errors import ModelError, Problem
+from eomgen.symbolic.map import splice
+from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
 from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
-from eomgen.symbolic.tape import Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import Discontinuity, System
+
+#: Operations with kinks or jumps. A selection switches with its condition, which is among these.
+_NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE})
+#: Origin of breakpoints that no formula of the scene has.
+_OF_BEAMS = (
+    " (elements of geometrically exact beams have these: the rotation vector between two nodes is one formula next to"
+    " no rotation and another next to half a turn)"
+)
+#: Blocks that do not change during a run.
+_CONSTANT = frozenset({"p", "u", "followed"})
+
+
+def has_nodes(system: System) -> bool:
+    """Return whether a system has geometrically exact beams: their nodes alone have names with a dot."""
+    return any("." in body for body in system.bodies)
+
+
+def breakpoints_in_time(source: Tape, *, analytic: bool = True, nodes: bool = False) -> tuple[Discontinuity, ...]:
+    """Return the times at which an operation of the tape is not analytic, without repetition.
+
+    ``analytic``: whether derivatives of all orders are taken, or the first alone, which smooth curves have everywhere.
+    ``nodes``: whether geometrically exact beams are among the recorded bodies.
+
+    Raises
+    ------
+    ModelError
+        The time of a breakpoint depends on coordinates, on tunable parameters, or nonlinearly on time.
+    """
+    by_time: dict[tuple[float, float], Discontinuity] = {}
+    unknown: list[str] = []
+    for node in range(1, len(source.op)):
+        op, operands = source.op[node], source.operands(node)
+        if op not in _NON_SMOOTH and op is not Op.CURVE:
+            continue
+        if op is Op.CURVE and not analytic and _has_rate(source, node):
+            continue
+        blocks = {symbol.block for symbol in source.depends_on(operands)} - _CONSTANT
+        lines = [line for ref in operands if (line := _line(source, ref)) is not None]
+        if len(lines) == len(operands):
+            by_time |= {(item.time, item.period): item for item in _breakpoints(source, node, lines)}
+        elif blocks:
+            curve = source.curves[source.b[node]][0].name if op is Op.CURVE else ""
+            operation = f"the pieces of curve {curve!r}" if op is Op.CURVE else f"{op.name.lower()}()"
+            decider = "the motion" if blocks - {"t"} else "a tunable parameter or a formula that is not linear in time"
+            unknown.append(f"{operation}, decided by {decider}")
+    if unknown:
+        listed = "; ".join(dict.fromkeys(unknown))
+        needs = "a Taylor series needs smooth equations, or discontinuities at known times"
+        if not analytic:
+            needs = "its steps take the rates of accelerations, which jump at kinks, and these need known times"
+        fault = f"{needs}; here are {listed}{_OF_BEAMS if nodes else ''}"
+        raise ModelError(Problem("method", fault, "rk4 or generalized_alpha"))
+    return tuple(by_time[key] for key in sorted(by_time))
+
+
+def _has_rate(tape: Tape, node: int) -> bool:
+    """Return whether the recorded derivative of a curve has a continuous rate: the next derivative has no jumps."""
+    curve, derivative = tape.curves[tape.b[node]]
+    return all(order > derivative + 1 for _, order in curve.kinks())
+
+
+def _line(tape: Tape, ref: Ref) -> tuple[float, float] | None:
+    """Return (a, b) if a reference is a t + b with constants, else None."""
+    node, sign = abs(ref), 1.0 if ref > 0 else -1.0
+    number = tape.number(node)
+    if number is not None:
+        return 0.0, sign * number
+    if tape.symbol(node) == InputSymbol("t", 0):
+        return sign, 0.0
+    if tape.op[node] not in (Op.ADD, Op.SUB, Op.MUL):
+        return None
+    first, second = (_line(tape, operand) for operand in tape.operands(node))
+    if first is None or second is None:
+        return None
+    if tape.op[node] is not Op.MUL:
+        side = 1.0 if tape.op[node] is Op.ADD else -1.0
+        return sign * (first[0] + side * second[0]), sign * (first[1] + side * second[1])
+    if first[0] and second[0]:
+        return None
+    return sign * (first[0] * second[1] + second[0] * first[1]), sign * first[1] * second[1]
+
+
+def _breakpoints(tape: Tape, node: int, lines: list[tuple[float, float]]) -> Iterator[Discontinuity]:
+    (a, b), (c, d) = lines[0], lines[1] if len(lines) > 1 else (0.0, 0.0)
+    if a == c:
+        return
+    if tape.op[node] is not Op.CURVE:
+        yield Discontinuity((d - b) / (a - c), 0.0, 0, (abs(b) + abs(d)) / abs(a - c))
+        return
+    curve = tape.curves[tape.b[node]][0]
+    period = float(curve.breaks[-1] - curve.breaks[0]) / abs(a) if curve.outside == "periodic" else 0.0
+    for time in curve.breaks:
+        yield Discontinuity((float(time) - b) / a, period, 0, (abs(float(time)) + abs(b)) / abs(a))
+
 
 #: Input blocks of both functions, in the order of their arguments.
 START_BLOCKS = ("p", "t", "q", "v", "z", "u", "followed")
@@ -134,3 +243,93 @@ def program_function(
         operations=made.operations,
         counts={},
     )
+
+
+#: Input blocks that are the same in all evaluations at one time, and the block of their results.
+OF_TIME, HELD = ("p", "t", "u", "followed"), "held"
+BLOCKS = ("p", "t", "q", "v", "z", "u", "followed", HELD)
+#: The least part of all operations that is worth a function of its own.
+WORTHWHILE = 0.1
+
+
+def rate_functions(system: System, curve_numbers: dict[int, int]) -> tuple[tuple[ProgramFunction, ...], dict[str, Any]]:
+    """Return ``series_rates``, ``series_of_time`` if it is worth a function, ``extent``, and the driver's data.
+
+    ``series_rates`` gives the rate of each block of the state and half its second rate; ``held``: how many numbers it
+    takes from ``series_of_time``.
+
+    Raises ModelError if accelerations have no rates.
+    """
+    recurrence = Recurrence(system, by_inverse=inverse_serves(system))
+    breakpoints_in_time(recurrence.source, analytic=False, nodes=has_nodes(system))
+    tape, blocks, outputs = _recorded(recurrence)
+    early = _of_time(tape, outputs)
+    held = _frontier(tape, outputs, early)
+    description = "rates of the state, and half its second rates"
+    functions = []
+    if len(early) >= WORTHWHILE * sum(tape.op[node] not in LEAVES for node in tape.live(outputs)) and held:
+        of_time = "values that depend on time, inputs and parameters alone"
+        functions.append(
+            program_function(tape, "series_of_time", of_time, OF_TIME, [(HELD, held, "of series_rates")], curve_numbers)
+        )
+        late = Tape()
+        outputs = splice(late, tape, outputs, {}, known={node: late.input(HELD, k) for k, node in enumerate(held)})
+        tape = late
+    else:
+        held = []
+    given, first = [], 0
+    for label, size, text in blocks:
+        given.append((label, outputs[first : first + size], text))
+        first += size
+    functions.insert(0, program_function(tape, "series_rates", description, BLOCKS, given, curve_numbers))
+    functions += extent_function(system, curve_numbers)
+    return tuple(functions), {"products": 0, "previous": 0, "room": 0, HELD: len(held), "kinds": kinds(system)}
+
+
+def _recorded(recurrence: Recurrence) -> tuple[Tape, list[tuple[str, int, str]], list[Ref]]:
+    """Return a tape with the rates and half the second rates, their arrays (name, size, meaning), and references."""
+    series, rates = recurrence.series, sorted(recurrence.rates.items())
+    source, tape = series.tape, Tape()
+    values = {
+        LEFT: [term.value for term in series.left],
+        RIGHT: [term.value for term in series.right],
+        KEPT: series.kept,
+        PREVIOUS: [term.value for term in series.previous],
+        **{NEXT[block]: [term.value for term in terms] for block, terms in rates},
+    }
+    bindings = {InputSymbol(NEXT["t"], 0): ONE} | {InputSymbol(ORDER, place): ONE for place in (0, 1, 3)}
+    bindings |= {InputSymbol(SUMS, number): ZERO for number in range(len(series.left))}
+    copied = iter(splice(tape, source, [ref for refs in values.values() for ref in refs], {}))
+    for block, refs in values.items():
+        bindings |= {InputSymbol(block, number): next(copied) for number in range(len(refs))}
+    half = tape.constant(0.5)
+    blocks, outputs = [], []
+    for block, terms in rates:
+        first = [bindings[InputSymbol(NEXT[block], number)] for number in range(len(terms))]
+        second = splice(tape, source, [term.next for term in terms], bindings)
+        blocks += [(f"{block}_1", len(terms), f"rate of {block}"), (f"{block}_2", len(terms), "half its rate")]
+        outputs += [*first, *(tape.mul(half, ref) for ref in second)]
+    return tape, blocks, outputs
+
+
+def _of_time(tape: Tape, outputs: Sequence[Ref]) -> set[int]:
+    """Return the operations that depend on ``OF_TIME`` alone."""
+    result: set[int] = set()
+    for node in tape.live(outputs):
+        if tape.op[node] not in LEAVES and all(_is_early(tape, abs(ref), result) for ref in tape.operands(node)):
+            result.add(node)
+    return result
+
+
+def _is_early(tape: Tape, node: int, early: set[int]) -> bool:
+    symbol = tape.symbol(node)
+    return node in early or tape.op[node] is Op.CONST or (symbol is not None and symbol.block in OF_TIME)
+
+
+def _frontier(tape: Tape, outputs: Iterable[Ref], early: set[int]) -> list[int]:
+    """Return the operations of time that others read, or that are outputs themselves, in their order."""
+    read = {abs(ref) for ref in outputs}
+    for node in tape.live(outputs):
+        if node not in early:
+            read |= {abs(ref) for ref in tape.operands(node)}
+    return sorted(read & early)

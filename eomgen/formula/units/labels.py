@@ -1,12 +1,25 @@
-"""Values with units from Python, such as ``300 mm`` for a parameter, converted to the unit of its label."""
+"""Values with units from Python, such as ``300 mm`` for a parameter, converted to the unit of its label; angles that
+look as if they were in degrees."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 
 from eomgen.base.text import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.parser import UnitError, is_quantity, read_quantity, read_unit
+
+
+def several_turns(subject: str, angle: float) -> str:
+    """Return a note on an angle of more than a turn, in rad as a plain number; empty for less.
+
+    ``subject``: clause that names the angle: ``the joint hinge starts at``.
+    """
+    if not 2.0 * math.pi < abs(angle) < math.inf:
+        return ""
+    turns = f"{subject} {angle:.6g} rad, {abs(angle) / (2.0 * math.pi):.3g} turns"
+    return f'{turns}: angles without a unit are radians, "30 deg" is in degrees'
 
 
 def in_label(where: str, text: str, label: str) -> float:

@@ -10,8 +10,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.figures import axes_of_caller, pyplot_figure
-from eomgen.base.html import page, table
+from eomgen.base.display import axes_of_caller, page, pyplot_figure, table
 from eomgen.linear.control.margins import Margins
 from eomgen.linear.state_space import KINDS, StateSpace
 

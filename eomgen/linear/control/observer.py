@@ -16,7 +16,7 @@ import numpy as np
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call, checked_calls, not_unpacked
 from eomgen.base.data import dataclass, replace
-from eomgen.base.html import page
+from eomgen.base.display import page
 from eomgen.base.text import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.control.controllability import Dynamics, check_detectable, check_driven, check_observable

@@ -13,7 +13,7 @@ import numpy as np
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass, replace
-from eomgen.base.html import page, paragraph
+from eomgen.base.display import page, paragraph
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.control.display import eigenvalues_html, labels, margins_html, plot_margins, with_more
 from eomgen.linear.control.margins import Margins, margins_of

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call, checked_calls, not_unpacked, unknown_attribute
 from eomgen.base.data import dataclass, replace
-from eomgen.base.html import page
+from eomgen.base.display import page
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.control.controllability import Dynamics, check_controllable, check_stabilisable, check_weighted
 from eomgen.linear.control.display import eigenvalues_html, gains_html, labels, margins_html, plot_margins, with_more

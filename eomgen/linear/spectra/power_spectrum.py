@@ -9,7 +9,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axes_of_caller, pyplot_figure
+from eomgen.base.display import axes_of_caller, pyplot_figure
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.spectra.ride_comfort import weighting_response
 

@@ -32,8 +32,7 @@ from eomgen.mechanics.kinematics.directions import configuration_directions, rat
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.joints import Direction, frame_of, perpendicular
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.joints.constraint_model import Constraint, Frame
-from eomgen.scene.joints.model import Joint, Mimic
+from eomgen.scene.joints.model import Constraint, Frame, Joint, Mimic
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import Op

@@ -17,10 +17,9 @@ from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.joints.constraint_model import Constraint
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Constraint, Joint
+from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
-from eomgen.symbolic.calculus.tangents import Tangent
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, scaled, transpose
 from eomgen.symbolic.tape import ONE, Ref, Tape

@@ -16,7 +16,7 @@ from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.tree.links import WORLD_NAME
 from eomgen.scene.forces.bushings import Bushing
-from eomgen.scene.joints.constraint_model import Frame
+from eomgen.scene.joints.model import Frame
 from eomgen.symbolic.scalar import (
     Scalar,
     Vector,

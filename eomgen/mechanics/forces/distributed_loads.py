@@ -26,8 +26,8 @@ from fractions import Fraction
 from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Symbol
-from eomgen.formula.pattern import pattern
 from eomgen.formula.recording import Resolver
+from eomgen.formula.substitution import pattern
 from eomgen.mechanics.forces.cosserat_beams import (
     Chain,
     Element,

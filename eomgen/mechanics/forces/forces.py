@@ -13,8 +13,7 @@ from eomgen.formula.recording import Resolver, record
 from eomgen.mechanics.forces.frame_pairs import rotation_vector
 from eomgen.mechanics.forces.loads import Law, Loads, add_effort, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.scene.forces.efforts import Effort
-from eomgen.scene.forces.forces import Force
+from eomgen.scene.forces.forces import Effort, Force
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, multiply, plus, transpose
 
 

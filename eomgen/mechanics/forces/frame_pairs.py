@@ -14,7 +14,7 @@ from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.points import LinkKinematics
 from eomgen.mechanics.tree.links import ROOT, Mount
-from eomgen.scene.joints.constraint_model import Frame
+from eomgen.scene.joints.model import Frame
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, minus, multiply, plus
 

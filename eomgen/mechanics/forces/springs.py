@@ -21,8 +21,7 @@ from eomgen.mechanics.forces.loads import Law, Loads, add_effort, add_wrench, pu
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.fields import Wrench
 from eomgen.mechanics.tree.links import ROOT, WORLD_NAME
-from eomgen.scene.forces.springs import Spring
-from eomgen.scene.forces.torsion_springs import TorsionSpring
+from eomgen.scene.forces.springs import Spring, TorsionSpring
 from eomgen.symbolic.calculus.loops import compact
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op

@@ -11,7 +11,7 @@ from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record, waves
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.links import Mount, Tree
-from eomgen.scene.joints.constraint_model import Frame
+from eomgen.scene.joints.model import Frame
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector

@@ -13,7 +13,7 @@ from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joint_types import GROUPS
 from eomgen.symbolic.calculus.configuration import configuration_seeds, rotation
-from eomgen.symbolic.calculus.tangents import Tangent
+from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import multiply, skew
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape

@@ -35,7 +35,7 @@ from eomgen.mechanics.shape_functions.families import (
 )
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station
 from eomgen.mechanics.shape_functions.uniform_beams import Coefficients, integrated, product
-from eomgen.scene.bodies.beam import Beam, Deformation, Ends, Normalisation
+from eomgen.scene.bodies.model import Beam, Deformation, Ends, Normalisation
 
 _SAMPLES = 40  # for each function: enough to see its greatest wave
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.scene.bodies.beam import DeformationKind
+from eomgen.scene.bodies.model import DeformationKind
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ import numpy as np
 
 from eomgen.base.data import dataclass
 from eomgen.mechanics.shape_functions.families import WORKING, Fixed, fixed, polynomial, unfixed
-from eomgen.scene.bodies.beam import DeformationKind, Ends
+from eomgen.scene.bodies.model import DeformationKind, Ends
 
 #: Coefficients, constant first.
 Coefficients = tuple[Fraction, ...]

@@ -20,8 +20,7 @@ from eomgen.mechanics.kinematics.fields import Wrench, angular_velocities, total
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.links import ROOT, Tree
-from eomgen.symbolic.calculus.cuts import cut_partials
-from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.calculus.partials import cut_partials, forward_partials
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref

@@ -42,7 +42,7 @@ from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector,
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
-from eomgen.system.second_blocks import SecondBlocks, second_blocks
+from eomgen.system.blocks import SecondBlocks, second_blocks
 from eomgen.system.system import BASE_LAYOUT, Block
 
 #: Groups of columns: the letter of their blocks, and the quantities of the columns.

@@ -14,7 +14,7 @@ from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.mechanics.tree.beam_fields import Amplitudes, Deflections, DistributedMass, SeparatedField
 from eomgen.mechanics.tree.inertia import Inertia
 from eomgen.mechanics.tree.joints import Coordinates
-from eomgen.scene.bodies.beam import Beam, Deformation
+from eomgen.scene.bodies.model import Beam, Deformation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, cross, plus, scaled
 
 Values = dict[str, Scalar]

@@ -29,7 +29,7 @@ from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station
 from eomgen.mechanics.tree.joints import Column, Coordinates, quaternion_matrix
-from eomgen.scene.bodies.beam import DeformationKind
+from eomgen.scene.bodies.model import DeformationKind
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation

@@ -16,7 +16,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem
-from eomgen.formula.rough_operations import rough_operations
+from eomgen.formula.features import rough_operations
 from eomgen.products.derivatives.equations import Equations
 from eomgen.products.derivatives.functionals import Weights
 from eomgen.products.derivatives.motion import Motion, Part

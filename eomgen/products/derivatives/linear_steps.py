@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.resources import template_folder
+from eomgen.base.files import template_folder
 from eomgen.errors import NumericalError, Problem
 from eomgen.lie.product import Factor
 from eomgen.toolchain.builder import Builder

@@ -22,7 +22,7 @@ from eomgen.results.error_estimate import ErrorEstimate, SampleErrors
 from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
-from eomgen.system.normal_series import NormalSeries
+from eomgen.system.signals import NormalSeries
 
 #: Maximum number of samples with an error estimate, and ensemble samples per estimate, which bound the cost.
 _MOST, _FOR_EACH = 4, 8

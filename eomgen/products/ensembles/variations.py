@@ -21,7 +21,7 @@ from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import Problem, UsageError
-from eomgen.formula.units.angles import several_turns
+from eomgen.formula.units.labels import several_turns
 from eomgen.formula.units.parser import is_quantity
 from eomgen.products.ensembles.distributions import Distribution, Quantiles, read_distribution, read_number
 from eomgen.simulation.option_types import LawOverTime

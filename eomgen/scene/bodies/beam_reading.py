@@ -15,11 +15,10 @@ import numpy as np
 
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
+from eomgen.formula.substitution import product, times, total
 from eomgen.scene.bodies import beam_schema as written
-from eomgen.scene.bodies.arithmetic import product, times, total
-from eomgen.scene.bodies.beam import KINDS, Beam, Deformation, DeformationKind
 from eomgen.scene.bodies.cross_sections import SectionReader
-from eomgen.scene.bodies.model import Body
+from eomgen.scene.bodies.model import KINDS, Beam, Body, Deformation, DeformationKind
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, percent_of_critical

@@ -10,12 +10,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from eomgen.base.data import dataclass
-from eomgen.scene.bodies import beam
-from eomgen.scene.bodies.beam import Ends, Normalisation, ShapeFunctions
+from eomgen.scene.bodies import model as beam
+from eomgen.scene.bodies.model import Ends, Normalisation, ShapeFunctions
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
-from eomgen.scene.reading.kinds import Pair, SixBySixValues, Triple, Value, Values
-from eomgen.scene.reading.rotation_schema import Rotations
+from eomgen.scene.reading.kinds import Pair, Rotations, SixBySixValues, Triple, Value, Values
 
 MOST_MODES = 100
 MOST_ELEMENTS = 400

@@ -12,7 +12,7 @@ from itertools import accumulate
 
 from eomgen.base.data import dataclass, replace
 from eomgen.formula.nodes import ZERO, Formula
-from eomgen.scene.bodies.arithmetic import folded, times, total
+from eomgen.formula.substitution import folded, times, total
 from eomgen.scene.bodies.model import Body
 
 Rows = tuple[tuple[Formula, ...], ...]

@@ -11,14 +11,13 @@ from itertools import accumulate, pairwise
 from eomgen.base.data import dataclass, replace
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import ZERO, Formula, Number
+from eomgen.formula.substitution import product, total
 from eomgen.scene.bodies import beam_schema as written
-from eomgen.scene.bodies.arithmetic import product, total
-from eomgen.scene.bodies.beam import AT_END
 from eomgen.scene.bodies.beam_schema import Keys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, BeamElement, BeamSection, Cosserat, Rows
-from eomgen.scene.bodies.cross_sections import SectionReader
+from eomgen.scene.bodies.cross_sections import ResistsItsStrains, SectionReader, read_inertia
 from eomgen.scene.bodies.initial_shapes import Shape, bent_shape, pretwisted, read_shape
-from eomgen.scene.bodies.section_matrices import ResistsItsStrains, read_inertia
+from eomgen.scene.bodies.model import AT_END
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values

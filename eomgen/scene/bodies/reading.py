@@ -8,7 +8,7 @@ from eomgen.base.text import key_of
 from eomgen.scene.bodies import schema as written
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.formula.scope import MOTION, PARAMETERS
-from eomgen.scene.geometry.rotations import quaternion_of_matrix
+from eomgen.scene.geometry import quaternion_of_matrix
 from eomgen.scene.reading import report
 from eomgen.scene.reading.key_metadata import added_keys
 from eomgen.scene.reading.values import Values, read_orientation

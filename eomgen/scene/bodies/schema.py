@@ -6,8 +6,7 @@ from typing import Literal
 
 from eomgen.scene.formula.scope import PARAMETERS, TIME
 from eomgen.scene.reading.key_metadata import Table, added_keys, key, optional
-from eomgen.scene.reading.kinds import Inertia, Matrix, Triple, Value
-from eomgen.scene.reading.rotation_schema import Rotations
+from eomgen.scene.reading.kinds import Inertia, Matrix, Rotations, Triple, Value
 
 _ORIGIN = (0.0, 0.0, 0.0)
 

@@ -17,8 +17,8 @@ from eomgen.scene.document.notes import Facts, notes_of
 from eomgen.scene.document.schema import Document, Simulation
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
+from eomgen.scene.formula.namespaces import Part, signature
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.reading.part import Part, signature
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
 from eomgen.scene.section import Reading, in_reading_order, join

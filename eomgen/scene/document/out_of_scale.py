@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula, Vector
-from eomgen.formula.units.angles import several_turns
+from eomgen.formula.units.labels import several_turns
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.cosserat_beams import CosseratBeam

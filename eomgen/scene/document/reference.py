@@ -39,12 +39,12 @@ from eomgen.scene.reading.kinds import (
     Description,
     Finite,
     Matrix,
+    Rotations,
     Triple,
     Unit,
     Value,
     Values,
 )
-from eomgen.scene.reading.rotation_schema import Rotations
 
 COMMAND = "python -m eomgen.scene.document.reference docs/scene.md"
 #: Titles of scopes on the page.

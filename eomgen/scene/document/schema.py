@@ -15,8 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, optional, shown_power
-from eomgen.scene.reading.kinds import Description, Finite, Triple, Value
-from eomgen.scene.reading.rotation_schema import Rotations
+from eomgen.scene.reading.kinds import Description, Finite, Rotations, Triple, Value
 from eomgen.scene.scene import GRAVITY
 from eomgen.scene.section import Section
 from eomgen.scene.sections import OWN, others, sections_for

@@ -15,9 +15,8 @@ from eomgen.base.text import is_legal, key_of, nearest, shown
 from eomgen.scene.document.schema import Document, document_for, section_keys, without_absent_sections
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.key_metadata import KeysElsewhere, added_keys
-from eomgen.scene.reading.kinds import Refused, described
+from eomgen.scene.reading.kinds import Refused, described, is_matrix, plain_angles
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.rotation_schema import is_matrix, plain_angles
 from eomgen.system.terms import nearest_term
 
 #: Examples by key.

@@ -13,14 +13,13 @@ from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.geometry.rotations import rows, sequence
-from eomgen.scene.joints.constraint_model import Frame
+from eomgen.scene.geometry import rows, sequence
 from eomgen.scene.joints.frames import read_frame
+from eomgen.scene.joints.model import Frame
 from eomgen.scene.joints.schema import Frame as FrameEntry
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
-from eomgen.scene.reading.kinds import SixBySix, Triple
+from eomgen.scene.reading.kinds import Rotations, SixBySix, Triple
 from eomgen.scene.reading.requirements import DAMPING, STIFFNESS
-from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.reading.values import Values
 
 _ZEROS = (0.0, 0.0, 0.0)

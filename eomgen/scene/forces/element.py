@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 
 from eomgen.base.data import dataclass, replace
 from eomgen.formula.nodes import Formula, Vector
-from eomgen.scene.joints.constraint_model import Frame
+from eomgen.scene.joints.model import Frame
 from eomgen.system.description import Line, Wheel
 
 #: From the parts of a key, body and position of a place to the body and the position that stand for it.

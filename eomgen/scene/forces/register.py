@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from eomgen.scene.forces import (
-    bushings,
-    cosserat_beams,
-    distributed_loads,
-    efforts,
-    forces,
-    springs,
-    torsion_springs,
-    tyres,
-)
+from eomgen.scene.forces import bushings, cosserat_beams, distributed_loads, forces, springs, tyres
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 
 ELEMENTS: tuple[ElementSection, ...] = (
     springs.SECTION,
-    torsion_springs.SECTION,
+    springs.TORSION_SECTION,
     bushings.SECTION,
     tyres.SECTION,
     forces.SECTION,
     distributed_loads.SECTION,
-    efforts.SECTION,
+    forces.EFFORT_SECTION,
 )
 #: Force elements that entries of other sections bring with them.
 STRUCTURE: tuple[type[ForceElement], ...] = (cosserat_beams.CosseratBeam,)

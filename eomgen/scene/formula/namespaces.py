@@ -1,14 +1,16 @@
-"""Namespaces of included files: formulas are parsed in the names of their file, then their symbols are renamed.
+"""Namespaces of included files: formulas are parsed in the names of their file, then their symbols are renamed;
+scene data with its included files.
 
 So a message quotes the file's text, and no text is ever edited.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
-from eomgen.base.data import dataclass, fields, replace
+from eomgen.base.data import dataclass, field, fields, replace
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.scene.formula.definitions import check_extent, expanded, mentioned
@@ -134,10 +136,10 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
         section: replace(item, formulas=_Renamed(item.formulas, _locally(space, section, item.formulas)))
         for section, item in outer.laws.items()
     }
-    for field in fields(Names):
-        known = getattr(outer, field.name)
-        here = _locally(space, "inputs" if field.name == "motions" else field.name, known)
-        visible[field.name] = _Renamed(known, here) if isinstance(known, Mapping) else tuple(here)
+    for kind in fields(Names):
+        known = getattr(outer, kind.name)
+        here = _locally(space, "inputs" if kind.name == "motions" else kind.name, known)
+        visible[kind.name] = _Renamed(known, here) if isinstance(known, Mapping) else tuple(here)
     bound = {}
     for name, value in space.values.items():
         bound[name] = any(
@@ -205,3 +207,32 @@ def mapped(formula: Formula, rename: Callable[[Symbol], Formula]) -> Formula:
     if isinstance(formula, Application):
         return replace(formula, argument=mapped(formula.argument, rename))
     return formula
+
+
+@dataclass
+class Part:
+    """The data of a file with all that it includes.
+
+    Attributes
+    ----------
+    data : as a scene file without includes holds them.
+    lines : ``file:line`` of each dotted key.
+    notes : of importers, and of elements left out.
+    judged : bodies whose inertias an importer has judged.
+    bound : by key, formulas of parameters of included files; they are read even without use.
+    spaces : every namespace, in order.
+    """
+
+    data: dict[str, Any]
+    lines: dict[str, str]
+    notes: list[str] = field(default_factory=list)
+    judged: set[str] = field(default_factory=set)
+    bound: dict[str, str] = field(default_factory=dict)
+    spaces: list[Namespace] = field(default_factory=list)
+
+
+def signature(spaces: Sequence[Namespace]) -> bytes:
+    """Return bytes that tell namespaces apart, for the cache key: texts alone do not say whose names they mention."""
+    if not spaces:
+        return b""
+    return json.dumps([[dict(space.names), dict(space.values)] for space in spaces], sort_keys=True).encode()

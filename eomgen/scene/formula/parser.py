@@ -17,7 +17,6 @@ from eomgen.formula.evaluate import apply, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, quantity_of
 from eomgen.formula.words import FUNCTIONS, Word, added_word
 from eomgen.scene.formula.definitions import NamedExpression
-from eomgen.scene.formula.hints import of_function, of_kind, of_name, of_parts
 from eomgen.scene.formula.scope import (
     DERIVATIVES,
     ENERGIES,
@@ -29,6 +28,10 @@ from eomgen.scene.formula.scope import (
     REACTION_PARTS,
     Names,
     Scope,
+    of_function,
+    of_kind,
+    of_name,
+    of_parts,
 )
 from eomgen.scene.formula.tokens import (
     DEGREES,

@@ -11,11 +11,10 @@ from collections.abc import Collection, Mapping, Sequence
 from eomgen.base.text import key_of, listed
 from eomgen.formula.nodes import ZERO_VECTOR
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.geometry.rotations import frame_about, rows, sequence
+from eomgen.scene.geometry import frame_about, rows, sequence
 from eomgen.scene.joint_types import Need
 from eomgen.scene.joints import schema as written
-from eomgen.scene.joints.constraint_model import Frame
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Frame, Joint
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD, Point

@@ -16,11 +16,10 @@ from eomgen.scene.joint_types import (
     by_component,
     by_coordinate,
 )
-from eomgen.scene.joints import constraint_model
+from eomgen.scene.joints import model as constraint_model
 from eomgen.scene.joints.model import ONSETS
 from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional, shown_power
-from eomgen.scene.reading.kinds import Bounds, Matrix, Triple, Value, Values
-from eomgen.scene.reading.rotation_schema import Rotations
+from eomgen.scene.reading.kinds import Bounds, Matrix, Rotations, Triple, Value, Values
 
 
 class Frame(Table):

@@ -16,11 +16,11 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.text import listed
 from eomgen.lie.numeric import skew
-from eomgen.scene.geometry.inertia import Inertia
+from eomgen.scene.geometry import Inertia
 from eomgen.scene.joint_types import GROUPS
-from eomgen.scene.joints.displacement import displaced, twist_transform
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import led_or_following
+from eomgen.scene.joints.tree import displaced, twist_transform
 from eomgen.scene.reading.values import Values
 
 #: How the notes begin, by which a build knows them.

@@ -21,8 +21,7 @@ from eomgen.errors import EomgenError
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import Feature, features
-from eomgen.formula.infix import infix
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import Formula, infix
 from eomgen.lie import product
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME

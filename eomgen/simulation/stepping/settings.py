@@ -303,9 +303,7 @@ def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid
     laws = [law for law in model.description.laws if not law.constant]
     if not laws:
         return [], []
-    from eomgen.formula.jumps import jumps  # noqa: PLC0415  # most scenes need none of it
-    from eomgen.formula.steepness import steep  # noqa: PLC0415
-    from eomgen.formula.undefined_laws import undefined  # noqa: PLC0415
+    from eomgen.formula.motion_faults import jumps, steep, undefined  # noqa: PLC0415  # most scenes need none of it
 
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     looked_at = laws, values, grid.start, grid.reached

@@ -1,3 +1,3 @@
 """Calculus from tape to tape: partials, gradients, jets in time."""
 
-__all__ = ["configuration", "cuts", "jets", "loops", "partials", "tangents"]
+__all__ = ["configuration", "jets", "loops", "partials"]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from eomgen.symbolic.calculus.jets import Jet, JetAlgebra, coefficient, jets
-from eomgen.symbolic.calculus.tangents import Tangent
+from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 

@@ -1,4 +1,4 @@
-"""Calculus on Maps: the derivative, the adjoint and the jet of a loop are loops again.
+"""Calculus on Maps: the derivative, the adjoint and the jet of a loop are loops again; tangents of tape nodes.
 
 The kernel is differentiated once for any number of elements; derivatives of carries are carries (Griewank and
 Walther 2008, chapter 3), adjoints of carries run backwards through the elements over stored carries (chapter 4).
@@ -12,10 +12,18 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import cast
 
 from eomgen.base.data import dataclass, replace
-from eomgen.symbolic.calculus.tangents import Tangent, signed_tangent
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map, T, add_map, splice
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+
+Tangent = dict[int, Ref]  # direction -> derivative; directions with a derivative of zero by structure are absent
+
+
+def signed_tangent(tangents: Mapping[int, Tangent], ref: Ref) -> Tangent:
+    """Return the tangent of a reference, given the tangents of nodes."""
+    tangent = tangents.get(abs(ref), {})
+    return tangent if ref > 0 else {direction: -derivative for direction, derivative in tangent.items()}
+
 
 #: ``partials.forward_partials``, ``jets.jets`` and ``partials.weighted_gradient``.
 ForwardPartials = Callable[[Tape, Sequence[Ref], Mapping[Ref | InputSymbol, Mapping[int, Ref]]], list[Tangent]]

@@ -8,7 +8,7 @@ from textwrap import wrap
 
 from eomgen.codegen.program import Addition, Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.scheduling.stretches import ranges
-from eomgen.codegen.targets.c.places import chosen, moved, place
+from eomgen.codegen.targets.c.tables import chosen, moved, place
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 from eomgen.system.system import base_component

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from eomgen.codegen.program import Expression, ProgramFunction, Statement
-from eomgen.codegen.scheduling.matrix_assembly import assembly
-from eomgen.codegen.targets.c.lookups import Lookup
+from eomgen.codegen.scheduling.matrices import assembly
 from eomgen.codegen.targets.c.printer import BranchingPrinter, Printer, indented, number
+from eomgen.codegen.targets.c.tables import Lookup
 from eomgen.integrators.newton.matrix import WEIGHTS
 
 #: Nonzeros of B, and velocity components, up to which the increment of the configuration is written out.

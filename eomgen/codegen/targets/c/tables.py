@@ -1,4 +1,7 @@
-"""Tables of curves in C: one for all curves of the same rows, and large ones as bytes, which compile ten times faster.
+"""Tables in C: of integers, or, for regular long ones of equal parts of a scene, counted expressions; of curves, one
+for all curves of the same rows; and texts of places in arrays.
+
+Tables of curves in C: one for all curves of the same rows, and large ones as bytes, which compile ten times faster.
 
 A compiler takes 4 us for a number in an initializer and 50 ns for a byte in a text. So tables of many numbers are texts
 in a file of their own: doubles of IEEE 754, byte by byte, the least significant first, for any byte order of machines.
@@ -6,13 +9,207 @@ in a file of their own: doubles of IEEE 754, byte by byte, the least significant
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import ProgramCurve
+from eomgen.codegen.scheduling.stretches import Stretch, ranges, stretches
+
+
+def place(start: int, step: int, counter: str = "i") -> str:
+    """Return the text of start + step i."""
+    if step == 0:
+        return str(start)
+    term = counter if abs(step) == 1 else f"{abs(step)} * {counter}"
+    if step < 0:
+        return f"{start} - {term}"
+    return f"{start} + {term}" if start else term
+
+
+def moved(first: str, step: int, counter: str = "k") -> str:
+    """Return the text of a place that moves by a step with each count."""
+    if step == 0:
+        return first
+    return f"{first} {'+' if step > 0 else '-'} {f'{abs(step)} * ' if abs(step) > 1 else ''}{counter}"
+
+
+def chosen(ranges: Sequence[tuple[int, str]], counter: str = "k") -> str:
+    """Return a choice between texts by ranges of a counter, each with its end."""
+    text = ranges[-1][1]
+    for end, other in reversed(ranges[:-1]):
+        text = f"{counter} < {end} ? {other} : {text}"
+    return text
+
+
+#: Tables of fewer entries stay tables.
+_LONG = 72
+#: So many equal items at equally spaced places become a loop.
+_MANY = 8
+#: Periods of entries with steps of their own are shorter than this.
+_LONGEST_PERIOD = 17
+#: Ranges of one table at most.
+_RANGES = 6
+
+
+class Lookup:
+    """A table of integers.
+
+    Parameters
+    ----------
+    name : of the table in C
+    values : its entries
+    batch : entries in a line of its own at most; 0 for all in one
+    """
+
+    def __init__(self, name: str, values: Sequence[int], batch: int = 0) -> None:
+        self.name, self.values, self.batch = name, tuple(values), batch
+        self.tables: list[tuple[str, tuple[int, ...]]] = []
+        self.ranges: list[tuple[int, str]] = []
+        if len(self.values) >= _LONG:
+            self._count()
+        if not self.ranges:
+            self.tables = [(name, self.values)]
+
+    def _count(self) -> None:
+        even = ranges(self.values)
+        if len(even) <= _RANGES:
+            self.ranges = [(end, place(start, step, "@")) for end, start, step in even]
+            return
+        repeated = stretches([self.values], [True])
+        if len(repeated) <= _RANGES and 4 * sum(stretch.period for stretch in repeated) <= len(self.values):
+            self.ranges = [(stretch.stop, self._periodic(stretch)) for stretch in repeated]
+            return
+        size = len(self.values)
+        for period in range(2, _LONGEST_PERIOD):
+            steps = [after - before for before, after in zip(self.values, self.values[period:], strict=False)]
+            if steps == (steps[:period] * (size // period + 1))[: len(steps)]:
+                first, by = f"{self.name}_first", f"{self.name}_step"
+                self.tables = [(first, self.values[:period]), (by, tuple(steps[:period]))]
+                self.ranges = [(size, f"{first}[@ % {period}] + {by}[@ % {period}] * (@ / {period})")]
+                return
+
+    def _periodic(self, stretch: Stretch) -> str:
+        """Return the text of a stretch as an expression of @."""
+        at = f"(@ - {stretch.start})" if stretch.start else "@"
+        first = self.values[stretch.start : stretch.start + stretch.period]
+        inner = f"{at} % {stretch.period}" if stretch.count > 1 else at
+        is_even = len(first) > 2 and len({after - before for before, after in pairwise(first)}) == 1
+        if is_even:
+            text = place(first[0], first[1] - first[0], inner)
+        else:
+            name = f"{self.name}{len(self.tables) or ''}"
+            self.tables.append((name, first))
+            text = f"{name}[{inner}]"
+        if stretch.count == 1:
+            return text
+        step = self.values[stretch.start + stretch.period] - first[0]
+        return moved(text, step, f"({at} / {stretch.period})")
+
+    def declaration(self, depth: int = 1, note: str = "") -> str:
+        """Return the lines that declare the tables read by ``at``, each ended; a ``note`` describes one table."""
+        indent, result = "    " * depth, ""
+        behind = f" /* {note} */" if note else ""
+        for name, values in self.tables:
+            texts = [str(value) for value in values]
+            if not self.batch:
+                result += f"{indent}static const int {name}[{len(texts)}] = {{ {', '.join(texts)} }};{behind}\n"
+                continue
+            result += f"{indent}static const int {name}[{len(texts)}] = {{\n"
+            for k in range(0, len(texts), self.batch):
+                result += f"{indent}    {', '.join(texts[k : k + self.batch])},\n"
+            result += f"{indent}}};\n"
+        return result
+
+    def at(self, index: str = "i") -> str:
+        """Return the text of the entry at an index."""
+        if not self.ranges:
+            return f"{self.name}[{index}]"
+        if index.isdigit():
+            return str(self.values[int(index)])
+        text = chosen(self.ranges, "@").replace("@", index)
+        return text if text.isdigit() else f"({text})"
+
+
+def nonzeros(places: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
+    """Return loops over the nonzeros of a matrix, one for each stretch of a long table of their places.
+
+    Of each: ``count`` periods k of ``period`` nonzeros j, ``tables`` of the first period, names to entries, and as
+    texts the ``number`` of a nonzero, its ``row`` and its ``column``.
+
+    Parameters
+    ----------
+    places : row and column of each
+    """
+    whole = Stretch(0, len(places), 1)
+    parts = stretches([range(len(places)), *zip(*places, strict=True)], [True] * 3) if len(places) >= _LONG else [whole]
+    if 2 * sum(stretch.period for stretch in parts) > len(places):
+        parts = [whole]
+    result = []
+    for stretch in parts:
+        first, last = places[stretch.start], places[stretch.start + (stretch.count > 1) * stretch.period]
+        tables = {
+            name: [index[k] for index in places[stretch.start : stretch.start + stretch.period]]
+            for k, name in enumerate(("row", "column"))
+        }
+        texts = {
+            name: moved(f"{name}[j]", after - before) for name, before, after in zip(tables, first, last, strict=True)
+        }
+        number = moved(place(stretch.start, 1, "j"), stretch.period if stretch.count > 1 else 0)
+        result.append({"count": stretch.count, "period": stretch.period, "tables": tables, "number": number, **texts})
+    return result
+
+
+def places_of_fronts(fronts: Sequence[Sequence[int]]) -> list[str]:
+    """Return the columns of the table of fronts as texts of i; empty if they are few or not regular."""
+    columns = [ranges(column) for column in zip(*fronts, strict=True)]
+    if len(fronts) < _LONG // 2 or max(map(len, columns)) > _RANGES:
+        return []
+    return [chosen([(end, place(start, step)) for end, start, step in column], "i") for column in columns]
+
+
+def repeated(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
+    """Return items with ``count``, many of one kind at equally spaced places as one with places as texts of k.
+
+    If kinds alternate, as positions and rotations of free bodies do, and fewer items result, items are sorted by kind.
+
+    Parameters
+    ----------
+    items : in any order
+    kinds, places : keys of data that have to be equal, and of integers
+    """
+    by_kind: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
+    for item in items:
+        by_kind.setdefault(tuple(item[key] for key in kinds), []).append(item)
+    as_given = _repeated(items, kinds, places)
+    sorted_items = _repeated([item for alike in by_kind.values() for item in alike], kinds, places)
+    return sorted_items if len(sorted_items) < len(as_given) else as_given
+
+
+def _repeated(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
+    result: list[dict[str, Any]] = []
+    start = 0
+    while start < len(items):
+        first, end = items[start], start + 1
+        steps = {key: items[end][key] - first[key] for key in places} if end < len(items) else {}
+        while (
+            end < len(items)
+            and all(items[end][key] == first[key] for key in kinds)
+            and all(items[end][key] - items[end - 1][key] == steps[key] for key in places)
+        ):
+            end += 1
+        if end - start >= _MANY:
+            result.append({**first, "count": end - start, **{k: place(first[k], steps[k], "k") for k in places}})
+        else:
+            end = start + 1
+            result.append({**first, "count": 1})
+        start = end
+    return result
+
 
 #: Numbers from which on a table is bytes.
 LARGE = 4096

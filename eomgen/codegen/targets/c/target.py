@@ -1,32 +1,151 @@
-"""Program -> C files: one Jinja environment renders all files in memory, then they are written atomically."""
+"""Program -> C files: one Jinja environment renders all files in memory, functions are distributed over them, then
+they are written atomically.
+
+The interface that all compiled models share: one text is both the cdef for cffi and a C header.
+
+``eomgen_call`` evaluates one function for ``count`` samples. Input ``j`` (in the order of the function's inputs) of
+sample ``i`` starts at ``inputs[j] + i * strides[j]``; a stride of 0 gives all samples the same values. Outputs are
+contiguous, sample after sample.
+A complex model takes and gives pairs of doubles; strides count doubles.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import os
 import sys
+import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import jinja2
+from jinja2.bccache import Bucket
 
-from eomgen.base.resources import template_folder
+from eomgen.base.data import dataclass, field
+from eomgen.base.files import template_folder
+from eomgen.base.version import __version__
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import LARGEST_ANGLE, stack_bytes
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
-from eomgen.codegen.scheduling.matrix_products import added_products
-from eomgen.codegen.targets.c.folding import folded
-from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
-from eomgen.codegen.targets.c.lookups import Lookup, nonzeros, places_of_fronts, repeated
+from eomgen.codegen.scheduling.matrices import added_products
 from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, file_name, local_names
-from eomgen.codegen.targets.c.printer import Printer, counts, indented, number
-from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
+from eomgen.codegen.targets.c.printer import Printer, counts, folded, indented, number
 from eomgen.codegen.targets.c.stepper import stepper_names
-from eomgen.codegen.targets.c.tables import curve_tables
-from eomgen.codegen.targets.c.template_bytecode import TemplateBytecode
+from eomgen.codegen.targets.c.tables import Lookup, curve_tables, nonzeros, places_of_fronts, repeated
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.families.register import family_named
+from eomgen.integrators.stepper_layout import STEPPER_CDEF
+
+#: Signatures that never change from scene to scene, so that the wrapper around them is compiled once per machine.
+INTERFACE_CDEF = f"""\
+const char *eomgen_fingerprint(void);
+const char *eomgen_number_type(void);
+long eomgen_size(int what);
+int eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const *outputs);
+{STEPPER_CDEF}"""
+
+#: Meaning of the argument of ``eomgen_size``.
+SIZES = ("functions", "q", "v", "z", "u", "p", "lam", "bodies", "base")
+
+
+#: Operations per C file, roughly; a file this long compiles in half a second, and an arm of seven joints has three.
+FILE_LIMIT = 3000
+#: Operations in a statement of a loop, roughly.
+_PER_STATEMENT = 2
+
+
+@dataclass
+class SourceFile:
+    """A C file: the loops and the parts of long functions it holds, and the functions it defines.
+
+    ``name`` has no suffix; loops are numbers of the Program's loops.
+    """
+
+    name: str
+    functions: list[ProgramFunction] = field(default_factory=list)
+    parts: list[tuple[ProgramFunction, int]] = field(default_factory=list)
+    loops: list[int] = field(default_factory=list)
+    operations: int = 0
+
+
+def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
+    """Return the files of a Program; the first has the prefix as its name and calls the parts in the others."""
+    first = SourceFile(program.prefix)
+    files = [first]
+    loops = [_PER_STATEMENT * len(loop.statements) for loop in program.loops]
+    total = sum(function.operations for function in program.functions) + sum(loops)
+    for function in program.functions:
+        if len(function.parts) > 1 and total > limit:
+            for number, part in enumerate(function.parts):
+                target = _room(files, part.operations, limit, program.prefix)
+                target.parts.append((function, number))
+                target.operations += part.operations
+            first.functions.append(function)
+        else:
+            target = _room(files, function.operations, limit, program.prefix)
+            target.functions.append(function)
+            target.operations += function.operations
+            target.parts += [(function, number) for number in range(len(function.parts)) if len(function.parts) > 1]
+    for number, operations in enumerate(loops):
+        target = min(files, key=lambda file: file.operations) if total > limit else first
+        if target.operations and target.operations + operations > limit and total > limit:
+            target = SourceFile(f"{program.prefix}_{len(files) + 1}")
+            files.append(target)
+        target.loops.append(number)
+        target.operations += operations
+    return files
+
+
+def _room(files: list[SourceFile], operations: int, limit: int, prefix: str) -> SourceFile:
+    last = files[-1]
+    if last.operations and last.operations + operations > limit:
+        last = SourceFile(f"{prefix}_{len(files) + 1}")
+        files.append(last)
+    return last
+
+
+_DIGEST = 32
+
+
+class TemplateBytecode(jinja2.BytecodeCache):
+    """Bytecode in a folder that is made at its first use; none is kept if the folder cannot be written.
+
+    A file is taken if it is whole by its digest, and of the same template, Python, Jinja and eomgen, whose filters may
+    have been applied to constants.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def get_cache_key(self, name: str, filename: str | None = None) -> str:
+        """Return the name of a template's file."""
+        text = "\0".join((name, filename or "", jinja2.__version__, __version__))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        """Take the bytecode of a template from the folder."""
+        with contextlib.suppress(OSError):
+            kept = (self.folder / bucket.key).read_bytes()
+            if hashlib.sha256(kept[_DIGEST:]).digest() == kept[:_DIGEST]:
+                bucket.bytecode_from_string(kept[_DIGEST:])
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        """Keep the bytecode of a template, under its name once it is whole."""
+        code = bucket.bytecode_to_string()
+        with contextlib.suppress(OSError):
+            self.folder.mkdir(exist_ok=True)
+            handle, private = tempfile.mkstemp(prefix="tmp-", dir=self.folder)
+            try:
+                with os.fdopen(handle, "wb") as file:
+                    file.write(hashlib.sha256(code).digest() + code)
+                Path(private).replace(self.folder / bucket.key)
+            except OSError:
+                Path(private).unlink()
+                raise
+
 
 #: Distance at which an argument of a curve counts as a break, relative to it, or as an end, relative to the range.
 SNAP = 8.0 * sys.float_info.epsilon

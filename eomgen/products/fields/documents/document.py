@@ -13,8 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
-from eomgen.formula.infix import infix
-from eomgen.formula.nodes import ZERO, Formula
+from eomgen.formula.nodes import ZERO, Formula, infix
 
 #: Functions and commands for Hamiltonian systems, for messages.
 OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate and generate"

@@ -13,7 +13,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls, not_unpacked, unknown_attribute
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.display import new_figure, saved
 from eomgen.base.files import write_arrays, write_table
 from eomgen.errors import Problem, UsageError
 

@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.concurrency import share
 from eomgen.base.data import dataclass, field
 from eomgen.base.text import NAME_RULE, is_legal, shown
-from eomgen.base.threads import share
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
-from eomgen.codegen.targets.c.folding import folded
-from eomgen.codegen.targets.c.printer import Printer, indented
+from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.target import environment
 from eomgen.errors import DescriptionError, ModelError, Problem
 from eomgen.formula.nodes import Symbol

@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.display import new_figure, saved
 from eomgen.base.files import make_folder, write_arrays, write_table, write_text
 from eomgen.base.text import counted, json_text
 from eomgen.products.fields.documents.document import Chains

@@ -16,8 +16,7 @@ from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.products.reliability.random_processes import Expansion
 from eomgen.products.reliability.section import schema as written
 from eomgen.scene.formula.namespaces import mapped
-from eomgen.system.normal_series import NormalSeries
-from eomgen.system.signals import Input, Parameter
+from eomgen.system.signals import Input, NormalSeries, Parameter
 
 #: Points of a table for each wave of its mode, and the least of them.
 _POINTS, _FEWEST = 8, 32

@@ -28,8 +28,7 @@ from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.section import Entries, Reading, Section, Unused, fault_of_variables
 from eomgen.scene.signals.curves import Curves
-from eomgen.system.normal_series import NormalSeries, variables_of
-from eomgen.system.signals import Input, Parameter
+from eomgen.system.signals import Input, NormalSeries, Parameter, variables_of
 
 #: An eigenvalue of a correlation matrix up to which it is taken for singular.
 _SINGULAR = 1e-12

@@ -15,7 +15,7 @@ from eomgen.products.reliability.random_processes import BEYOND, Covariance, qua
 from eomgen.products.reliability.section import schema as written
 from eomgen.scene.formula.scope import TRANSLATION
 from eomgen.scene.reading.values import Values
-from eomgen.system.normal_series import NormalSeries
+from eomgen.system.signals import NormalSeries
 
 #: How many standard deviations from its mean a process is looked at, and at how many places.
 _FARTHEST, _PLACES = 6.0, 1201

@@ -19,7 +19,7 @@ from eomgen.simulation.option_types import SensitivityOptions
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
-    from eomgen.system.normal_series import NormalSeries
+    from eomgen.system.signals import NormalSeries
 
 #: Samples at least, if any are requested.
 FEWEST = 20

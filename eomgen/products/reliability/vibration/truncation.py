@@ -14,7 +14,7 @@ from scipy import signal
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.system.normal_series import NormalSeries
+from eomgen.system.signals import NormalSeries
 
 #: By how much of its norm the gradient in the variables may miss the one by derivatives in the values of processes.
 _EXPLAINED = 0.02

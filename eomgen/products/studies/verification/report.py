@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.display import new_figure, saved
 from eomgen.base.files import write_rows, write_text
 from eomgen.base.text import json_text
 from eomgen.errors import FileError, Problem

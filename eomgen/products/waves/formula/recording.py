@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from eomgen.products.waves.formula.fields import LEAST, WORDS, WaveField, in_quadrature
-from eomgen.symbolic.harmonics import harmonic_sum
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op
+from eomgen.symbolic.periodic import harmonic_sum
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Tape
 

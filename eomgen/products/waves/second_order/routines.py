@@ -11,8 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
-from eomgen.codegen.targets.c.folding import folded
-from eomgen.codegen.targets.c.printer import Printer, indented
+from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.target import environment
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, PairTape, gravity_waves
 from eomgen.symbolic.tape import Ref

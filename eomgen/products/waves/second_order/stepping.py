@@ -24,8 +24,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
-from eomgen.codegen.targets.c.folding import folded
-from eomgen.codegen.targets.c.printer import Printer, indented
+from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.target import environment
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named

@@ -33,8 +33,7 @@ from eomgen.products.waves.section.breaking import UnbrokenSea
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
-from eomgen.system.normal_series import variables_of
-from eomgen.system.signals import Parameter
+from eomgen.system.signals import Parameter, variables_of
 
 #: By type of spectrum: the keys that it needs, and the keys that it may have in addition.
 _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {

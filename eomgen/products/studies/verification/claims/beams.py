@@ -33,9 +33,8 @@ from eomgen.products.studies.verification.claims.claim import (
     on_tape,
     spread,
 )
-from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.cosserat import BeamElement, BeamSection, Cosserat, Rows
-from eomgen.scene.bodies.model import Body
+from eomgen.scene.bodies.model import Beam, Body
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.distributed_loads import DistributedLoad
 from eomgen.scene.forces.element import ForceElement

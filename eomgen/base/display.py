@@ -1,8 +1,10 @@
-"""Figures of matplotlib, without a window: written to files, or returned to a caller in Python."""
+"""How results show themselves: figures of matplotlib without a window, and small pieces of HTML for notebooks."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from html import escape
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -65,3 +67,44 @@ def saved(figure: Any, path: Path, hint: str = "another folder") -> Path:
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be written ({error.strerror or error})", hint)) from None
     return path
+
+
+#: Rows of one table; the rest is counted.
+_ROWS = 40
+_CELL = "text-align:left;vertical-align:top;padding:0.15em 0.8em 0.15em 0"
+
+
+def page(heading: str, *parts: str) -> str:
+    """Return parts of HTML under a heading in plain text; empty parts are left out."""
+    return f"<div><strong>{escape(heading)}</strong>{''.join(parts)}</div>"
+
+
+def paragraph(text: str) -> str:
+    """Return plain text as a paragraph; an empty text for an empty one."""
+    return f'<p style="margin:0.3em 0">{escape(text)}</p>' if text else ""
+
+
+def formula(latex: str) -> str:
+    """Return a formula on a line of its own, which notebooks set by MathJax."""
+    return f"<div>$$\\displaystyle {escape(latex, quote=False)}$$</div>"
+
+
+def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a table of text, of at most 40 rows and the number of further ones; an empty text if there is no row.
+
+    Columns that are empty in all rows are left out.
+    """
+    waiting = iter(rows)
+    shown = [[str(cell) for cell in row] for row in islice(waiting, _ROWS)]
+    if not shown:
+        return ""
+    left = sum(1 for _ in waiting)
+    kept = [k for k in range(len(headings)) if any(row[k] for row in shown)]
+    head = "".join(f'<th style="{_CELL}">{escape(headings[k])}</th>' for k in kept)
+    body = "".join(
+        f"<tr>{''.join(f'<td style={chr(34)}{_CELL}{chr(34)}>{escape(row[k])}</td>' for k in kept)}</tr>"
+        for row in shown
+    )
+    more = paragraph(f"and {left} more") if left else ""
+    parts = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
+    return f'<table style="margin:0.4em 0;border-collapse:collapse">{parts}</table>{more}'

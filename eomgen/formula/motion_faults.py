@@ -1,0 +1,356 @@
+"""Prescribed motions that no run can follow: without a value, with jumps of positions or rates, or steeper than a
+step.
+
+Jumps of prescribed motions, which no finite force can follow: of positions and of their rates.
+
+A law is evaluated with its rate (complex step) on a grid of times, and on both sides of its known breakpoints. If it
+is not linear between two times the interval is divided: the deviation from the chord falls to less than a half for a
+smooth law, and stays at a jump. A narrow pulse between two times of the grid is found if its breakpoints are
+comparisons of t, or points of curves. Angles are compared modulo full revolutions, as in the equations.
+
+Prescribed motions steeper than the step of a run: drives and motions of the base that steppers cannot follow.
+
+A law is bisected if it is not linear, down to intervals of one step. There the trapezoidal rule for the rate is
+compared with the change of the law.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.errors import Problem
+from eomgen.formula.discontinuities import breakpoints
+from eomgen.formula.evaluate import evaluate_batch, values_of_parameters
+from eomgen.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.formula.prescribed_motion import Law, law_and_rate
+
+#: Times of the grid.
+_GRID = 1025
+_UNDEFINED_HALVINGS = 60
+
+
+def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
+    """Return a problem for each law that has no value from some time on, or until some time.
+
+    Parameters
+    ----------
+    values : mapping
+        All parameters.
+    start, end : float
+        Times to look at, s.
+    """
+    problems = []
+    for law in laws:
+        if law.smooth or _has_curves(law.formula):
+            continue
+        time = undefined_from(law.formula, values_of_parameters(law.formula, values), start, end)
+        if time is not None:
+            fault = f"the {law.quantity} has no value behind t = {time:.6g} s"
+            hint = f"a run that ends before, or a formula that has one up to t = {end:.6g} s"
+            problems.append(Problem(law.where, f"{fault}: a root, a logarithm or a power of a negative number", hint))
+    return problems
+
+
+@functools.lru_cache(maxsize=256)
+def undefined_from(formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float) -> float | None:
+    """Return from which time on a formula has no value for a while, s; None if it has one at all times.
+
+    A time alone without a value, as of a division by zero, does not count.
+
+    Parameters
+    ----------
+    values : tuple of (name, value)
+        Of the parameters in the formula.
+    start, end : float
+        Times to look at, s.
+    """
+    known = dict(values)
+
+    def missing(t: Array) -> NDArray[np.bool_]:
+        def value_of(symbol: Symbol) -> Array | float:
+            return t if symbol.kind == "time" else known[symbol.name]
+
+        return np.broadcast_to(np.isnan(evaluate_batch(formula, value_of)), t.shape)
+
+    times = np.linspace(start, end, _GRID)
+    without = missing(times)
+    lasting = np.flatnonzero(without[:-1] & without[1:])
+    if not len(lasting):
+        return None
+    low, high = times[max(lasting[0] - 1, 0)], times[lasting[0]]
+    for _ in range(_UNDEFINED_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if missing(np.array([middle]))[0] else (middle, high)
+    return float(high)
+
+
+def _has_curves(formula: Formula) -> bool:
+    """Return whether there are curves in a formula, whose values are not known here."""
+    if isinstance(formula, Application):
+        return True
+    return isinstance(formula, Operation) and any(map(_has_curves, formula.arguments))
+
+
+#: Jumps that count, as a part of the range of a law, or of its largest rate: constants are typed with a few digits.
+_TOLERANCE = 1e-5
+#: Larger changes of an angle are no turns left out, but infinities that are passed.
+_FARTHEST = 1e4
+#: Times evaluated on each side of periodic breakpoints.
+_PERIODS = 64
+_DIVISIONS = 120
+#: Position in an interval at which it is divided: in its middle the rate 0 of |x| at x = 0 would lie on the chord.
+_PART = 0.375
+#: Intervals that are examined more closely: the most bent ones.
+_INTERVALS = 64
+
+
+class Jump(NamedTuple):
+    """Time at which a law (order 0) or its rate (order 1) jumps, and its values there."""
+
+    time: float
+    order: int
+    before: float
+    after: float
+
+
+def jumps(laws: Iterable[Law], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
+    """Return a problem for each law that jumps.
+
+    Parameters
+    ----------
+    values : mapping
+        All parameters.
+    start, end : float
+        Times to look at, s.
+    """
+    problems = []
+    for law in laws:
+        if law.smooth:
+            continue
+        known = values_of_parameters(law.formula, values)
+        jump = first_jump(law.formula, known, start, end, law.unit == "rad")
+        if jump is not None:
+            without = undefined([law], values, start, end)
+            problems += without or [Problem(law.where, *_described(law, jump))]
+    return problems
+
+
+@functools.lru_cache(maxsize=256)
+def first_jump(
+    formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, angle: bool
+) -> Jump | None:
+    """Return the first jump of a law from start to end, its own before one of its rate; None without.
+
+    Parameters
+    ----------
+    values : tuple of (name, value)
+        Of the parameters in the formula.
+    angle : bool
+        Whether whole turns make no difference to the law.
+    """
+    known = dict(values)
+    law = law_and_rate(formula, known)
+    beside: list[Any] = [np.linspace(start, end, _GRID if end > start else 1)]
+    for point in breakpoints(formula, lambda symbol: known.get(symbol.name)):
+        first = np.ceil((start - point.time) / point.period) if point.period else 0.0
+        times = point.time + point.period * (first + np.arange(_PERIODS if point.period else 1))
+        margin = 64.0 * _EPSILON * np.maximum(np.abs(times), point.blur)
+        beside += [times - margin, times, times + margin]
+    known_times = np.unique(np.concatenate(beside))
+    known_times = known_times[(known_times >= start) & (known_times <= end)]
+    for order in (0, 1):
+        time = _lasting_change(law, known_times, order, turns=angle and order == 0)
+        if time is not None:
+            sides = np.clip(np.array([time - 1e-12 * (end - start), time + 1e-12 * (end - start)]), start, end)
+            before, after = law(sides)[order]
+            return Jump(time, order, float(before), float(after))
+    return None
+
+
+def _lasting_change(
+    law: Callable[[Array], tuple[Array, Array]], times: Array, order: int, *, turns: bool
+) -> float | None:
+    """Return the first time at which a law changes much however closely it is looked at; None if there is none.
+
+    Parameters
+    ----------
+    law : callable
+        From times (n,) to values and rates, (n,) each.
+    times : (n,)
+        Grid; the search is between its times.
+    order : int
+        0 for the law, 1 for its rate.
+    turns : bool
+        Whether changes count up to whole turns.
+    """
+    values = law(times)[order]
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return None
+    scale = np.ptp(finite) if order == 0 else np.max(np.abs(finite))
+    narrowest = 8.0 * _EPSILON * max(abs(times[0]), abs(times[-1]))
+    least = max(_TOLERANCE * scale, 1e-12 * np.max(np.abs(finite)), 64.0 * _rounding(law, times[0], times[-1], order))
+    low, high, at_low, at_high = times[:-1], times[1:], values[:-1], values[1:]
+    for _ in range(_DIVISIONS):
+        middle = low + _PART * (high - low)
+        between = law(middle)[order]
+        with np.errstate(invalid="ignore"):
+            deviation = np.abs(between - at_low - _PART * (at_high - at_low))
+            curved = np.flatnonzero(deviation > 0.25 * least)
+        if len(curved) > _INTERVALS:  # beside an infinity
+            curved = np.sort(curved[np.argsort(deviation[curved])[-_INTERVALS:]])
+        low, middle, high = low[curved], middle[curved], high[curved]
+        at_low, between, at_high = at_low[curved], between[curved], at_high[curved]
+        if not len(low) or np.all(high - low <= narrowest):
+            break
+        low, high = np.stack([low, middle], 1).ravel(), np.stack([middle, high], 1).ravel()
+        at_low, at_high = np.stack([at_low, between], 1).ravel(), np.stack([between, at_high], 1).ravel()
+    size = np.abs(at_high - at_low)
+    if turns:
+        size = np.where(size < _FARTHEST, np.abs(np.remainder(size + np.pi, 2.0 * np.pi) - np.pi), size)
+    lasting = low[size > max(least, 0.1 * np.max(size, initial=0.0))]  # other jumps beside infinities are noise
+    return float(lasting[0]) if len(lasting) else None
+
+
+def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: float, order: int) -> float:
+    """Return the rounding of a law: its summands may be much larger than itself, as at a start from rest."""
+    times = np.linspace(start, end, 259)[1:-1]
+    aside = 1e-5 * (end - start)
+    before, here, after = (law(times + shift)[order] for shift in (-aside, 0.0, aside))
+    with np.errstate(invalid="ignore"):
+        noise = np.abs(before - 2.0 * here + after)
+    noise = noise[np.isfinite(noise)]
+    return float(np.quantile(noise, 0.75)) if len(noise) else 0.0
+
+
+def _described(law: Law, jump: Jump) -> tuple[str, str]:
+    """Return the meaning of a jump, and a remedy."""
+    unit = law.unit if jump.order == 0 else f"{law.unit}/s"
+    of = f"the {law.quantity}" if jump.order == 0 else f"the rate of the {law.quantity}"
+    fault = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s"
+    fault += ", and no motion can follow that" if jump.order == 0 else ", which takes an impulse that no step gives"
+    beside = 'smooth = "10 ms" beside the law, or ' if law.quantity.startswith("driven") else ""
+    return (
+        fault,
+        f'{beside}a law that is smooth there, such as a curve with interpolation = "quintic", or a force or an effort'
+        " instead",
+    )
+
+
+_HALVINGS = 80
+_EPSILON = float(np.finfo(float).eps)
+#: Error of the trapezoidal rule over one step, as a share of the law's range beside its linear trend: reported above
+#: the first, refused above the second.
+REPORTED, REFUSED = 0.01, 0.05
+#: How many steps a law is measured over at least: in a few, everything is straight or steep.
+_LEAST_STEPS = 256
+#: The same share at steps that resolve the law.
+_RESOLVED = 0.003
+
+
+class Steepness(NamedTuple):
+    """Place of the largest error over one step: time, error, its share of the range, and a step that resolves it."""
+
+    time: float
+    missed: float
+    part: float
+    enough: float
+
+
+def steep(
+    laws: Iterable[Law], values: Mapping[str, float], start: float, end: float, step: float
+) -> tuple[list[Problem], list[str]]:
+    """Return a problem for each law that a step cannot follow, and a sentence for each that it follows badly.
+
+    Parameters
+    ----------
+    values : mapping
+        All parameters.
+    start, end, step : float
+        Of the run, s.
+    """
+    refused, reported = [], []
+    for law in laws:
+        known = values_of_parameters(law.formula, values)
+        worst = steepest(law.formula, known, start, end, step, law.unit == "rad")
+        if worst is None:
+            continue
+        fault = (
+            f"the {law.quantity} is too steep for a step of {step:.3g} s near t = {worst.time:.6g} s: over one step it "
+            f"changes by {worst.missed:.3g} {law.unit} more or less than its rates tell, "
+            f"{100.0 * worst.part:.2g} % of its range"
+        )
+        hint = f"a step of {worst.enough:.2g} s"
+        if worst.part > REFUSED:
+            refused.append(Problem(law.where, fault, hint))
+        else:
+            reported.append(f"{law.where}: {fault}; try: {hint}")
+    return refused, reported
+
+
+@functools.lru_cache(maxsize=256)
+def steepest(
+    formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, step: float, angle: bool
+) -> Steepness | None:
+    """Return the place at which a step misses most of a law, None if all steps follow it.
+
+    Steppers take positions of a law at the ends of steps, and its rates and accelerations there; a law that moves
+    between otherwise than they say is not followed. Measured is the trapezoidal rule for the rate against the change of
+    the law.
+
+    Parameters
+    ----------
+    values : tuple of (name, value)
+        Of the parameters in the formula.
+    start, end, step : float
+        Of the run, s.
+    angle : bool
+        Whether whole turns make no difference to the law.
+    """
+    law = law_and_rate(formula, dict(values))
+    times = np.linspace(start, end, _GRID)
+    if end <= start or not np.all(np.isfinite(law(times)[0])):
+        return None
+    x = law(np.linspace(start, max(end, start + _LEAST_STEPS * step), _GRID))[0]
+    size = float(np.ptp(x - np.linspace(x[0], x[-1], _GRID)))
+    if not size > 64.0 * _EPSILON * np.max(np.abs(x)):
+        return None
+
+    def missed(middle: Array, width: float) -> Array:
+        low, high = np.clip(middle - 0.5 * width, start, end), np.clip(middle + 0.5 * width, start, end)
+        (x0, v0), (x1, v1) = law(low), law(high)
+        lost = np.abs(x1 - x0 - 0.5 * (high - low) * (v0 + v1))
+        return np.abs(np.remainder(lost + np.pi, 2.0 * np.pi) - np.pi) if angle else lost
+
+    low, width = times[:-1], (end - start) / (_GRID - 1)
+    while width > step:
+        middle = low + 0.5 * width
+        deviation = np.abs(law(middle)[0] - 0.5 * (law(low)[0] + law(low + width)[0]))
+        curved = np.flatnonzero(deviation > _RESOLVED * size)
+        low, middle = low[curved], middle[curved]
+        if len(curved) > _INTERVALS:
+            most = np.sort(np.argsort(deviation[curved])[-_INTERVALS:])
+            low, middle = low[most], middle[most]
+        low, width = np.stack([low, middle], 1).ravel(), 0.5 * width
+        if not len(low):
+            return None
+    middle = np.unique(np.add.outer(low + 0.5 * width, step * np.arange(-0.5, 0.75, 0.25)).ravel())
+    lost = missed(middle, step)
+    worst = int(np.argmax(lost))
+    if not lost[worst] > REPORTED * size:
+        return None
+    time, enough = middle[worst], step
+    for _ in range(_HALVINGS):
+        enough *= 0.5
+        around = time + enough * np.arange(-2.0, 2.5, 0.5)
+        left = missed(around, enough)
+        time = around[int(np.argmax(left))]
+        if not np.max(left) > _RESOLVED * size:
+            break
+    return Steepness(float(time), float(lost[worst]), float(lost[worst]) / size, enough)
