@@ -662,6 +662,7 @@ def _made(
     from eomgen.codegen.targets.c.target import (  # noqa: PLC0415
         INTERFACE_CDEF,
         C,
+        straight_sources,
         written_library,
     )
     from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
@@ -676,5 +677,7 @@ def _made(
             "fingerprint": fingerprint(document, front_end),
         }
         written = {source.name: file_name(source.written) for source in program.sources}
-        files = written_library(program, builder.cache.folder / TEMPLATES)
-        return builder.build(content, files, INTERFACE_CDEF, layout, written)
+        # other number types convert literals while compiling, tables at each use
+        apart = builder.real == "double"
+        files = written_library(program, builder.cache.folder / TEMPLATES, apart=apart)
+        return builder.build(content, files, INTERFACE_CDEF, layout, written, straight=straight_sources(program))

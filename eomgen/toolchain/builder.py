@@ -10,8 +10,10 @@ import json
 import logging
 import os
 import platform
+import re
+import shutil
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import cache, partial
 from importlib.metadata import version
@@ -36,7 +38,7 @@ from eomgen.toolchain.compiler import (
     processor,
 )
 from eomgen.toolchain.library import LaneLibrary, Library
-from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile, passes_for
+from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile, passes_for, without_slow_passes
 from eomgen.toolchain.profiles import profile as profile_named
 
 
@@ -72,7 +74,21 @@ def _digest(compiler: str, content: bytes, profile: Profile, flags: Sequence[str
     return digest.hexdigest()
 
 
+def _with_includes(name: str, texts: Mapping[str, str]) -> bytes:
+    """Return a digest of a file and of all files that it includes by name, each once, without comments."""
+    names, content = [name], hashlib.sha256()
+    for included in names:
+        text = _COMMENT.sub(lambda match: match[0] if match[0][0] == '"' else " ", texts[included])
+        content.update(f"{included}\0{text}\0".encode())
+        names += [other for other in _INCLUDED.findall(text) if other in texts and other not in names]
+    return content.digest()
+
+
 _LOG = logging.getLogger(__name__)
+_INCLUDED = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+#: Comments, and texts, which may hold the signs of a comment.
+_COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
+_OBJECT = "object.o"
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
 _LANES, _ROUTINE = "lanes.so", "routine.so"
 #: Says why a stepper cannot be made for lanes.
@@ -96,6 +112,10 @@ _REALS = {
     "complex": ("-DEOMGEN_REAL_COMPLEX",),
     "lanes": ("-DEOMGEN_REAL_LANES", *_WIDE),
 }
+
+
+def _copy_object(made: Path, folder: Path) -> None:
+    shutil.copyfile(made, folder / _OBJECT)
 
 
 def _headers_first(files: Mapping[str, str]) -> list[tuple[str, str]]:
@@ -218,6 +238,7 @@ class Builder:
         layout: Mapping[str, Any],
         written: Mapping[str, str] | None = None,
         running: Running | None = None,
+        straight: Container[str] = (),
     ) -> Library:
         """Compile files, keep the result under these content bytes, and load it.
 
@@ -234,6 +255,8 @@ class Builder:
             Files among them that the user wrote, to the name that compilers call them by in messages.
         running
             Collection of the compiler's processes, for a caller who may stop them; then one runs at a time.
+        straight
+            Names of long sources without branches, which need few passes of the compiler.
 
         Raises
         ------
@@ -244,11 +267,13 @@ class Builder:
         if cached is not None:
             return cached
 
-        lines = 0
+        lines, fresh = 0, 0
 
         def fill(folder: Path) -> None:
-            nonlocal lines
-            header, sources = "", []
+            nonlocal lines, fresh
+            texts: dict[str, str] = {}
+            sources: list[Path] = []
+            keys: dict[Path, str] = {}
             jobs = None if running is None else 0
             with Compilation(
                 self.compiler, self.flags, jobs=jobs, timeout=self.timeout, running=running
@@ -256,16 +281,29 @@ class Builder:
                 for name, text in _headers_first(files) if isinstance(files, Mapping) else files:
                     (folder / name).write_text(text, encoding="utf-8")
                     lines += text.count("\n")
-                    if name == "interface.h":
-                        header = text
-                    if name.endswith(".c") and name != "main.c":
-                        sources.append(folder / name)
-                        own = name in (written or {})
-                        compilation.add(
-                            folder / name, None if own else passes_for(text, self.flags, self.compiler.version)
-                        )
-                output, wrapper = folder / (_LIBRARY + library_suffix()), partial(self._wrapper, cdef, header)
+                    texts[name] = text
+                    if not name.endswith(".c") or name == "main.c":
+                        continue
+                    source = folder / name
+                    sources.append(source)
+                    if name in (written or {}):  # may include files that are unknown here
+                        compilation.add(source)
+                        continue
+                    flags = self._flags_for(name, text, straight)
+                    key = library_key(_with_includes(name, texts), self.compiler, self.profile, flags, "object")
+                    known = self.cache.get(key)
+                    if known is None:
+                        compilation.add(source, flags)
+                        keys[source] = key
+                    else:
+                        shutil.copyfile(known.file(_OBJECT), source.with_suffix(".o"))
+                        compilation.take(source, flags)
+                output = folder / (_LIBRARY + library_suffix())
+                wrapper = partial(self._wrapper, cdef, texts.get("interface.h", ""))
                 commands = compilation.linked(sorted(sources), output, wrapper)
+            fresh = len(keys)
+            for source, key in keys.items():
+                self.cache.put(key, partial(_copy_object, source.with_suffix(".o")))
             (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
             (folder / _CDEF).write_text(cdef, encoding="utf-8")
             (folder / _ORIGIN).write_text(origin_of(content, self.profile, self.flags, self.mode), encoding="utf-8")
@@ -288,10 +326,20 @@ class Builder:
             ) from error
         seconds = time.perf_counter() - began
         _LOG.info(
-            "compiled %d lines of C in %.2f s by %s, %s", lines, seconds, self.compiler.version, self.profile.name
+            "compiled %d lines of C, %d files anew, in %.2f s by %s, %s",
+            lines,
+            fresh,
+            seconds,
+            self.compiler.version,
+            self.profile.name,
         )
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
         return self._load(entry, self.mode)
+
+    def _flags_for(self, name: str, text: str, straight: Container[str]) -> tuple[str, ...]:
+        if name in straight:
+            return without_slow_passes(self.flags, self.compiler.version)
+        return passes_for(text, self.flags, self.compiler.version)
 
     def build_lanes(self, library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:
         """Return the library that steps several trajectories side by side, made of the files of a library of one, or

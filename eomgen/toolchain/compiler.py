@@ -233,6 +233,10 @@ class Compilation:
         else:
             self._tasks.append(self._pool.submit(self._compile_next))
 
+    def take(self, source: Path, flags: Sequence[str]) -> None:
+        """Link the object that stands beside a source already, compiled with these flags."""
+        self._made[source] = source.with_suffix(".o"), shlex.join(_object_command(self._compiler, source, flags))
+
     def _compile_next(self) -> None:
         _, source, flags = self._waiting.get()
         self._made[source] = compile_object(self._compiler, source, flags, self._deadline, self._running)
@@ -298,9 +302,13 @@ def compile_object(
 ) -> tuple[Path, str]:
     """Compile one file to an object beside it; return the object and the command."""
     made = source.with_suffix(".o")
-    command = [*compiler.command, *_COMMON, *flags, "-c", str(source), "-o", str(made)]
+    command = _object_command(compiler, source, flags)
     _run(command, made, time.monotonic() + DEFAULT_TIMEOUT if deadline is None else deadline, running)
     return made, shlex.join(command)
+
+
+def _object_command(compiler: Compiler, source: Path, flags: Sequence[str]) -> list[str]:
+    return [*compiler.command, *_COMMON, *flags, "-c", str(source), "-o", str(source.with_suffix(".o"))]
 
 
 def preprocessed(compiler: Compiler, files: Mapping[str, str], name: str) -> str:

@@ -51,8 +51,8 @@ _WITHOUT_SLOW_PASSES = (
     "-fno-tree-dse",
     "-fno-dse",
 )
-#: Characters of a source from which on the slow passes are left out. Steps of shorter models were up to 5 % slower
-#: without these passes, and take at most a second to compile with them.
+#: Characters of a source with branches from which on the slow passes are left out. Steps of shorter models were up to
+#: 5 % slower without these passes, and take at most a second to compile with them.
 _LONG = 130_000
 #: First gcc whose ``-O2`` turns loops into vectors, as these flags say; others are called with ``-O2``.
 _FIRST_GCC = 12

@@ -6,8 +6,10 @@ Parentheses keep the order of evaluation of the tape, because floating-point sum
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, cast
 
 from eomgen.codegen.program import Expression, Statement
@@ -125,6 +127,8 @@ _COUNTING = frozenset({"fill", "gather", "spread", "angles", "circular"})
 LANES = 4
 
 
+#: Numbers that every model has: they stay in its text, and compilers know them.
+_COMMON = frozenset({-1.0, 0.0, 1.0})
 #: Expressions of the counters of a loop, and operators that may be around one.
 _COUNTED = frozenset({"row", "numbers", "cell", "cells", "choice", "neg"})
 #: Entries of a table in one line.
@@ -134,6 +138,40 @@ _ROW = 16
 def counts(statement: Statement) -> bool:
     """Return whether the text of a statement is a loop over ``i``."""
     return statement.kind in _COUNTING and not (statement.kind == "circular" and statement.data[-1] == 1)
+
+
+@dataclass
+class NumberTable:
+    """Numbers of a function in a table of another file, so that its own text does not change with them.
+
+    Attributes
+    ----------
+    name : of the array in C
+    values : its entries
+    """
+
+    name: str
+    values: list[float] = field(default_factory=list)
+    _places: dict[float, int] = field(default_factory=dict)
+
+    def entry(self, value: float) -> str:
+        """Return the text of the entry with a number; equal numbers share an entry."""
+        if value not in self._places:
+            self._places[value] = len(self.values)
+            self.values.append(value)
+        return f"{self.name}[{self._places[value]}]"
+
+    def first_of(self, values: Sequence[float]) -> int:
+        """Append numbers and return the index of the first of them."""
+        self.values += values
+        return len(self.values) - len(values)
+
+
+def _is_power_of_two(expression: Expression) -> bool:
+    """Return whether a divisor is a number by whose reciprocal compilers multiply."""
+    if isinstance(expression, int) or expression[0] != "K":
+        return False
+    return abs(math.frexp(expression[1])[0]) == 0.5  # the mantissa of all powers
 
 
 def _headline(label: str) -> str:
@@ -152,6 +190,7 @@ class Printer:
     prefix : of the model's functions.
     constants : names of positive numbers.
     names : of local values, by number.
+    numbers : the table that numbers are read from; without one they stand in the text.
     """
 
     def __init__(
@@ -162,7 +201,9 @@ class Printer:
         local: str = "x",
         constants: Mapping[float, str] | None = None,
         names: Mapping[int, str] | None = None,
+        numbers: NumberTable | None = None,
     ) -> None:
+        self.numbers = numbers
         self.constants = constants or {}
         self.names = names or {}
         self.prefix = prefix
@@ -182,7 +223,10 @@ class Printer:
         if operator is not None:
             symbol, rank = operator
             left, left_rank = self._print(expression[1])
-            right, right_rank = self._print(expression[2])
+            if kind == "DIV" and _is_power_of_two(expression[2]):
+                right, right_rank = f"K({number(expression[2][1])})", _ATOM
+            else:
+                right, right_rank = self._print(expression[2])
             if left_rank < rank:
                 left = f"({left})"
             if right_rank <= rank or right_rank == _PREFIX:
@@ -192,6 +236,8 @@ class Printer:
             named = self.constants.get(abs(expression[1]))
             if named is not None:
                 return (f"K({named})", _ATOM) if expression[1] > 0.0 else (f"-K({named})", _PREFIX)
+            if self.numbers is not None and expression[1] not in _COMMON:
+                return f"K({self.numbers.entry(expression[1])})", _ATOM
             return f"K({number(expression[1])})", _ATOM
         if kind == "in":
             text = self.inputs[expression[1]]
@@ -317,9 +363,17 @@ class Printer:
                 is_counted = isinstance(inner, tuple) and inner[0] in _COUNTED
                 return f"-{text(inner)}" if is_counted else self.expression(expression)
             if kind in ("numbers", "cells"):
-                return f"K({table('double', [number(value) for value in rest[0]], 'k' if kind == 'numbers' else 'j')})"
+                counter = "k" if kind == "numbers" else "j"
+                if self.numbers is not None:
+                    first = self.numbers.first_of(rest[0])
+                    return f"K({self.numbers.name}[{first} + {counter}])"
+                return f"K({table('double', [number(value) for value in rest[0]], counter)})"
             if kind == "choice" and rest[0] == "numbers":
-                return f"({chosen([(end, f'K({number(value)})') for end, value in rest[1:]])})"
+
+                def constant(value: float) -> str:
+                    return number(value) if self.numbers is None else self.numbers.entry(value)
+
+                return f"({chosen([(end, f'K({constant(value)})') for end, value in rest[1:]])})"
             return self._array(rest[0]).format(at(kind, rest[1:]))
 
         def target(expression: Expression) -> str:
@@ -328,7 +382,8 @@ class Printer:
 
         loaded = [f"const real r{position} = {text(expression)};" for position, expression in enumerate(read)]
         targets = [[target(item) for item in given]]
-        inside = Printer({"read": [f"r{k}" for k in range(len(read))]}, targets, self.prefix, "y", self.constants)
+        loads: dict[str, str | Sequence[str]] = {"read": [f"r{k}" for k in range(len(read))]}
+        inside = Printer(loads, targets, self.prefix, "y", self.constants, numbers=self.numbers)
         body = [f"        {line}" for line in [*loaded, *inside.lines(statements)]]
         if period > 1:
             inner_loop = f"        for (j = 0; j < {period}; ++j) {{"

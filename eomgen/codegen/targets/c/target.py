@@ -17,6 +17,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -32,7 +33,7 @@ from eomgen.codegen.metadata import LARGEST_ANGLE, stack_bytes
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.scheduling.matrices import added_products
 from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, file_name, local_names
-from eomgen.codegen.targets.c.printer import Printer, counts, folded, indented, number
+from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.tables import Lookup, curve_tables, nonzeros, places_of_fronts, repeated
 from eomgen.codegen.targets.target import Target
@@ -150,6 +151,8 @@ class TemplateBytecode(jinja2.BytecodeCache):
 #: Distance at which an argument of a curve counts as a break, relative to it, or as an end, relative to the range.
 SNAP = 8.0 * sys.float_info.epsilon
 EDGE = 1e-9
+#: Tables of numbers are private to a library: then code reads them without looking their addresses up.
+_HIDDEN = '__attribute__((visibility("hidden")))'
 #: Under ``family/<name>/`` templates are found in the folder of a family, which may be in another distribution.
 _FAMILY = "family/"
 #: Templates with lines that are long on purpose, or never.
@@ -212,17 +215,54 @@ def _products(rows: Sequence[Mapping[str, Any]], name: str, vector: str) -> str:
 
 
 class _Context:
-    """Names for every template of a Program."""
+    """Names for every template of a Program.
 
-    def __init__(self, program: Program, file_limit: int) -> None:
+    Parameters
+    ----------
+    apart : whether the numbers of the functions stand in tables of another file
+    """
+
+    def __init__(self, program: Program, file_limit: int, *, apart: bool = False) -> None:
         self.program = program
+        self.apart = apart
+        self.number_tables: dict[str, NumberTable] = {}
+        self._bodies: dict[tuple[str, int], str] = {}
         self.c = CNames(program)
         self.files = plan_files(program, file_limit)
         self.stepper = stepper_names(program) if program.method else {}
         self.tables = curve_tables(program.curves)
 
+    def numbers(self, name: str) -> NumberTable | None:
+        """Return the table of numbers of a function, None if its numbers stand in its text."""
+        if not self.apart:
+            return None
+        return self.number_tables.setdefault(name, NumberTable(f"{self.program.prefix}_{name}_numbers"))
+
+    def value(self, name: str, number_: float) -> str:
+        """Return the text of a number that is alone in its statement of a function."""
+        table = self.numbers(name)
+        return number(number_) if table is None else f"{table.name}[{table.first_of([float(number_)])}]"
+
+    def declared(self, name: str) -> str:
+        """Return the declaration of the numbers of a function whose text was printed before."""
+        table = self.number_tables.get(name)
+        if table is None or not table.values:
+            return ""
+        return f"extern const double {table.name}[{len(table.values)}] {_HIDDEN};\n"
+
     def body(self, function: ProgramFunction, part: int) -> str:
         """Return the statements of one part, indented, each line ended."""
+        key = (function.name, part)
+        if key not in self._bodies:
+            self._bodies[key] = self._body(function, part)
+        return self._bodies[key]
+
+    def numbers_of(self, function: ProgramFunction, part: int) -> str:
+        """Return the declaration of the numbers of one part."""
+        self.body(function, part)
+        return self.declared(_of_part(function, part))
+
+    def _body(self, function: ProgramFunction, part: int) -> str:
         outputs = (
             [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
         )
@@ -231,7 +271,11 @@ class _Context:
         taken = {*function.inputs, *(output.argument for output in function.outputs)}
         names = local_names(function.parts[part].names, taken)
         macros = self.c.constant_macros()
-        printer = Printer(self.c.input_texts(), outputs, self.program.prefix, constants=macros, names=names)
+        own = function.name in self.program.function_names  # others stand in a stepper, which lanes translate
+        numbers = self.numbers(_of_part(function, part)) if own else None
+        printer = Printer(
+            self.c.input_texts(), outputs, self.program.prefix, constants=macros, names=names, numbers=numbers
+        )
         return indented([*declared, *printer.lines(statements)], 1)
 
     def base_of_step(self) -> str:
@@ -265,6 +309,12 @@ class _Context:
                 files=self.files,
                 split=len(self.files) > 1,
                 body=self.body,
+                numbers_of=self.numbers_of,
+                declared=self.declared,
+                value=self.value,
+                number_tables=self.number_tables,
+                apart=self.apart,
+                hidden=_HIDDEN,
                 kernel=self.kernel,
                 base_of_step=self.base_of_step(),
                 tables=self.tables,
@@ -285,21 +335,45 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     return _files(_Context(program, file_limit))
 
 
-def written_library(program: Program, bytecode: Path) -> Iterator[tuple[str, str]]:
+def written_library(program: Program, bytecode: Path, *, apart: bool = False) -> Iterator[tuple[str, str]]:
     """Yield the files of ``generate_files`` and ``generate_interface``, each as soon as it is written, headers
     before the sources that include them.
 
-    ``bytecode``: the folder in which the templates' is kept, for later processes.
+    Parameters
+    ----------
+    bytecode : the folder in which the templates' is kept, for later processes
+    apart : whether the numbers of the functions stand in a file of their own, ``<prefix>_numbers.c``, so that other
+        numbers change no other source
     """
     environment().bytecode_cache = TemplateBytecode(bytecode)
-    context = _Context(program, FILE_LIMIT)
+    if apart:
+        program = replace(program, constants=())  # their macros would change a header that all sources include
+    context = _Context(program, FILE_LIMIT, apart=apart)
     files: dict[str, str] = {}
     for name, text in _sources(context):
         files[name] = text
         yield name, text
-    mark = fingerprint(files)
+    if not apart:
+        mark = fingerprint(files)
+    else:
+        name = f"{program.prefix}_numbers.c"
+        mark = fingerprint({**files, name: context.render("c/model/numbers.c.jinja", mark="")})
+        files[name] = context.render("c/model/numbers.c.jinja", mark=mark)
+        yield name, files[name]
     yield from _interface(context, mark).items()
     yield from _documents(context, files, mark).items()
+
+
+def _of_part(function: ProgramFunction, part: int) -> str:
+    return f"{function.name}_part{part + 1}" if len(function.parts) > 1 else function.name
+
+
+def straight_sources(program: Program) -> frozenset[str]:
+    """Return the names of the files with functions of a model that has several, if its functions have no loops."""
+    files = plan_files(program, FILE_LIMIT)
+    if len(files) == 1 or program.loops:
+        return frozenset()
+    return frozenset(f"{file.name}.c" for file in files)
 
 
 def _files(context: _Context) -> dict[str, str]:

@@ -8,6 +8,7 @@ order (Karrenberg and Hack 2011, whole-function vectorisation; Pharr and Mark 20
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from operator import itemgetter
 from typing import Any
@@ -266,10 +267,14 @@ def lane_files(
         **hooks,
     )
     text = templates.get_template("ensembles/stepper.c.jinja").render(prefix=prefix, body=body, driver=driver)
+    numbers = f"{prefix}_numbers.c"
+    # compilers turn tables that they see into vectors of constants; a number behind an address is copied at each use
+    tables = re.sub(r"^extern .*\n", "", files.get(numbers, ""), flags=re.MULTILINE)
+    seen = re.sub(r"^const ", "static const ", tables, flags=re.MULTILINE)
     kept = {
-        name: text
+        name: seen + text if name.endswith(".c") else text
         for name, text in files.items()
-        if name.endswith((".c", ".h")) and name not in ("main.c", "interface.c", "interface.h", step)
+        if name.endswith((".c", ".h")) and name not in ("main.c", "interface.c", "interface.h", numbers, step)
     }
     return {
         **kept,

@@ -1,0 +1,139 @@
+"""Models that differ in numbers alone share the objects of their sources."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.codegen.targets.c import target
+from eomgen.pipeline.model import Model
+from eomgen.pipeline.pipeline import built_in
+from eomgen.toolchain import compiler
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+Change = Callable[[dict[str, Any]], None]
+
+
+def _scene(name: str) -> dict[str, Any]:
+    return tomllib.loads((EXAMPLES / name / "scene.toml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def compiled(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the sources that are compiled."""
+    names: list[str] = []
+    original = compiler.compile_object
+
+    def compile_object(program: object, source: Path, *rest: Any) -> object:
+        names.append(source.name)
+        return original(program, source, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(compiler, "compile_object", compile_object)
+    return names
+
+
+def _other_mass(scene: dict[str, Any]) -> None:
+    scene["bodies"]["rod"]["mass"] = 0.7310
+
+
+def _other_start(scene: dict[str, Any]) -> None:
+    scene["joints"]["swing"]["initial"]["position"] = 0.4321
+
+
+PENDULUM: dict[str, Any] = {
+    "format": 1,
+    "name": "pair",
+    "gravity": [0, 0, -10],
+    "bodies": {"rod": {"mass": 1.7, "center_of_mass": [0.31, 0.02, -0.5], "inertia": [0.2, 0.21, 0.013]}},
+    "joints": {
+        "swing": {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 1, 0], "initial": {"position": 0.3}}
+    },
+    "simulation": {"step": 1e-3, "duration": 0.1},
+}
+
+
+def _bits(model: Model) -> dict[str, bytes]:
+    """Return the bytes of all functions at random arguments, and of the state after some steps."""
+    random = np.random.default_rng(1)
+    bits = {}
+    for function in model.library.layout["functions"]:
+        inputs = [random.random(size) for size in function["input_sizes"]]
+        outputs = [np.zeros(output["size"]) for output in function["outputs"]]
+        model.library.call(function["name"], inputs, outputs)
+        bits[function["name"]] = b"".join(output.tobytes() for output in outputs)
+    solution = model.simulate(20 * model.description.simulation.step, error_estimate=False)
+    return bits | {"run": solution.q.tobytes() + solution.v.tobytes()}
+
+
+@pytest.mark.parametrize("change", [_other_mass, _other_start])
+def test_a_changed_number_compiles_the_source_of_the_numbers_alone(
+    change: Change, compiled: list[str], tmp_path: Path
+) -> None:
+    first = built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
+    assert {"pair.c", "pair_step.c", "pair_numbers.c", "interface.c"} <= set(compiled)
+    compiled.clear()
+    scene = copy.deepcopy(PENDULUM)
+    change(scene)
+    second = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
+    assert compiled == ["pair_numbers.c"]
+    assert second.library.digest != first.library.digest
+    assert second.library.fingerprint != first.library.fingerprint
+    elsewhere = built_in(tmp_path / "elsewhere", eomgen.load(scene), method="generalized_alpha", profile="quick")
+    assert _bits(second) == _bits(elsewhere) != _bits(first)
+
+
+def test_a_damaged_object_is_compiled_again(compiled: list[str], tmp_path: Path) -> None:
+    built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
+    for file in tmp_path.glob("*/object.o"):
+        file.write_bytes(file.read_bytes()[:-1])
+    compiled.clear()
+    scene = copy.deepcopy(PENDULUM)
+    _other_mass(scene)
+    model = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
+    assert {"pair.c", "pair_step.c", "pair_numbers.c", "interface.c"} <= set(compiled)
+    assert model.simulate(0.01, error_estimate=False).success
+
+
+def test_a_changed_structure_compiles_the_functions_that_have_it(compiled: list[str], tmp_path: Path) -> None:
+    built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
+    compiled.clear()
+    scene = copy.deepcopy(PENDULUM)
+    scene["bodies"]["rod"]["center_of_mass"] = [0, 0, -0.5]
+    model = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
+    assert {"pair.c", "pair_numbers.c"} <= set(compiled)
+    assert "interface.c" not in compiled
+    [torque] = model.evaluate("residual", np.array([0.2]), v=np.zeros(1), a=np.array([3.0])).values()
+    assert torque[0] == pytest.approx((0.21 + 1.7 * 0.25) * 3.0 + 1.7 * 10.0 * 0.5 * np.sin(0.2))
+
+
+@pytest.mark.parametrize(
+    ("example", "profile"),
+    [
+        ("spherical_pendulum", "fast"),
+        pytest.param("robot_arm", "fast", marks=pytest.mark.slow),
+        pytest.param("four_bar", "fast", marks=pytest.mark.slow),
+        pytest.param("elastic_slider_crank", "fast", marks=pytest.mark.slow),
+        pytest.param("elastic_slider_crank", "reproducible", marks=pytest.mark.slow),
+    ],
+)
+def test_tables_give_the_bits_of_numbers_in_the_text(
+    example: str, profile: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = EXAMPLES / example / "scene.toml"
+    tables = _bits(built_in(tmp_path / "tables", scene, profile=profile))
+    written = target.written_library
+
+    def in_text(program: Any, bytecode: Path, **_: object) -> object:
+        return written(program, bytecode)
+
+    monkeypatch.setattr(target, "written_library", in_text)
+    literals = built_in(tmp_path / "literals", scene, profile=profile)
+    assert not list(literals.library.folder.glob("*_numbers.c"))
+    assert tables == _bits(literals)
