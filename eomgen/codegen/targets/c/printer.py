@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, cast
 
+from eomgen.base.data import dataclass, field
 from eomgen.codegen.program import Expression, Statement
 from eomgen.codegen.targets.c.naming import comment
 from eomgen.codegen.targets.c.tables import chosen, moved, place
