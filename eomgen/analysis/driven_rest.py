@@ -42,7 +42,7 @@ def law_rates(model: CompiledModel, measures: Measures, q: Array) -> Array:
     (rates,) = able.evaluate("constraint_velocity", q, rest, **given).values()
     (changes,) = able.evaluate("constraint_bias", q, rest, **given).values()
     length = measures.length(q)
-    reach = np.array([1.0 if unit == "1" else length for unit in model.library.layout["row_units"]])
+    reach = np.array([1.0 if unit in ("1", "1/s") else length for unit in model.library.layout["row_units"]])
     # a rate so small that the law's acceleration makes it up at once is rounding of none
     result: Array = np.where(rates**2 > _AT_REST * reach * np.abs(changes), rates, 0.0)
     return result

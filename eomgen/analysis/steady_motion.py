@@ -360,7 +360,7 @@ def _rows_not_met(model: CompiledModel, linear: Linear) -> list[str]:
         ("the rate of ", at.velocity, "/s"),
         ("the acceleration of ", at.acceleration, "/s^2"),
     ]
-    units = ["rad" if unit == "1" else unit.removesuffix("/s") for unit in model.library.layout["row_units"]]
+    units = ["rad" if unit in ("1", "1/s") else unit.removesuffix("/s") for unit in model.library.layout["row_units"]]
     start, clauses = model.nv, []
     for level, values, per in sets:
         measured = np.abs(linear.values[start : start + len(values)])

@@ -51,7 +51,7 @@ def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, param
 
     system = ConstrainedSamples(
         factors=model.factors,
-        lengths=np.array([unit != "1" for unit in model.library.layout["row_units"]], dtype=bool),
+        lengths=np.array([unit not in ("1", "1/s") for unit in model.library.layout["row_units"]], dtype=bool),
         angular=np.array([unit == "rad/s" for unit in model.v_units], dtype=bool),
         holonomic=holonomic,
         constraint=lambda q, chosen: at("constraint", chosen, q=q) if holonomic else np.zeros((len(q), 0)),

@@ -18,7 +18,7 @@ from eomgen.mechanics.constraints.joints import (
     following_rows,
     joint_constraint,
 )
-from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows
+from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows, forces_at_points
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.elimination import loses_digits
 from eomgen.mechanics.dynamics.energy import energies
@@ -313,7 +313,9 @@ class Derivation:
         """Return ``kinetic``, ``potential``, J, and ``power``, ``base_power``, W, of the inertial motion."""
         if self._energies is None:
             drivers = self.constraints.driving_power() if self.constraints is not None else self.algebra.zero
-            self._energies = energies(self.tree, self.kinematics, self.loads, drivers)
+            moving = self.constraints is not None and self.kinematics.carrier.moving
+            held = forces_at_points(self.quantities, self.calculus().rows) if moving else []
+            self._energies = energies(self.tree, self.kinematics, self.loads, drivers, held)
             self.quantities.energies = self._energies
         return self._energies
 

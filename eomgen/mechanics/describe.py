@@ -163,6 +163,9 @@ def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
         yield from ((formula, 2) for formula in scene.base.position)
         yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
     yield from ((law, 2) for law in prescribed_laws(scene))
+    for item in scene.constraints:
+        if item.equation is not None and not item.framed:
+            yield item.equation, 1 if item.at_velocity else 2
     yield from ((state.rate, 0) for state in scene.states)
     yield from ((controller.output, 0) for controller in scene.controllers)
     yield from ((formula, 0) for reference in scene.references for formula in reference.formulas)
@@ -229,7 +232,8 @@ def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
     yield from (body.center_of_mass for body in scene.bodies)
     yield from (joint.position for joint in scene.joints)
     for constraint in scene.constraints:
-        yield from (constraint.first.position, constraint.second.position, (constraint.radius,))
+        yield from (constraint.first.position, constraint.second.position, constraint.semi_axes)
+        yield (constraint.radius, constraint.tube_radius)
         if constant(constraint.length):
             yield (constraint.length,)
     yield from (lengths for element in scene.elements if (lengths := element.lengths()))
@@ -268,6 +272,7 @@ def _drawing(scene: Scene) -> Drawing:
                 visible=item.kind.rod,
             )
             for item in scene.constraints
+            if item.framed
         )
         + tuple(_elements(scene)),
         wheels=tuple(item for item in drawn if isinstance(item, Wheel)),

@@ -27,11 +27,11 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.constraints.beam_strains import add_section_forces
-from eomgen.mechanics.constraints.rows import Rows, rows_of_pair
+from eomgen.mechanics.constraints.rows import Equation, Rows, rows_of_pair
 from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair
 from eomgen.mechanics.forces.loads import Loads, add_wrench
-from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.forces.symbols import Detached, Quantities
 from eomgen.mechanics.kinematics.fields import Wrench, total_fields
 from eomgen.mechanics.kinematics.points import LinkKinematics
 from eomgen.mechanics.tree.base import BaseMotion
@@ -62,20 +62,6 @@ _FIRST, _SECOND = 0, 1
 _PLACE, _TWIST = "place", "twist"
 
 
-class _Detached(Quantities):
-    """Parameters and time of a scene on another tape, for the formulas of a constraint."""
-
-    def __init__(self, scene: Quantities, tape: Tape) -> None:
-        self.source = scene
-        self.algebra = Algebra(tape)
-
-    def __call__(self, symbol: Symbol) -> Scalar:
-        given, tape = self.source(symbol), self.algebra.tape
-        source = given.tape.symbol(given.ref)
-        ref = tape.constant(given.constant or 0.0) if source is None else tape.input(source.block, source.index)
-        return Scalar(tape, ref)
-
-
 def row_wrenches(quantities: Quantities, item: Constraint, pair: FramePair) -> list[Wrench]:
     """Return the unit wrench of each equation of a constraint, holonomic ones first.
 
@@ -86,7 +72,7 @@ def row_wrenches(quantities: Quantities, item: Constraint, pair: FramePair) -> l
         equations in m: N m per N) and N per unit of the multiplier.
     """
     own = Tape()
-    rows = rows_of_pair(_Detached(quantities, own), item, _pair_of_its_own(own))
+    rows = rows_of_pair(Detached(quantities, own), item, _pair_of_its_own(own))
     unit = forward_partials(own, [row.value.ref for row in rows.holonomic], _displacements(own))
     unit += forward_partials(
         own, [row.value.ref for row in rows.velocity], {InputSymbol(_TWIST, k): {k: ONE} for k in range(6)}
@@ -175,12 +161,24 @@ class TransmittedWrenches:
         return Transmitted(mount.link, mount.position, minus(moment, cross(mount.position, force)), force)
 
     def constraint(self, item: Constraint) -> Transmitted:
-        """Return the wrench of the first body on the second one, about the origin of the second frame."""
+        """Return the wrench of the first body on the second one, about the origin of the second frame.
+
+        Raises
+        ------
+        ModelError
+            An equation of coordinates and points has no single wrench.
+        """
+        if not item.framed:
+            fault = f"the constraint {item.name} joins no two frames, so it has no single force and moment"
+            hint = f"drive_effort.{item.name}, its effort along the equation, or the reaction of a joint"
+            raise ModelError(Problem(f"constraints.{item.name}", fault, hint))
         return self._pair(item)[1]
 
     def drive_effort(self, item: Constraint | Joint, index: int = 0) -> Scalar:
         """Return the effort of a drive along an angle, N m, or a travel or distance, N; positive drives it up."""
         multipliers = self._multipliers(item)
+        if isinstance(item, Constraint) and item.equation is not None:
+            return -multipliers[0] if multipliers else self.tree.algebra.zero
         if isinstance(item, Joint):
             return -multipliers[index]
         effort = multipliers[max(multipliers)]  # its equation is the last of the constraint
@@ -197,6 +195,12 @@ class TransmittedWrenches:
             with self.tree.algebra.tape.block(f"reaction of constraint {item.name}"):
                 self._of_constraints[item.name] = self._recorded(item)
         return self._of_constraints[item.name]
+
+    def _at_points(self, item: Constraint) -> list[Transmitted]:
+        """Return the forces of an equation on the points that it names; efforts on joints are within the joints."""
+        none, equation = self.tree.algebra.zero_vector, Equation(self.quantities, item)
+        loads = (load for multiplier in self._multipliers(item).values() for load in equation.forces(multiplier))
+        return [Transmitted(link, at, none, force) for link, at, force in loads]
 
     def _recorded(self, item: Constraint) -> tuple[Transmitted, Transmitted]:
         algebra = self.tree.algebra
@@ -222,7 +226,7 @@ class TransmittedWrenches:
         forces = list(self.loads.wrenches)
         add_section_forces(self.quantities, self.rows, forces)
         for item in self.scene.constraints:
-            for side in self._pair(item):
+            for side in self._pair(item) if item.framed else self._at_points(item):
                 if side.link >= 0:
                     add_wrench(forces, side.link, (plus(side.moment, cross(side.at, side.force)), side.force))
         fields = total_fields(self.tree, self.base, accelerations=True, gravity=True)
@@ -313,7 +317,7 @@ class Reactions:
 
     def _drive_effort(self, name: str, index: int) -> Scalar:
         driven: list[Joint | Constraint] = [joint for joint in self.scene.joints if joint.drive]
-        driven += [item for item in self.scene.constraints if item.prescribed is not None]
+        driven += [item for item in self.scene.constraints if item.has_effort]
         item = next((item for item in driven if item.name == name), None)
         if item is None:
             raise ModelError(

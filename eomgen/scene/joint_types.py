@@ -28,6 +28,8 @@ ConstraintType = Literal[
     "distance",
     "point_on_line",
     "rolling",
+    "sliding",
+    "formula",
 ]
 MotionKind = Literal["turn", "travel", "screw", "ball", "free"]
 #: Axes of a constraint's frame that its rows use in addition to its origin; "any": the body's own axes by default.
@@ -231,6 +233,8 @@ class Connection:
         return ("drive",) * bool(self.drive) + self.keys + ("pitch",) * self.has("screw")
 
 
+#: Keys of the surface that touches a plane.
+_SURFACE = ("radius", "shape", "semi_axes", "tube_radius")
 #: Types that URDF has come first, in its order: hints list them so.
 _ROWS = (
     Connection("revolute", (_turn(),), drive="angle", urdf=("revolute", "continuous")),
@@ -258,7 +262,9 @@ _ROWS = (
     ),
     Connection("distance", equations=(1, 0), needs=("nothing", "nothing"), keys=("length",), rod=True),
     Connection("point_on_line", (_travel(3), _BALL)),
-    Connection("rolling", equations=(1, 2), needs=("z", "z"), keys=("radius", "shape")),
+    Connection("rolling", equations=(1, 2), needs=("z", "z"), keys=_SURFACE),
+    Connection("sliding", equations=(1, 0), needs=("z", "z"), keys=_SURFACE),
+    Connection("formula", equations=(1, 0), needs=("any", "nothing"), keys=("equation", "velocity_equation", "unit")),
 )
 TYPES: Mapping[str, Connection] = {row.name: row for row in _ROWS}
 JOINTS: Mapping[str, Connection] = {name: TYPES[name] for name in get_args(JointType)}

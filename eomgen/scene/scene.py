@@ -139,6 +139,10 @@ def line(scene: Shown) -> str:
     return f"<Scene {scene.name}: {', '.join(_counted(scene))}>"
 
 
+def _bodies(item: Constraint) -> tuple[str, str]:
+    return (item.first.body, item.second.body) if item.framed else ("", "")
+
+
 def _counted(scene: Shown) -> Iterator[str]:
     for part, one, several in _PARTS:
         if count := len(getattr(scene, part)):
@@ -154,7 +158,7 @@ def html(scene: Shown) -> str:
         for joint in (carried[body.name],)
     )
     constraints = (
-        (item.name, item.type, item.first.body, item.second.body, infix(item.drive) if item.drive else "")
+        (item.name, item.type, *_bodies(item), *(infix(part) if part else "" for part in (item.equation, item.drive)))
         for item in scene.constraints
     )
     signals = (
@@ -171,7 +175,7 @@ def html(scene: Shown) -> str:
         f"Scene {scene.name}",
         paragraph(scene.description),
         table(("body", "mass, kg", "centre of mass, m", "joint", "type", "parent"), bodies),
-        table(("constraint", "type", "first", "second", "driven as"), constraints),
+        table(("constraint", "type", "first", "second", "equation", "driven as"), constraints),
         table(("force element",), ((element.label,) for element in scene.elements)),
         table(("signal", "kind", "unit", "meaning"), signals),
         table(("parameter", "value", "unit", "", "meaning"), parameters),

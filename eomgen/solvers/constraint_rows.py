@@ -38,6 +38,10 @@ VANISHING, VANISHED = 4096.0, 64.0
 SINGULAR = 3e-5
 #: Pivots of M, scaled to a unit diagonal, that make up for coordinates without inertia here.
 _RESISTANCE = 1e-14
+#: End of the name of a row that is a formula of the user.
+FORMULA = ": formula"
+#: Extents below it are rounding around zero, m.
+_NO_EXTENT = 1e-100
 #: So many rows are listed in a message.
 LISTED = 5
 
@@ -159,11 +163,11 @@ class Rows:
         spread = _spread(system.factors, q)
         if spread:  # frames at origins of free bodies have no extent except rounding
             extent = np.where(extent > WORST_ROUNDING * EPSILON * np.maximum(self.size, spread), extent, 0.0)
-        self.machine = machine = float(np.max(extent, initial=0.0)) or spread or 1.0
+        self.machine = machine = _positive(float(np.max(extent, initial=0.0))) or spread or 1.0
         # bodies joined by a row may coincide up to a tolerated contradiction; then it is met by motions of the whole
         # machine
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
-        self.lengths = np.array([unit != "1" for unit in system.units], dtype=bool)
+        self.lengths = np.array([unit not in ("1", "1/s") for unit in system.units], dtype=bool)
         self._mass = system.mass(q)
 
     @property
@@ -264,6 +268,11 @@ class Rows:
         return np.asarray(np.linalg.solve(self.metric.T, along))
 
 
+def _positive(extent: float) -> float:
+    """Return an extent, m; 0 for rounding around zero."""
+    return extent if extent > _NO_EXTENT else 0.0
+
+
 def _jacobian(system: Constrained, q: Array, t: float) -> Array:
     """Return B. Raises ModelError with the names of rows that are not finite."""
     B = system.jacobian(q, t)
@@ -274,15 +283,20 @@ def _jacobian(system: Constrained, q: Array, t: float) -> Array:
         )
         fault = f"these rows have no finite derivative where constraints are to be met: {listed}"
         kinds = {name.rpartition(": ")[2] for name in undefined}
-        hints = [
-            hint
-            for discs, hint in (
-                (True, "a state in which no disc lies flat on the plane on which it rolls"),
-                (False, "a state in which the points of a distance lie apart, and lengths above 0"),
-            )
-            if any((kind == "contact" or kind.startswith("no slip")) == discs for kind in kinds)
-        ]
-        hint = "; ".join(hints)
+        remedies = {
+            "discs": "a state in which no disc lies flat on the plane on which it rolls",
+            "formulas": "a state in which the formula and its derivatives have values",
+            "others": "a state in which the points of a distance lie apart, and lengths above 0",
+        }
+        of_rows = {
+            "discs"
+            if kind == "contact" or kind.startswith("no slip")
+            else "formulas"
+            if FORMULA.endswith(kind)
+            else "others"
+            for kind in kinds
+        }
+        hint = "; ".join(remedy for kind, remedy in remedies.items() if kind in of_rows)
         raise ModelError(Problem("constraints", fault, hint))
     return B
 

@@ -17,7 +17,16 @@ from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import update
 from eomgen.solvers.consistency import consistent_position
-from eomgen.solvers.constraint_rows import LISTED, NEARER_FRAMES, REDUNDANT, REPORTED, Constrained, Rows, long_lever
+from eomgen.solvers.constraint_rows import (
+    FORMULA,
+    LISTED,
+    NEARER_FRAMES,
+    REDUNDANT,
+    REPORTED,
+    Constrained,
+    Rows,
+    long_lever,
+)
 
 #: A row of which less than this part is new is redundant by a hair; below the second, others go first.
 ALMOST_REDUNDANT, LITTLE = 1e-4, 1e-3
@@ -102,6 +111,11 @@ def redundancy(
     far = [row for row in looked_at if here.atlong_lever(row)] if waiting else []
     if far:
         raise _lever_too_long(system, here, far[0], waiting)
+    flat = [row for row in waiting if system.names[row].endswith(FORMULA) and _vanishes(row, at_configurations)]
+    if flat:
+        listed = ", ".join(system.names[row] for row in flat[:LISTED])
+        fault = f"the derivatives of these equations vanish at their zeros, so they hold no motion: {listed}"
+        raise ModelError(Problem("constraints", fault, "equations that change their sign there: x in place of x**2"))
     hidden = [
         row
         for row in waiting
@@ -110,6 +124,14 @@ def redundancy(
     if hidden:
         raise _too_far_away(system, here, hidden)
     return Redundancy(tuple(waiting), hardly)
+
+
+def _vanishes(row: int, at_configurations: Sequence[Rows]) -> bool:
+    """Return whether a row of B is nearly zero at all of several configurations."""
+    return all(
+        float(np.linalg.norm(at.weighed[row])) <= max(LITTLE * float(at.natural[row]), float(at.vanishing[row]))
+        for at in at_configurations
+    )
 
 
 def _lever_too_long(system: Constrained, here: Rows, row: int, dependent: Sequence[int]) -> ModelError:

@@ -328,6 +328,7 @@ def test_types_of_constraints_say_what_they_use_of_their_frames() -> None:
     body = '[constraints.c]\ntype = "{}"\nfirst = {{ body = "base" }}\nsecond = {{ body = "a" }}\n'
     for kind, row in CONSTRAINTS.items():
         needed = {"length": "length = 1.0\n", "radius": "radius = 1.0\n", "pitch": "pitch = 0.1\n"}
+        needed["equation"] = 'equation = "z"\nunit = "m"\n'
         more = body.format(kind) + "".join(line for key, line in needed.items() if key in row.constraint_keys)
         uses = zip(("first", "second"), row.uses, strict=True)
         asked = [side for side, need in uses if need in ("z", "x and z")]

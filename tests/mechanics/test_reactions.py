@@ -314,6 +314,7 @@ MEANT = {
     "driven travel": (0, 0, 0, 0, 0, 1),
     "distance": (0, 0, 0, -1, 0, 0),
     "contact": (0, 0, 0, 0, 0, -1),
+    "formula": (0, 0, 0, 0, 0, -1),
     "no slip along x": (0, 0.3, 0, -1, 0, 0),
     "no slip along y": (-0.3, 0, 0, 0, -1, 0),
 }
@@ -322,13 +323,17 @@ MEANT = {
 def test_the_table_of_multipliers_on_the_page() -> None:
     """Every equation of every type, one multiplier of 1 at a time, the frames together."""
     seen = set()
-    for kind, driven, _ in variants():
-        more = {"distance": "length = 0.5", "rolling": "radius = 0.3", "helical": "pitch = 0.02"}.get(kind, "")
+    for kind, driven, shape in variants():
+        more = {"distance": "length = 0.5", "helical": "pitch = 0.02", "formula": EQUATION}.get(kind, "")
+        more += _surface(shape) if kind in ("rolling", "sliding") else ""
         more += "\ndrive = 0" if driven else ""
-        x_axis = "" if kind in ("distance", "spherical", "rolling") else ", x_axis = [1, 0, 0]"
+        x_axis = "" if kind in ("distance", "spherical", "rolling", "sliding") else ", x_axis = [1, 0, 0]"
         axes = "" if kind in ("distance", "spherical") else f", axis = [0, 0, 1]{x_axis}"
-        only_first = kind == "point_on_line"
-        place, turn = {"distance": ([0.5, 0, 0], ""), "rolling": ([0, 0, 0.3], "rotation")}.get(kind, ([0, 0, 0], ""))
+        only_first = kind in ("point_on_line", "formula") or shape in ("sphere", "ellipsoid")
+        touching = ([0, 0, 0.3], "rotation")
+        place, turn = {"distance": ([0.5, 0, 0], ""), "rolling": touching, "sliding": touching}.get(
+            kind, ([0, 0, 0], "")
+        )
         second = "" if only_first else ", axis = [0, 1, 0]" if turn else axes
         scene = load_toml(
             TWO.format(kind=kind, axes=axes if kind != "distance" else "", second=second, more=more, place=place)
@@ -344,6 +349,15 @@ def test_the_table_of_multipliers_on_the_page() -> None:
             assert load == pytest.approx(np.array(expected, float), abs=1e-15), (kind, label)
             seen.add(label)
     assert seen == set(MEANT)
+
+
+EQUATION = 'equation = "z - 2 * x * y"'
+
+
+def _surface(shape: str) -> str:
+    """Return the keys of a surface that reaches 0.3 m down."""
+    sizes = {"ellipsoid": "semi_axes = [0.5, 0.4, 0.3]", "torus": "radius = 0.2\ntube_radius = 0.1"}
+    return f'shape = "{shape}"\n' + sizes.get(shape, "radius = 0.3")
 
 
 TWO = """format = 1

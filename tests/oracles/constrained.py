@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation as Turn
 
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import Formula, Symbol
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Constraint, Frame
 from eomgen.scene.scene import Scene
@@ -34,8 +34,11 @@ FREEDOMS = {
     "distance": 5,
     "point_on_line": 4,
     "rolling": 5,
+    "sliding": 5,
+    "formula": 5,
 }
 DRIVEN = ("revolute", "prismatic", "cylindrical")
+SEMI_AXES, TUBE = (0.5, 0.3, 0.2), 0.15
 
 
 def frame(rng: np.random.Generator, body: str) -> Frame:
@@ -70,13 +73,23 @@ def constraint(
         radius=number(0.45),
         shape=shape,
         pitch=number(-0.3),  # type: ignore[arg-type]  # literals
+        semi_axes=vector(SEMI_AXES),
+        tube_radius=number(TUBE),
+        equation=_on_a_moving_surface() if kind == "formula" else None,
     )
+
+
+def _on_a_moving_surface() -> Formula:
+    """Return z - 0.4 x y - 0.1 sin(2 y + t), in m."""
+    x, y, z = (Symbol("local", "position", k) for k in range(3))
+    return z - 0.4 * x * y - 0.1 * call("sin", plus(times(2.0, y), TIME))
 
 
 def variants() -> list[tuple[str, bool, str]]:
     """Return (type, driven, shape) of everything that a constraint can be."""
     plain = [(kind, False, "disc") for kind in FREEDOMS]
-    return [*plain, *((kind, True, "disc") for kind in DRIVEN), ("rolling", False, "sphere")]
+    rolling = [("rolling", False, shape) for shape in ("sphere", "ellipsoid", "torus")]
+    return [*plain, *((kind, True, "disc") for kind in DRIVEN), *rolling]
 
 
 def weighty(scene: Scene, seed: int) -> Scene:
@@ -210,6 +223,14 @@ def freely_displaced(
             return anyhow, 1.3 * turn_about(2, s[3]) @ turn_about(0, s[4]) @ z
         case "point_on_line":
             return anyhow, s[3] * z
-        case _:  # a disc's centre is as high as its rim reaches down
-            height = 0.45 * (1.0 if shape == "sphere" else np.sqrt(1.0 - anyhow[2, 2] ** 2))
-            return anyhow, np.array([s[3], s[4], height])
+        case "formula":
+            return anyhow, np.array([s[3], s[4], 0.4 * s[3] * s[4] + 0.1 * np.sin(2.0 * s[4] + t)])
+        case _:
+            return anyhow, np.array([s[3], s[4], _reach(shape, anyhow)])
+
+
+def _reach(shape: str, turned: Array) -> Array:
+    """Return how far a surface of the second frame reaches down along -z of the first."""
+    rim = 0.45 * np.sqrt(1.0 - turned[2, 2] ** 2)
+    ellipsoid = np.sqrt(sum((a * n) ** 2 for a, n in zip(SEMI_AXES, turned[2], strict=True)))
+    return {"sphere": 0.45 + 0.0 * rim, "disc": rim, "torus": rim + TUBE, "ellipsoid": ellipsoid}[shape]

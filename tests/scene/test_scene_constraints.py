@@ -322,8 +322,8 @@ def test_builder() -> None:
 def test_json_schema() -> None:
     schema = json.loads(json_schema())
     definitions = schema["$defs"]
-    assert definitions["Constraint"]["required"] == ["type", "first", "second"]
-    assert len(definitions["Constraint"]["properties"]["type"]["enum"]) == 11
+    assert definitions["Constraint"]["required"] == ["type"]
+    assert len(definitions["Constraint"]["properties"]["type"]["enum"]) == 13
     name, table = definitions["Frame"]["anyOf"]
     assert name["type"] == "string"
     assert list(table["properties"]) == ["body", "point", "position", "rotation", "axis", "x_axis"]

@@ -96,7 +96,7 @@ def partition_data(system: System) -> Mapping[str, Any]:
         "matrices": False,
         "unknowns": {"v": nv, "lam": nl, "holonomic": system.holonomic, "eta": 0},
         "angular": [int(turns) for turns in system.angular],
-        "lengths": [int(unit != "1") for unit in system.row_units],
+        "lengths": [int(unit not in ("1", "1/s")) for unit in system.row_units],
         "largest_gain": LARGEST_GAIN,
         "good_gain": GOOD_GAIN,
         "smallest_pivot": SMALLEST_PIVOT,

@@ -177,7 +177,8 @@ class Rosenbrock(OneFactorization):
             **linear_system(system, self.gamma * step, samples, guarded=True),
             "corrections": CORRECTIONS,
             "positions_held": system.holonomic,
-            "rows_of_numbers": [int(unit == "1") for unit in system.row_units] or [0] * len(system.multipliers),
+            "rows_of_numbers": [int(unit in ("1", "1/s")) for unit in system.row_units]
+            or [0] * len(system.multipliers),
             "input_times": [0.0, 1.0] if self.stages == 1 else [0.0, 0.5, 1.0],
         }
 

@@ -53,7 +53,8 @@ def counted_angles(scene: Scene) -> tuple[Coordinate, ...]:
     if scene.coordinates != "absolute":
         return ()
     used = set(_in_elements(scene))
-    for formula in chain(state_formulas(scene), *(output.values for output in scene.outputs)):
+    equations = [item.equation for item in scene.constraints if item.equation is not None]
+    for formula in chain(state_formulas(scene), equations, *(output.values for output in scene.outputs)):
         used |= _as_numbers(formula, turns=False)
     return tuple((joint.name, k) for joint in scene.joints for k in joint.kind.counted if (joint.name, k) in used)
 

@@ -7,22 +7,35 @@ and drivers included) are derivatives along directions that the configuration, t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Literal, Protocol
 
 from eomgen.base.data import dataclass, field, replace
+from eomgen.errors import ModelError, Problem
+from eomgen.formula.features import summands
+from eomgen.formula.nodes import Symbol
+from eomgen.formula.recording import record
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
-from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.forces.symbols import Detached, Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.joints.model import Constraint, Joint
+from eomgen.scene.joints.model import Constraint, Frame, Joint
 from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
+from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, scaled, transpose
-from eomgen.symbolic.tape import ONE, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.system.description import BASE
+
+#: Block of the quantities of motion on the tape of their own.
+_MOTION = "motion"
+
+
+#: A link (base or world for negative numbers), a point, m, and a force on it, N, in the axes of the link.
+PointForce = tuple[int, Vector, Vector]
 
 
 @dataclass(frozen=True)
@@ -38,19 +51,21 @@ class Row:
     path_length : m, ``extent`` plus the distance between the bodies: the scale of point masses, which have no extent
     owner, number : owner of the equation and its number there, holonomic ones first: a constraint, or a joint
         with a drive for each coordinate; None for the equation of a joint that follows another
+    driving : at velocity level, the part of ``value`` that time prescribes; None without one
     group : source of the forces of its equations together, this one being ``number`` of them; None if they follow
         from B
     """
 
     name: str
     value: Scalar
-    unit: Literal["m", "1", "m/s"]
+    unit: Literal["m", "1", "m/s", "1/s"]
     size: Scalar
     extent: Scalar
     path_length: Scalar
     owner: Constraint | Joint | None = None
     number: int = 0
     group: RowGroup | None = None
+    driving: Scalar | None = None
 
 
 class RowGroup(Protocol):
@@ -96,12 +111,32 @@ def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -
     rows = Rows()
     for item in constraints:
         with quantities.algebra.tape.block(f"constraint {item.name}"):
-            pair = frame_pair(quantities, item.first, item.second)
-            own = rows_of_pair(quantities, item, pair)
+            if item.framed:
+                own = rows_of_pair(quantities, item, frame_pair(quantities, item.first, item.second))
+            else:
+                row = _formula_row(quantities, item)
+                own = Rows([], [row]) if item.at_velocity else Rows([row])
             marked = [replace(row, owner=item, number=number) for number, row in enumerate(own.all)]
             rows.holonomic += marked[: len(own.holonomic)]
             rows.velocity += marked[len(own.holonomic) :]
     return rows
+
+
+def _formula_row(quantities: Quantities, item: Constraint) -> Row:
+    """Return the equation of a constraint of coordinates and points."""
+    own = Equation(quantities, item)
+    level = "1" if item.unit.startswith("rad") else "m"
+    unit: Literal["m", "1", "m/s", "1/s"] = level if not item.at_velocity else "1/s" if level == "1" else "m/s"  # type: ignore[assignment]
+    return Row(f"{item.name}: formula", own.value, unit, *own.scales(), driving=own.driving)
+
+
+def forces_at_points(quantities: Quantities, rows: Rows) -> list[PointForce]:
+    """Return the forces on the points that equations of coordinates and points name."""
+    result: list[PointForce] = []
+    for number, row in enumerate(rows.all):
+        if isinstance(row.owner, Constraint) and not row.owner.framed:
+            result += Equation(quantities, row.owner).forces(quantities.input("lam", number))
+    return result
 
 
 def rows_of_pair(quantities: Quantities, item: Constraint, pair: FramePair) -> Rows:
@@ -133,11 +168,15 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
             driven = [angle("driven angle", sine_of_excess_rotation(quantities, drive, first, second), drive)]
         else:
             driven = [length("driven travel", local[2] + drive, drive)]
+    if item.equation is not None:
+        place = apply(transpose(first.axes), minus(second.origin, first.origin))
+        own = Equation(quantities, item, place)
+        return [length("formula", own.value, own.size) if item.unit == "m" else angle("formula", own.value, own.size)]
     match item.type:
         case "distance":
             apart, length_given = quantities.algebra.call(Op.SQRT, dot(gap, gap)), quantities.formula(item.length)
             return [length("distance", apart - length_given, length_given)]
-        case "rolling":
+        case "rolling" | "sliding":
             height = dot(minus(_contact(quantities, item, pair), first.origin), z1)
             size, lever, path_length = _on_wheel(quantities, item, pair)
             return [Row(f"{item.name}: contact", height, "m", size, lever, path_length)]
@@ -176,18 +215,31 @@ def _screwed(quantities: Quantities, item: Constraint, pair: FramePair, local: V
 
 
 def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> Vector:
-    """Return the lowest point, (3,), above the first frame's plane, of a disc about the second's z axis or a sphere."""
+    """Return the lowest point, (3,), above the first frame's plane, of a surface in the second frame.
+
+    The normal of the surface there is the plane's: a disc and a torus are about the z axis, and the point of an
+    ellipsoid with the squares D of its semi-axes is -D n / sqrt(n . D n) in its axes.
+    """
     normal, axis, radius = pair.first.axis(2), pair.second.axis(2), quantities.formula(item.radius)
+    call, origin = quantities.algebra.call, pair.second.origin
     if item.shape == "sphere":
-        return minus(pair.second.origin, scaled(radius, normal))
+        return minus(origin, scaled(radius, normal))
+    if item.shape == "ellipsoid":
+        own = apply(transpose(pair.second.axes), normal)
+        x, y, z = (a * a * n for a, n in zip(quantities.vector(item.semi_axes), own, strict=True))
+        reach = call(Op.SQRT, dot((x, y, z), own))
+        return minus(origin, scaled(quantities.algebra.one / reach, apply(pair.second.axes, (x, y, z))))
     down = minus(normal, scaled(dot(normal, axis), axis))
-    length = quantities.algebra.call(Op.SQRT, dot(down, down))
-    return minus(pair.second.origin, scaled(radius / length, down))
+    length = call(Op.SQRT, dot(down, down))
+    lowest = minus(origin, scaled(radius / length, down))
+    return lowest if item.shape == "disc" else minus(lowest, scaled(quantities.formula(item.tube_radius), normal))
 
 
 def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tuple[Scalar, Scalar, Scalar]:
     """Return size, lever and path length of a pair with the wheel's radius; the position on the plane is no lever."""
-    radius = magnitude(quantities.formula(item.radius))
+    lengths = item.semi_axes if item.shape == "ellipsoid" else (item.radius, item.tube_radius)
+    first, *others = (magnitude(quantities.formula(length)) for length in lengths)
+    radius = sum(others, first)
     return pair.size + radius, pair.lever + radius, pair.path_length + radius
 
 
@@ -199,6 +251,103 @@ def _rolling(quantities: Quantities, item: Constraint, pair: FramePair) -> list[
         Row(f"{item.name}: no slip along {axis}", dot(slip, pair.first.axis(k)), "m/s", size, lever, path_length)
         for k, axis in enumerate("xy")
     ]
+
+
+class Equation:
+    """An equation that the user writes as a formula, with its partials in the coordinates and points that it names.
+
+    The partials are differentiated on a tape of their own, on which every quantity of motion is an input. They give
+    the forces of the multiplier on points and joints, and the scales of rounding errors.
+
+    Parameters
+    ----------
+    place : m, coordinates of the second frame's origin in the first frame, of an equation between two frames
+
+    Attributes
+    ----------
+    value : in m or rad, or m/s or rad/s
+    """
+
+    def __init__(self, quantities: Quantities, item: Constraint, place: Vector | None = None) -> None:
+        assert item.equation is not None  # asked for by the caller
+        self.quantities, self.item, self.formula, self.place = quantities, item, item.equation, place
+        self.value = record(quantities.algebra, self.formula, self._resolved)
+
+    def _resolved(self, symbol: Symbol) -> Scalar:
+        if symbol.kind == "local" and self.place is not None:
+            return self.place[symbol.index]
+        return self.quantities(symbol)
+
+    @cached_property
+    def partials(self) -> Mapping[Symbol, Scalar]:
+        """Partials of the value in the quantities that it holds: coordinates and positions, or velocities."""
+        moving, target = self.item.moving, self.quantities.algebra.tape
+        tape = Tape()
+        detached = Detached(self.quantities, tape)
+        inputs = {symbol: Scalar(tape, tape.input(_MOTION, number)) for number, symbol in enumerate(moving)}
+
+        def resolved(symbol: Symbol) -> Scalar:
+            return inputs[symbol] if symbol in inputs else detached(symbol)
+
+        value = record(detached.algebra, self.formula, resolved)
+        held = {number: symbol for number, symbol in enumerate(moving) if self.item.at_velocity == _is_rate(symbol)}
+        seeds: dict[Ref | InputSymbol, Tangent] = {InputSymbol(_MOTION, number): {number: ONE} for number in held}
+        (tangent,) = forward_partials(tape, [value.ref], seeds)
+        bound = {InputSymbol(_MOTION, number): self._resolved(symbol).ref for number, symbol in enumerate(moving)}
+        refs = splice(target, tape, [tangent.get(number, ZERO) for number in held], bound)
+        return {symbol: Scalar(target, ref) for symbol, ref in zip(held.values(), refs, strict=True)}
+
+    def forces(self, multiplier: Scalar) -> Iterator[PointForce]:
+        """Yield the forces of the multiplier on the points that the equation names."""
+        kinematics, zero = self.quantities.kinematics, self.quantities.algebra.zero
+        for symbol, slope in self.partials.items():
+            if symbol.kind in ("position", "velocity"):
+                link, at = kinematics.local(*self.quantities.at(self.quantities.points[symbol.name]))
+                x, y, z = (-(multiplier * slope) if symbol.index == k else zero for k in range(3))
+                in_base = apply(transpose(kinematics.base.orientation), (x, y, z))
+                yield link, at, apply(transpose(kinematics.pose(link)[0]), in_base)
+
+    @property
+    def driving(self) -> Scalar | None:
+        """The part of the value without velocities, of an equation of velocities."""
+        if not self.item.at_velocity:
+            return None
+        zero = self.quantities.algebra.zero
+
+        def at_rest(symbol: Symbol) -> Scalar:
+            return zero if _is_rate(symbol) else self.quantities(symbol)
+
+        return record(self.quantities.algebra, self.formula, at_rest)
+
+    @cached_property
+    def size(self) -> Scalar:
+        """Sum of the magnitudes of the summands, and of the quantities times their partials."""
+        parts = [magnitude(record(self.quantities.algebra, part, self._resolved)) for part in summands(self.formula)]
+        changes = (magnitude(slope * self._resolved(symbol)) for symbol, slope in self.partials.items())
+        return sum(changes, sum(parts[1:], parts[0]))
+
+    def scales(self) -> tuple[Scalar, Scalar, Scalar]:
+        """Return size, extent and path length of the row, see ``Row``."""
+        zero = self.quantities.algebra.zero
+        extent, apart = zero, zero
+        for symbol, slope in self.partials.items():
+            if symbol.kind in ("position", "velocity"):
+                point = self.quantities.points[symbol.name]
+                pair = frame_pair(self.quantities, Frame(BASE), Frame(point.body, point.position))
+                extent, apart = extent + pair.lever * magnitude(slope), apart + pair.path_length
+            elif self.item.unit.startswith("m") and self._turns(symbol):
+                extent = extent + magnitude(slope)
+        size = extent if self.item.at_velocity else self.size
+        return size, extent, extent + apart + (zero if self.item.unit.startswith("rad") else size)
+
+    def _turns(self, symbol: Symbol) -> bool:
+        joint = next((joint for joint in self.quantities.scene.joints if joint.name == symbol.name), None)
+        units = joint.kind.units if joint is not None else ()
+        return symbol.index < len(units) and units[symbol.index] == "rad"
+
+
+def _is_rate(symbol: Symbol) -> bool:
+    return symbol.kind in ("v", "velocity")
 
 
 class ConstraintCalculus:
@@ -226,9 +375,13 @@ class ConstraintCalculus:
         """Rows of B as {velocity component: nonzero}, one mapping per equation."""
         by_v: dict[Ref | InputSymbol, Tangent] = {InputSymbol("v", k): {k: ONE} for k in range(self.nv)}
         with self.tape.block("Jacobian of the constraints"):
-            return forward_partials(self.tape, self.holonomic, self.seeds) + forward_partials(
-                self.tape, self.level, by_v
-            )
+            result = forward_partials(self.tape, self.holonomic, self.seeds)
+            result += forward_partials(self.tape, self.level, by_v)
+        for row, tangent in zip(self.rows.all, result, strict=True):
+            if isinstance(row.owner, Constraint) and row.owner.equation is not None and not tangent:
+                fault = "the equation names no coordinate of a moving joint and no point of a moving body"
+                raise ModelError(Problem(f"constraints.{row.owner.name}", fault, "a coordinate that it may hold"))
+        return result
 
     def jacobian(self) -> list[list[Scalar]]:
         """Return B, (rows, nv), left-trivialised in q, with structural zeros."""
@@ -280,11 +433,16 @@ class ConstraintCalculus:
         return total
 
     def driving_power(self) -> Scalar:
-        """Return lam . Phi_t of the holonomic equations, W: power of prescribed motions, without the base's."""
+        """Return lam . Phi_t, W: power of prescribed motions, without the base's.
+
+        At velocity level the part of the equation without velocities stands for Phi_t.
+        """
         rates = jacobian_vector(self.tape, self.holonomic, {InputSymbol("t", 0): ONE})
         total = self.algebra.zero
-        for number, rate in enumerate(rates):
-            total = total + Scalar(self.tape, self.tape.input("lam", number)) * Scalar(self.tape, rate)
+        driven = [Scalar(self.tape, rate) for rate in rates]
+        driven += [self.algebra.zero if row.driving is None else row.driving for row in self.rows.velocity]
+        for number, rate in enumerate(driven):
+            total = total + Scalar(self.tape, self.tape.input("lam", number)) * rate
         return total
 
     def by_configuration(self, values: Sequence[Scalar]) -> list[list[Scalar]]:

@@ -7,14 +7,15 @@ wrench less weight and external forces, whether joints, springs or constraints t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from eomgen.mechanics.dynamics.separated import field_wrenches
 from eomgen.mechanics.forces.loads import Loads
 from eomgen.mechanics.kinematics.fields import carry, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.laws.derived import LAWS
-from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.inertia import Inertia
-from eomgen.mechanics.tree.links import ROOT, Tree
+from eomgen.mechanics.tree.links import CARRIER, ROOT, Tree
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, plus, scaled
 
 
@@ -32,13 +33,20 @@ def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: 
     return energy
 
 
-def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) -> dict[str, Scalar]:
+def energies(
+    tree: Tree,
+    kinematics: Kinematics,
+    loads: Loads,
+    drivers: Scalar,
+    held: Sequence[tuple[int, Vector, Vector]] = (),
+) -> dict[str, Scalar]:
     """Return kinetic, potential and total energy, J, non-conservative power, and power of base and drives, W.
 
     Parameters
     ----------
     loads : applied loads with their potential and power
     drivers : power of prescribed motions, W
+    held : link, point, m, and force, N, in its axes, of constraints between points and the world
     """
     base, carrier = kinematics.base, kinematics.carrier
     algebra = tree.algebra
@@ -55,7 +63,7 @@ def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) 
             moment = plus(scaled(link.inertia.mass, p), apply(R, link.inertia.first))
             in_world = plus(scaled(link.inertia.mass, base.position), apply(base.orientation, moment))
             potential = potential - dot(base.gravity_world, in_world)
-    moving = base_power(tree, base, carrier, loads) if carrier.moving else algebra.zero
+    moving = base_power(tree, kinematics, loads, held) if carrier.moving else algebra.zero
     total = kinetic + potential
     return {
         "kinetic": kinetic,
@@ -66,21 +74,30 @@ def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) 
     }
 
 
-def base_power(tree: Tree, base: BaseState, carrier: BaseState, loads: Loads) -> Scalar:
+def base_power(tree: Tree, kinematics: Kinematics, loads: Loads, held: Sequence[tuple[int, Vector, Vector]]) -> Scalar:
     """Return the power, W, of the wrench that the base exerts on the scene: inertia less weight and external forces.
 
     Parameters
     ----------
-    base : frame that carries the tree's root: the prescribed base, or the world in absolute coordinates
-    carrier : the prescribed base
+    kinematics : on the frame that carries the tree's root: the prescribed base, or the world in absolute coordinates
+    held : as in ``energies``
     """
-    algebra = tree.algebra
+    algebra, base, carrier = tree.algebra, kinematics.base, kinematics.carrier
     fields = total_fields(tree, base.motion(), accelerations=True, gravity=True)
     net = field_wrenches(tree, fields)
     for index, external in enumerate(loads.external):
         if external is not None:
             net[index] = (minus(net[index][0], external[0]), minus(net[index][1], external[1]))
     moment, force = algebra.zero_vector, algebra.zero_vector
+    of_base = ROOT if carrier is base else CARRIER
+    for number, at, push in held:
+        if number >= 0:
+            net[number] = (minus(net[number][0], cross(at, push)), minus(net[number][1], push))
+        elif number == of_base:
+            R, p = kinematics.pose(number)
+            turned = apply(R, push)
+            moment = minus(moment, cross(plus(p, apply(R, at)), turned))
+            force = minus(force, turned)
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
         with algebra.tape.block(f"load that the base carries through joint {link.joint.name}"):

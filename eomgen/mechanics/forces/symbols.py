@@ -15,6 +15,7 @@ from eomgen.scene.joints.model import Frame
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector
+from eomgen.symbolic.tape import Tape
 from eomgen.system.description import Point
 from eomgen.system.signals import Input
 
@@ -113,6 +114,20 @@ class Quantities:
 
     def at(self, point: Point) -> tuple[str, Vector]:
         return point.body, self.vector(point.position)
+
+
+class Detached(Quantities):
+    """Parameters and time of a scene on another tape, for the formulas of a constraint."""
+
+    def __init__(self, scene: Quantities, tape: Tape) -> None:
+        self.source = scene
+        self.algebra = Algebra(tape)
+
+    def __call__(self, symbol: Symbol) -> Scalar:
+        given, tape = self.source(symbol), self.algebra.tape
+        source = given.tape.symbol(given.ref)
+        ref = tape.constant(given.constant or 0.0) if source is None else tape.input(source.block, source.index)
+        return Scalar(tape, ref)
 
 
 def _no_dynamics(symbol: Symbol) -> Scalar:

@@ -139,7 +139,7 @@ def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
     for element in scene.elements:
         yield from ((element.label, position[0]) for _, held, position in element.places() if held == body)
     for constraint in scene.constraints:
-        for frame in (constraint.first, constraint.second):
+        for frame in constraint.frames:
             if frame.body == body:
                 yield f"constraint {constraint.name}", frame.position[0]
 

@@ -386,7 +386,7 @@ class SideBySide:
         if not model.multipliers or not largest.size:
             return np.zeros(lanes, dtype=bool)
         scale = np.ones(lanes)
-        lengths = [unit != "1" for unit in model.library.layout["row_units"]]
+        lengths = [unit not in ("1", "1/s") for unit in model.library.layout["row_units"]]
         if "constraint_size" in model.functions and any(lengths):
             looked = rows[:, [0, rows.shape[1] // 2, -1]]
             t, q = looked[:, :, 0].ravel(), looked[:, :, 1 : 1 + model.nq].reshape(-1, model.nq)

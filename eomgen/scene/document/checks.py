@@ -105,7 +105,7 @@ def _check_drive_efforts(document: Document, reading: Reading) -> None:
     """Report efforts of drives that do not exist, or whose name two drives have."""
     items, report = reading.items, reading.report
     driven = [joint.name for joint in items["joints"].values() if joint.drive]
-    driven += [item.name for item in items["constraints"].values() if item.prescribed is not None]
+    driven += [item.name for item in items["constraints"].values() if item.has_effort]
     outputs, events = items["outputs"].values(), items["events"].values()
     formulas = [(key_of("outputs", item.name), value) for item in outputs for value in item.values]
     formulas += [(key_of("events", item.name), value) for item in events for value in (item.when, *item.actions())]

@@ -22,6 +22,7 @@ from eomgen.scene.formula.scope import (
     ENERGIES,
     GAUSSIAN,
     HERE,
+    IN_FRAME,
     LOCAL,
     PLACE,
     QUANTITIES,
@@ -295,6 +296,9 @@ class _Reader:
         if name == GAUSSIAN and "gaussian" in self.scope.kinds:
             self.check_alone(node, name, "Gaussian process")
             return Symbol("gaussian"), None
+        if name in IN_FRAME and "frame" in self.scope.kinds:
+            self.check_alone(node, name, "coordinate of the second frame's origin")
+            return Symbol("local", "position", IN_FRAME.index(name)), None
         if name in self.names.parameters:
             if self.names.parameters[name] and "fixed" in self.scope.kinds:
                 fault = f"the tunable parameter {shown(name)} cannot be used here"
@@ -350,10 +354,10 @@ class _Reader:
                 raise self.error(node, fault, f"another name for the {kind}")
 
     def allow(self, node: ast.expr, kind: str, quantity: str) -> None:
-        reason, instead = self.scope.without_inputs
-        if kind == "input" and reason and kind not in self.scope.kinds:
-            raise self.error(node, f"{quantity} cannot be used here: {reason}", instead)
         if kind not in self.scope.kinds:
+            for absent, reason, instead in self.scope.reasons:
+                if absent == kind:
+                    raise self.error(node, f"{quantity} cannot be used here: {reason}", instead)
             raise self.error(node, f"{quantity} cannot be used here", f"{self.scope.description} only")
 
     def quantity(self, node: ast.Attribute | ast.Subscript, *, called: bool = False) -> Symbol:

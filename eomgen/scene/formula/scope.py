@@ -41,12 +41,12 @@ class Scope:
 
     Attributes
     ----------
-    without_inputs : reason why it has no inputs, and a hint; empty without a special reason
+    reasons : for kinds that it does not have for a special reason: kind, reason and hint
     """
 
     description: str
     kinds: frozenset[str]
-    without_inputs: tuple[str, str] = ("", "")
+    reasons: tuple[tuple[str, str, str], ...] = ()
 
 
 _STATE = frozenset(
@@ -84,8 +84,53 @@ MOTION = Scope(
     TIME.description,
     TIME.kinds,
     (
-        "a motion needs the derivatives of its law, and derivatives of inputs are not known",
+        (
+            "input",
+            "a motion needs the derivatives of its law, and derivatives of inputs are not known",
+            "motion = true in the input, whose caller then gives rate and acceleration, too; or a curve at t",
+        ),
+    ),
+)
+#: Names of the coordinates of a constraint's second frame in the first one.
+IN_FRAME = ("x", "y", "z")
+_FORCES_INSTEAD = "an effort or a force that depends on it"
+_NOT_IN_CONSTRAINTS = (
+    *(
+        (kind, f"a constraint needs two derivatives of its equation, and {owner} are not known", _FORCES_INSTEAD)
+        for kind, owner in (("state", "the second ones of states"), ("controller", "the second ones of controllers"))
+    ),
+    ("mode", "positions and velocities cannot jump as modes do", _FORCES_INSTEAD),
+    (
+        "input",
+        "a constraint needs two derivatives of its equation, and derivatives of inputs are not known",
         "motion = true in the input, whose caller then gives rate and acceleration, too; or a curve at t",
+    ),
+)
+_VELOCITIES_ELSEWHERE = tuple(
+    (kind, "an equation holds positions alone", "velocity_equation = ... in place of equation, linear in velocities")
+    for kind in ("v", "velocity")
+)
+#: Of constraints by formulas, of positions and of velocities, and between two frames.
+POSITIONS = Scope(
+    "time, parameters, curves, coordinates of joints and positions of points",
+    TIME.kinds | {"q", "position"},
+    (*_NOT_IN_CONSTRAINTS, *_VELOCITIES_ELSEWHERE),
+)
+VELOCITIES = Scope(
+    "time, parameters, curves, coordinates and velocities of joints, positions and velocities of points",
+    POSITIONS.kinds | {"v", "velocity"},
+    _NOT_IN_CONSTRAINTS,
+)
+BETWEEN_FRAMES = Scope(
+    f"{', '.join(IN_FRAME)} (the second frame's origin in the first frame), time, parameters and curves",
+    TIME.kinds | {"frame"},
+    (
+        *_NOT_IN_CONSTRAINTS,
+        *_VELOCITIES_ELSEWHERE,
+        *(
+            (kind, "an equation between two frames depends on them alone", "an equation without first and second")
+            for kind in ("q", "position")
+        ),
     ),
 )
 _ROAD = frozenset({"parameter", "time", "curve", "input", "position"})

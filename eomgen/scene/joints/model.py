@@ -6,10 +6,16 @@ from collections.abc import Mapping
 from typing import Literal
 
 from eomgen.base.data import dataclass
-from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Symbol, Vector
 from eomgen.formula.prescribed_motion import constant
 from eomgen.scene.joint_types import JOINTS, TYPES, Connection, ConstraintType, JointType
 from eomgen.system.description import WORLD, Limit, Point, component_names
+
+#: Surfaces that touch a plane.
+Shape = Literal["disc", "sphere", "ellipsoid", "torus"]
+#: Units of equations, of positions and of velocities.
+EquationUnit = Literal["m", "rad", "m/s", "rad/s"]
 
 
 @dataclass(frozen=True)
@@ -38,11 +44,18 @@ class Constraint:
         ``helical`` travels ``pitch`` per radian it turns; ``planar`` keeps the second frame's origin in
         the first's xy plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins
         together; ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins
-        ``length`` apart; ``rolling`` lets a disc about the second frame's z axis (or a sphere) of ``radius`` roll on
-        the first's xy plane without slip.
+        ``length`` apart; ``rolling`` lets a disc or a torus about the second frame's z axis, a sphere or an ellipsoid
+        roll on the first's xy plane without slip, ``sliding`` lets it slide there; ``formula`` holds an equation.
     drive : formula of t and parameters, or None
         Prescribes the free displacement: the angle or the travel that the type names.
     length : formula of t and parameters
+    radius : of the disc or sphere, of the centre line of the torus
+    semi_axes : of the ellipsoid, along the axes of the second frame
+    tube_radius : of the torus
+    equation : formula that is 0, or None; between two frames of the local position, else of coordinates and points
+    at_velocity : whether the equation is of velocities, and linear in them
+    unit : of the equation
+    framed : whether it joins its two frames; False for an equation of coordinates and points
     """
 
     name: str
@@ -53,12 +66,36 @@ class Constraint:
     length: Formula = ZERO
     radius: Formula = ZERO
     pitch: Formula = ZERO
-    shape: Literal["disc", "sphere"] = "disc"
+    shape: Shape = "disc"
+    semi_axes: tuple[Formula, Formula, Formula] = ZERO_VECTOR
+    tube_radius: Formula = ZERO
+    equation: Formula | None = None
+    at_velocity: bool = False
+    unit: EquationUnit = "m"
+    framed: bool = True
 
     @property
     def kind(self) -> Connection:
         """Properties of its type."""
         return TYPES[self.type]
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """The frames that it joins; none of an equation of coordinates and points."""
+        return (self.first, self.second) if self.framed else ()
+
+    @property
+    def has_effort(self) -> bool:
+        """Whether it has one effort: of a drive, or along the value of its equation."""
+        return self.prescribed is not None or self.equation is not None
+
+    @property
+    def moving(self) -> tuple[Symbol, ...]:
+        """The quantities of motion in its equation, in a fixed order."""
+        if self.equation is None:
+            return ()
+        named = (item for item in symbols(self.equation) if item.kind in ("q", "v", "position", "velocity", "local"))
+        return tuple(sorted(named, key=lambda item: (item.kind, item.name, item.index)))
 
     @property
     def prescribed(self) -> Formula | None:

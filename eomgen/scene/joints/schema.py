@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 from pydantic import model_validator
 
-from eomgen.scene.formula.scope import PARAMETERS, TIME
+from eomgen.scene.formula.scope import PARAMETERS, POSITIONS, TIME, VELOCITIES
 from eomgen.scene.joint_types import (
     CONSTRAINTS,
     DRIVE_UNITS,
@@ -17,7 +17,7 @@ from eomgen.scene.joint_types import (
     by_coordinate,
 )
 from eomgen.scene.joints import model as constraint_model
-from eomgen.scene.joints.model import ONSETS
+from eomgen.scene.joints.model import ONSETS, EquationUnit, Shape
 from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional, shown_power
 from eomgen.scene.reading.kinds import Bounds, Matrix, Rotations, Triple, Value, Values
 
@@ -182,11 +182,17 @@ class Reaction(Table):
 
 
 class Constraint(Table):
-    """A constraint between two frames, which closes a loop."""
+    """A constraint between two frames, which closes a loop, or an equation of coordinates and points."""
 
     type: ConstraintType = key("relative motion that it allows", kind="see below")
-    first: Frame = key("a frame in one body", kind="frame, below")
-    second: Frame = key("a frame in another, that can move against the first", kind="frame, below")
+    first: Frame | None = optional(
+        "a frame in one body", kind="frame, below", shown_default="required, but for `formula`"
+    )
+    second: Frame | None = optional(
+        "a frame in another, that can move against the first",
+        kind="frame, below",
+        shown_default="required, but for `formula`",
+    )
     drive: Value | None = optional(
         "prescribes the angle of `revolute`, or the travel of `prismatic` and `cylindrical`",
         unit={name: DRIVE_UNITS[row.drive] for name, row in CONSTRAINTS.items() if row.drive},
@@ -203,8 +209,29 @@ class Constraint(Table):
         unit="s",
         shown_default="jumps are refused",
     )
-    radius: Value | None = of_parameters("of the disc or sphere", unit="m", shown_default="required for `rolling`")
-    shape: Literal["disc", "sphere"] | None = optional(
-        "for `rolling`", shown_default=f"`{constraint_model.Constraint.shape}`"
+    radius: Value | None = of_parameters(
+        "of the disc or sphere, or of the centre line of the torus",
+        unit="m",
+        shown_default="required for `rolling` and `sliding`, but for an ellipsoid",
     )
+    shape: Shape | None = optional(
+        "for `rolling` and `sliding`", shown_default=f"`{constraint_model.Constraint.shape}`"
+    )
+    semi_axes: Triple | None = of_parameters(
+        "of an ellipsoid, along x, y and z of the second frame", unit="m", shown_default="required for `ellipsoid`"
+    )
+    tube_radius: Value | None = of_parameters("of the tube of a torus", unit="m", shown_default="required for `torus`")
     pitch: Value | None = of_parameters("travel per radian", unit="m/rad", shown_default="required for `helical`")
+    equation: Value | None = optional(
+        "of a `formula`: 0 on the constraint",
+        names=POSITIONS,
+        kind="value of coordinates, positions and time, or of x, y, z between two frames",
+    )
+    velocity_equation: Value | None = optional(
+        "of a `formula`: the same, linear in velocities",
+        names=VELOCITIES,
+        kind="value of velocities, coordinates, positions and time",
+    )
+    unit: EquationUnit | None = optional(
+        "of a `formula`: of its value", shown_default="known of a sum of coordinates, positions and others"
+    )

@@ -129,6 +129,8 @@ _BOUNDS: Mapping[str, Bound] = {
     "joints.friction.stribeck": above_zero("the Stribeck velocity"),
     "constraints.length": _LENGTH,
     "constraints.radius": _LENGTH,
+    "constraints.semi_axes": _LENGTH,
+    "constraints.tube_radius": _LENGTH,
     "constraints.pitch": _PITCH,
     **{f"beams.{key}": bound for key, bound in _OF_SECTIONS.items()},
     **{f"beams.parts.{key}": bound for key, bound in _OF_SECTIONS.items()},

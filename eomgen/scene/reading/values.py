@@ -54,7 +54,7 @@ def _noted(formula: Formula) -> Iterator[str]:
 _OF_KINDS = {"time": "s", "position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 _PER_TIME = {"q": "", "v": "/s", "a": "/s^2"}
 #: Operations whose results have the unit of their arguments.
-_KEEPING = frozenset({"add", "sub", "neg", "abs", "min", "max"})
+_KEEPING = frozenset({"add", "sub", "neg", "abs", "min", "max", "select"})
 
 
 def unit_of(formula: Formula, joints: Mapping[str, str]) -> str:
@@ -71,7 +71,8 @@ def unit_of(formula: Formula, joints: Mapping[str, str]) -> str:
     if isinstance(formula, Quantity):
         return formula.word.unit
     if isinstance(formula, Operation) and formula.name in _KEEPING:
-        result = {unit for part in formula.arguments if (unit := unit_of(part, joints))}
+        parts = formula.arguments[1:] if formula.name == "select" else formula.arguments
+        result = {unit for part in parts if (unit := unit_of(part, joints))}
         return result.pop() if len(result) == 1 else ""
     return ""
 
@@ -80,6 +81,8 @@ def unit_of_symbol(symbol: Symbol, joints: Mapping[str, str]) -> str:
     """Return the unit of a symbol; empty if unknown. ``joints`` are types by name."""
     if symbol.kind in _OF_KINDS:
         return _OF_KINDS[symbol.kind]
+    if symbol.kind == "local":
+        return _OF_KINDS.get(symbol.name, "")
     kind = JOINTS.get(joints.get(symbol.name, ""))
     if symbol.kind not in _PER_TIME or kind is None:
         return ""
@@ -87,6 +90,12 @@ def unit_of_symbol(symbol: Symbol, joints: Mapping[str, str]) -> str:
     return f"{units[symbol.index]}{_PER_TIME[symbol.kind]}" if symbol.index < len(units) else ""
 
 
+#: Ends of keys whose formulas are 0 somewhere, with a hint for an equation in place of a formula.
+_ZERO = {
+    ".when": "an event is at the roots of its formula",
+    ".equation": "the formula is 0 on the constraint",
+    ".velocity_equation": "the formula is 0 on the constraint",
+}
 #: Two sides of an equation.
 _EQUATION = re.compile(r"([^=<>!]+)==?([^=<>!]+)")
 UNKNOWN = Number(math.nan)  # in place of refused values, so that reading can go on to the next problem
@@ -313,10 +322,11 @@ class Values:
 
 def _hint_of(key: str, text: str) -> str:
     """Return the hint for a formula whose key says more than its text; empty for others."""
-    if key.endswith(".when") and (equation := _EQUATION.fullmatch(text)):
+    zero = next((meaning for end, meaning in _ZERO.items() if key.endswith(end)), "")
+    if zero and (equation := _EQUATION.fullmatch(text)):
         sides = equation[1].strip(), equation[2].strip()
         left = sides[0] if sides[1] in ("0", "0.0") else f"{sides[0]} - ({sides[1]})"
-        return f'"{left[:80]}": an event is at the roots of its formula'
+        return f'"{left[:80]}": {zero}'
     return ""
 
 

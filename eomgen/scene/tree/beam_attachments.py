@@ -61,7 +61,7 @@ def check_places(
             (key_of(element.section, element.name, *parts), body, place) for parts, body, place in element.places()
         ]
     for constraint in constraints:
-        for field, frame in (("first", constraint.first), ("second", constraint.second)):
+        for field, frame in zip(("first", "second"), constraint.frames, strict=False):
             places.append((key_of("constraints", constraint.name, field, "position"), frame.body, frame.position))
     judged = set()
     for key, body, position in places:

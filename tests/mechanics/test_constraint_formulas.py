@@ -1,0 +1,491 @@
+"""Constraints by formulas: closed forms, built-in constraints of the same meaning, forces on points, powers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.errors import ModelError
+from eomgen.formula.nodes import Formula, Number, Symbol
+from eomgen.mechanics.derive import derive
+from eomgen.scene.joints.constraint_model import Constraint, Frame
+from eomgen.scene.load import load_toml
+from eomgen.scene.scene import Scene
+from eomgen.system.description import BASE, WORLD, Point
+from tests.mechanics.test_constraints import TERMS, check_derivatives, states_of
+from tests.oracles.constrained import kkt, mixed_groups, weighty
+from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
+from tests.oracles.formulas import call, vector
+from tests.oracles.newton_euler import MOTION, imbalance, moving, with_reactions
+from tests.oracles.random_scenes import random_scene, with_base, with_loads
+from tests.oracles.states import derivative
+
+SOLVED = ["constraint", "constraint_velocity", "constraint_jacobian", "constraint_bias", "constraint_size", "mass"]
+SOLVED += ["residual", "energy"]
+HEAD = 'format = 1\nname = "machine"\ncoordinates = "{coordinates}"\n'
+BEAD = (
+    HEAD
+    + """
+bodies.carriage = {{ mass = 0.5, inertia = [1, 1, 1] }}
+bodies.bead = {{ mass = 1.5, inertia = [1, 1, 1] }}
+joints.x = {{ type = "prismatic", parent = "base", child = "carriage", axis = [1, 0, 0], initial.position = {x} }}
+joints.z = {{ type = "prismatic", parent = "carriage", child = "bead", axis = [0, 0, 1], initial.position = {z} }}
+points.bead.body = "bead"
+[constraints.wire]
+type = "formula"
+{wire}
+"""
+)
+SLEIGH = """format = 1
+name = "sleigh"
+gravity = [0, 0, 0]
+bodies.sleigh = { mass = 2, center_of_mass = [0.3, 0, 0], inertia = [0.1, 0.1, 0.15] }
+points.knife.body = "sleigh"
+[joints.plane]
+type = "planar"
+parent = "base"
+child = "sleigh"
+axis = [0, 0, 1]
+x_axis = [1, 0, 0]
+initial = { position = [0, 0, 0], velocity = [1.5, 0, 0] }
+[constraints.knife]
+type = "formula"
+velocity_equation = "cos(q.plane[0]) * velocity.knife[1] - sin(q.plane[0]) * velocity.knife[0]"
+unit = "m/s"
+"""
+CAM = (
+    HEAD
+    + """
+bodies.cam = {{ mass = 2, inertia = [0.01, 0.02, 0.03] }}
+bodies.rod = {{ mass = 0.4, inertia = [1, 1, 1] }}
+joints.cam = {{ type = "revolute", parent = "base", child = "cam", axis = [0, 1, 0] }}
+joints.rod = {{ type = "prismatic", parent = "base", child = "rod", axis = [0, 0, 1], stiffness = 300 }}
+{more}
+[constraints.contact]
+type = "formula"
+equation = "q.rod - {lift}"
+"""
+)
+DWELL = "rise(q.cam) if rise.cam < 1 else 0.02"
+ROLLING_BELT = """format = 1
+name = "belt"
+bodies.disc = { mass = 2, inertia = [0.1, 0.16, 0.1] }
+points.rim = { body = "disc" }
+joints.slide = { type = "prismatic", parent = "base", child = "hub", axis = [1, 0, 0] }
+joints.turn = { type = "revolute", parent = "hub", child = "disc", axis = [0, 1, 0] }
+bodies.hub.mass = 1
+constraints.grip = { type = "formula", velocity_equation = "v.slide - 0.2 * v.turn - 0.5 * sin(3 * t)" }
+"""
+
+
+def solved(scene: Scene, q: Array, v: Array, t: float = 0.0) -> tuple[Evaluate, dict[str, Array]]:
+    """Return the terms of a scene, and a state with accelerations and multipliers."""
+    evaluate = tape_evaluator(derive(scene, SOLVED))
+    state = {"q": np.atleast_2d(q), "v": np.atleast_2d(v), "t": np.array([[t]])}
+    return evaluate, kkt(evaluate, state)
+
+
+@pytest.mark.parametrize("way", ["coordinates", "points", "frames"])
+def test_a_bead_on_a_parabola(way: str) -> None:
+    """(m + M) x'' + m z' (z' x')' with z = c x^2; the wire pushes with its multiplier along the gradient."""
+    wire = {
+        "coordinates": 'equation = "q.z - 0.7 * q.x**2"',
+        "points": 'equation = "position.bead[2] - 0.7 * position.bead[0]**2"',
+        "frames": 'first.body = "base"\nsecond = "bead"\nequation = "z - 0.7 * x**2"',
+    }[way]
+    scene = load_toml(BEAD.format(coordinates="joint", x=0.4, z=0.112, wire=wire))
+    x, speed, c, m, M = 0.4, 1.3, 0.7, 1.5, 0.5
+    slope = 2 * c * x
+    _, state = solved(scene, np.array([x, c * x * x]), np.array([speed, slope * speed]))
+    expected = -m * slope * (2 * c * speed**2 + 9.81) / (m + M + m * slope**2)
+    assert state["a"][0] == pytest.approx([expected, 2 * c * speed**2 + slope * expected], rel=1e-13)
+    push = m * (2 * c * speed**2 + slope * expected + 9.81)
+    assert state["lam"][0] == pytest.approx([-push], rel=1e-13)
+
+
+def test_chaplygins_sleigh() -> None:
+    """u' = a w^2 and w' = -m a u w / (I + m a^2) with the speed u along the knife."""
+    angle, u, w = 0.6, 1.1, 1.5
+    v = np.array([w, u * np.cos(angle), u * np.sin(angle)])
+    evaluate, state = solved(load_toml(SLEIGH), np.array([angle, 0.2, -0.3]), v)
+    assert evaluate("constraint_velocity", state)["w"][0] == pytest.approx([0.0], abs=1e-15)
+    turning = -2 * 0.3 * u * w / (0.15 + 2 * 0.3**2)
+    along = np.array([np.cos(angle), np.sin(angle)])
+    expected = (0.3 * w**2) * along + u * w * np.array([-along[1], along[0]])
+    assert state["a"][0] == pytest.approx([turning, *expected], rel=1e-13)
+    assert state["lam"][0, 0] == pytest.approx(-2 * (u * w + 0.3 * turning), rel=1e-13)
+
+
+@pytest.mark.slow
+def test_chaplygins_sleigh_ends_along_its_knife() -> None:
+    """u = A tanh(a A t / k^2), w = A / k sech(a A t / k^2), k^2 = (I + m a^2) / m."""
+    k = np.sqrt((0.15 + 2 * 0.3**2) / 2)
+    run = eomgen.build(load_toml(SLEIGH), profile="quick").simulate(3.0, 1e-3, method="rk4_partitioned")
+    speed = run.v[:, 1] * np.cos(run.q[:, 0]) + run.v[:, 2] * np.sin(run.q[:, 0])
+    rate = 0.3 * 1.5 * k / k**2 * run.t
+    np.testing.assert_allclose(run.v[:, 0], 1.5 / np.cosh(rate), atol=1e-12)
+    np.testing.assert_allclose(speed, 1.5 * k * np.tanh(rate), atol=1e-12)
+
+
+def _cam(lift: str, more: str = "") -> Scene:
+    return load_toml(CAM.format(coordinates="joint", lift=lift, more=more))
+
+
+def _cycloid(angle: float) -> tuple[float, float, float]:
+    """Return lift and its derivatives of a cycloidal rise of 0.02 m over 1.2 rad, with a dwell behind it."""
+    part = angle / 1.2
+    if part >= 1.0:
+        return 0.02, 0.0, 0.0
+    turn = 2 * np.pi * part
+    return (
+        0.02 * (part - np.sin(turn) / (2 * np.pi)),
+        0.02 / 1.2 * (1 - np.cos(turn)),
+        0.02 / 1.2**2 * 2 * np.pi * np.sin(turn),
+    )
+
+
+CYCLOID = "(0.02 * (q.cam / 1.2 - sin(2 * pi * q.cam / 1.2) / (2 * pi)) if q.cam < 1.2 else 0.02)"
+
+
+@pytest.mark.parametrize("angle", [0.1, 0.5, 1.1, 1.3])
+def test_a_cam_with_a_dwell(angle: float) -> None:
+    """Acceleration of the cam and force of the follower against the closed form, on the rise and on the dwell."""
+    speed = 12.0
+    lift, slope, curvature = _cycloid(angle)
+    _, state = solved(_cam(CYCLOID), np.array([angle, lift]), np.array([speed, slope * speed]))
+    load = 0.4 * 9.81 + 300 * lift
+    turning = -slope * (load + 0.4 * curvature * speed**2) / (0.02 + 0.4 * slope**2)
+    assert state["a"][0] == pytest.approx([turning, slope * turning + curvature * speed**2], rel=1e-12)
+    assert state["lam"][0, 0] == pytest.approx(-load - 0.4 * (slope * turning + curvature * speed**2), rel=1e-12)
+
+
+def test_a_cam_by_a_table(tmp_path: Path) -> None:
+    """A periodic table of 720 angles gives lift, slope and force of the harmonic lift that it was made of."""
+    angles = np.linspace(0.0, 2 * np.pi, 721)
+    rows = "".join(f"{a!r},{0.01 * (1 - math.cos(a))!r}\n" for a in angles.tolist())
+    (tmp_path / "lift.csv").write_text("angle,lift\n" + rows)
+    (tmp_path / "cam.toml").write_text(
+        CAM.format(
+            coordinates="joint",
+            lift="lift(q.cam)",
+            more='curves.lift = { table = { file = "lift.csv" }, outside = "periodic" }',
+        )
+    )
+    scene = eomgen.load(tmp_path / "cam.toml")
+    angle, speed = 7.1, 12.0
+    evaluate, state = solved(scene, np.array([angle, 0.01 * (1 - np.cos(angle))]), np.zeros(2))
+    slope, curvature = 0.01 * np.sin(angle), 0.01 * np.cos(angle)
+    assert abs(evaluate("constraint", state)["Phi"][0, 0]) <= 1e-14
+    assert evaluate("constraint_jacobian", state)["B"][0] == pytest.approx(np.array([[-slope, 1.0]]), abs=1e-12)
+    bias = evaluate("constraint_bias", {**state, "v": np.array([[speed, slope * speed]])})["g"][0]
+    assert bias == pytest.approx([-curvature * speed**2], rel=1e-8)
+
+
+GEARS = (
+    HEAD
+    + """
+bodies.a = {{ mass = 1, inertia = [1, 0.3, 1] }}
+bodies.b = {{ mass = 1, inertia = [1, 0.8, 1] }}
+joints.a = {{ type = "revolute", parent = "base", child = "a", axis = [0, 1, 0] }}
+joints.b = {{ type = "{kind}", parent = "base", child = "b", axis = [0, 1, 0], position = [1, 0, 0]{mimic} }}
+{gears}
+"""
+)
+
+
+def test_unequal_gears() -> None:
+    """b = -(a + 0.3 sin a): the inertia I_a + r^2 I_b of the ratio r, and the slope of r times the squared speed."""
+    gears = '[constraints.mesh]\ntype = "formula"\nequation = "q.b + q.a + 0.3 * sin(q.a)"'
+    scene = load_toml(GEARS.format(coordinates="joint", kind="revolute", mimic="", gears=gears))
+    a, speed = 0.9, 2.0
+    ratio, slope = -(1 + 0.3 * np.cos(a)), 0.3 * np.sin(a)
+    _, state = solved(scene, np.array([a, -a - 0.3 * np.sin(a)]), np.array([speed, ratio * speed]))
+    turning = -0.8 * ratio * slope * speed**2 / (0.3 + 0.8 * ratio**2)
+    assert state["a"][0] == pytest.approx([turning, ratio * turning + slope * speed**2], rel=1e-13)
+
+
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+@pytest.mark.parametrize(("kind", "unit"), [("revolute", "rad"), ("prismatic", "m")])
+def test_gears_and_racks_are_followers(kind: str, unit: str, coordinates: str) -> None:
+    """The same accelerations as a joint that follows the other one: 0.25 (rad or m) per rad."""
+    added = f'[constraints.mesh]\ntype = "formula"\nequation = "q.b - 0.25 * q.a"\nunit = "{unit}"'
+    free = load_toml(GEARS.format(coordinates=coordinates, kind=kind, mimic="", gears=added))
+    follows = ', mimic = { joint = "a", multiplier = 0.25 }'
+    follower = load_toml(GEARS.format(coordinates="joint", kind=kind, mimic=follows, gears=""))
+    follower = replace(follower, gravity=vector((0.3, 0.2, -9.0)))
+    free = replace(free, gravity=follower.gravity)
+    one = tape_evaluator(derive(follower, ["mass", "residual"]))
+    still = {"q": np.zeros((1, 1)), "v": np.zeros((1, 1))}
+    M, r = one("mass", still)["M"][0, 0, 0], one("residual", {**still, "a": np.zeros((1, 1))})["r"][0, 0]
+    system = derive(free, SOLVED)
+    evaluate = tape_evaluator(system)
+    state = kkt(evaluate, {"q": np.array([system.initial_q]), "v": np.zeros((1, system.nv)), "t": np.zeros((1, 1))})
+    turned = state["a"][0, 0] if coordinates == "joint" else state["a"][0, 1]
+    assert turned == pytest.approx(-r / M, rel=1e-12, abs=1e-14)
+
+
+def _square(one: str, other: str, index: int) -> Formula:
+    difference = Symbol("position", one, index) - Symbol("position", other, index)
+    return difference * difference
+
+
+def _with_points(seed: int, *, base: bool, coordinates: str) -> Scene:
+    """Return a random tree with points on its last body, on its first one and at rest."""
+    scene = weighty(with_loads(random_scene(seed, 4), seed), seed)
+    scene = with_base(scene, seed) if base else scene
+    first, last = scene.bodies[0].name, scene.bodies[-1].name
+    points = (
+        Point("there", last, vector((0.3, 0.2, 0.1))),
+        Point("here", first, vector((0.1, -0.2, 0.4))),
+        Point("still", WORLD, vector((1.7, -1.4, 0.9))),
+    )
+    groups = mixed_groups(scene) if coordinates == "absolute" else {}
+    return replace(scene, points=points, coordinates=coordinates, groups=groups, elements=())
+
+
+@pytest.mark.slow_except("0-joint-False")
+@pytest.mark.parametrize("base", [False, True])
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_formula_of_points_is_the_built_in_distance(seed: int, coordinates: str, base: bool, rng) -> None:
+    scene = _with_points(seed, base=base, coordinates=coordinates)
+    apart = call("sqrt", _square("here", "there", 0) + _square("here", "there", 1) + _square("here", "there", 2))
+    frames = [Frame(point.body, point.position) for point in scene.points[1::-1]]
+    length = call("sin", Symbol("time")) + Number(1.3)
+    found = []
+    for item in (
+        Constraint("rod", "formula", Frame(BASE), Frame(BASE), equation=apart - length, framed=False),
+        Constraint("rod", "distance", frames[0], frames[1], length=length),
+    ):
+        system = derive(replace(scene, constraints=(item,)), [*TERMS, "energy"])
+        state = states_of(system, np.random.default_rng(seed))
+        evaluate = tape_evaluator(system)
+        last = -1  # behind the joints' own rows
+        found.append(
+            [
+                evaluate(name, state)[block][:, last]
+                for name, block in (
+                    ("constraint_jacobian", "B"),
+                    ("constraint_velocity", "w"),
+                    ("constraint_bias", "g"),
+                )
+            ]
+            + [evaluate("residual", state)["r"], evaluate("partials", state)["K"], evaluate("energy", state)["energy"]]
+        )
+    for formula, built_in in zip(*found, strict=True):
+        assert relative_error(formula, built_in, np.ndim(formula) - 1) <= 1e-11
+
+
+VELOCITY = (
+    Symbol("velocity", "there", 0) * call("sin", Symbol("position", "here", 1))
+    - Symbol("velocity", "here", 2) * Symbol("position", "there", 0)
+    + 0.3 * call("sin", Symbol("time"))
+)
+POSITION = (
+    Symbol("position", "there", 0) * Symbol("position", "here", 1)
+    + call("sin", Symbol("position", "there", 2))
+    - Symbol("position", "still", 0)
+    + 0.3 * call("sin", Symbol("time"))
+)
+
+
+def _by_formula(scene: Scene, *, at_velocity: bool) -> Scene:
+    """Return the scene with a formula of points, which holds a coordinate of a joint, too."""
+    kinds = {joint.name: joint.kind for joint in scene.joints}
+    own = Symbol("v" if at_velocity else "q", next((name for name in kinds if kinds[name].coordinates), ""))
+    equation = VELOCITY if at_velocity else POSITION
+    equation = equation + 0.4 * own if own.name else equation
+    item = Constraint(
+        "made",
+        "formula",
+        Frame(BASE),
+        Frame(BASE),
+        equation=equation,
+        at_velocity=at_velocity,
+        unit="m/s" if at_velocity else "m",
+        framed=False,
+    )
+    return replace(scene, constraints=(item,))
+
+
+@pytest.mark.slow_except("0-joint-False")
+@pytest.mark.parametrize("at_velocity", [False, True])
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+@pytest.mark.parametrize("seed", range(3))
+def test_derivatives_and_powers(seed: int, coordinates: str, at_velocity: bool, rng) -> None:
+    """Against complex steps, on a shaking base; energies change by the powers of base and time alone."""
+    scene = _by_formula(_with_points(seed, base=True, coordinates=coordinates), at_velocity=at_velocity)
+    system = derive(scene, [*TERMS, "energy", "mass"])
+    assert system.row_units[-1] == ("m/s" if at_velocity else "m")
+    state = states_of(system, rng)
+    check_derivatives(system, state)
+    evaluate = tape_evaluator(system)
+    B, w = evaluate("constraint_jacobian", state)["B"], evaluate("constraint_velocity", state)["w"]
+    state = kkt(evaluate, {**state, "v": state["v"] - (np.linalg.pinv(B) @ w[..., np.newaxis])[..., 0]})
+    rates = {"q": state["v"], "v": state["a"], "t": np.ones((len(state["t"]), 1))}
+    _, _, power, base_power = evaluate("energy", state)["energy"].T
+    rate = derivative(evaluate, system.factors, "energy", state, rates)["energy"]
+    scale = np.abs(rate[:, 0]) + np.abs(rate[:, 1]) + np.abs(power) + np.abs(base_power)
+    assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power - base_power) / scale) <= 1e-10
+
+
+@pytest.mark.slow_except("0-False-False")
+@pytest.mark.parametrize("base", [False, True])
+@pytest.mark.parametrize("at_velocity", [False, True])
+@pytest.mark.parametrize("seed", range(4))
+def test_bodies_under_a_formula_are_in_balance(seed: int, at_velocity: bool, base: bool, rng) -> None:
+    """Forces of the multiplier at the points, from the gradient by hand; its efforts are within the joints."""
+    scene = _by_formula(_with_points(seed, base=base, coordinates="joint"), at_velocity=at_velocity)
+    unheld = with_reactions(replace(scene, constraints=()))
+    watched = replace(unheld, constraints=scene.constraints)
+    system = derive(watched, MOTION)
+    state = states_of(system, rng)
+    bodies = moving(unheld, tape_evaluator(system), state)
+    places = {
+        item.name: bodies.place(item.body, np.array([part.value for part in item.position]))  # type: ignore[union-attr]
+        for item in scene.points[:2]
+    }
+    lam, none = state["lam"][:, 0], np.zeros((len(state["lam"]), 3))
+    here, there = places["here"], places["there"]
+    on_there, on_here = none.copy(), none.copy()
+    if at_velocity:
+        on_there[:, 0], on_here[:, 2] = np.sin(here[:, 1]), -there[:, 0]
+    else:
+        on_there[:, 0], on_there[:, 2], on_here[:, 1] = here[:, 1], np.cos(there[:, 2]), there[:, 0]
+    for point, slope in zip(scene.points[:2], (on_there, on_here), strict=True):
+        bodies.push(point.body, places[point.name], -lam[:, np.newaxis] * slope, none)
+    assert imbalance(bodies).max() <= 1e-12
+
+
+def test_the_effort_along_an_equation() -> None:
+    """drive_effort is minus the multiplier; a formula of coordinates and points has no force of its own."""
+    more = '\n[outputs]\npush = { formula = "drive_effort.wire" }\n'
+    wire = 'equation = "q.z - 0.7 * q.x**2"'
+    text = BEAD.format(coordinates="joint", x=0.4, z=0.112, wire=wire)
+    evaluate = tape_evaluator(derive(load_toml(text + more), ["outputs"]))
+    state = {"q": np.zeros((1, 2)), "v": np.zeros((1, 2)), "a": np.zeros((1, 2)), "lam": np.array([[2.5]])}
+    assert evaluate("outputs", state)["y"][0] == pytest.approx([-2.5])
+    with pytest.raises(ModelError) as caught:
+        derive(load_toml(text + '\n[outputs]\npush = { reaction_force = "wire" }\n'))
+    assert str(caught.value.problems[0]) == (
+        "constraints.wire: the constraint wire joins no two frames, so it has no single force and moment; try:"
+        " drive_effort.wire, its effort along the equation, or the reaction of a joint"
+    )
+
+
+def test_an_equation_that_moves_prescribes_power() -> None:
+    """A belt drives a disc by its grip: its power is multiplier times speed of the belt."""
+    scene = load_toml(ROLLING_BELT)
+    t = 0.4
+    belt = 0.5 * np.sin(3 * t)
+    evaluate, state = solved(scene, np.zeros(2), np.array([belt + 0.2 * 1.1, 1.1]), t)
+    *_, power, base_power = evaluate("energy", state)["energy"][0]
+    assert power == 0.0
+    assert base_power == pytest.approx(-belt * state["lam"][0, 0], rel=1e-13)
+    kinetic = 3.0 * state["v"][0, 0] * state["a"][0, 0] + 0.16 * 1.1 * state["a"][0, 1]
+    assert base_power == pytest.approx(kinetic, rel=1e-12)
+
+
+# -- rolling -----------------------------------------------------------------------------------------------------------
+
+#: Kane and Levinson, Int. J. Non-Linear Mechanics 17 (1982) 175, in m and kg.
+RATTLEBACK = """format = 1
+name = "rattleback"
+[bodies.stone]
+mass = 1
+center_of_mass = [0, 0, -0.01]
+inertia = [[2e-4, -2e-5, 0], [-2e-5, 16e-4, 0], [0, 0, 17e-4]]
+[joints.stone]
+type = "free"
+parent = "base"
+child = "stone"
+initial.position = [0, 0, 0.02]
+initial.rotation = [{ axis = [1, 0, 0], angle = "0.5 deg" }, { axis = [0, 1, 0], angle = "0.5 deg" }]
+initial.velocity = [0, 0, -5, 0, 0, 0]
+[constraints.table]
+type = "rolling"
+shape = "ellipsoid"
+semi_axes = [0.2, 0.03, 0.02]
+first = { body = "base", axis = [0, 0, 1] }
+second = { body = "stone" }
+"""
+INERTIA = np.array([[2e-4, -2e-5, 0], [-2e-5, 16e-4, 0], [0, 0, 17e-4]])
+SQUARES, CENTER = np.array([0.2, 0.03, 0.02]) ** 2, np.array([0.0, 0.0, -0.01])
+
+
+def _arm(up: Array, omega: Array) -> tuple[Array, Array]:
+    """Return the contact from the centre of mass, in body axes, and its rate in them."""
+    change = -np.cross(omega, up)
+    reach = np.sqrt(up @ (SQUARES * up))
+    rate = -SQUARES * change / reach + SQUARES * up * (up @ (SQUARES * change)) / reach**3
+    return -SQUARES * up / reach - CENTER, rate
+
+
+def _spin_up(up: Array, omega: Array) -> Array:
+    """Return the angular acceleration of a stone that rolls, by Newton and Euler about its centre of mass."""
+    r, rate = _arm(up, omega)
+    # force = a + g up with a = -w' x r - w x r' - w x (w x r); I w' + w x I w = r x force
+    known = -np.cross(omega, rate) - np.cross(omega, np.cross(omega, r)) + 9.81 * up
+    matrix = INERTIA + (r @ r) * np.eye(3) - np.outer(r, r)
+    return np.linalg.solve(matrix, np.cross(r, known) - np.cross(omega, INERTIA @ omega))
+
+
+def _velocity(up: Array, omega: Array) -> Array:
+    """Return the twist of the stone's frame, whose origin is the centre of the ellipsoid."""
+    r, _ = _arm(up, omega)
+    return np.array([*omega, *(-np.cross(omega, r + CENTER))])
+
+
+def test_a_stone_on_a_table(rng) -> None:
+    """Angular acceleration of a rolling ellipsoid in any pose."""
+    scene = load_toml(RATTLEBACK)
+    q = np.array([1.0, 0.2, -0.1, 0.3])
+    q /= np.linalg.norm(q)
+    w, x, y, z = q
+    up = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+    omega = rng.uniform(-3, 3, 3)
+    height = np.sqrt(up @ (SQUARES * up))
+    evaluate, state = solved(scene, np.array([*q, 0.3, -0.2, height]), _velocity(up, omega))
+    assert np.abs(evaluate("constraint_velocity", state)["w"]).max() <= 1e-15
+    assert np.abs(evaluate("constraint", state)["Phi"]).max() <= 1e-15
+    assert state["a"][0, :3] == pytest.approx(_spin_up(up, omega), rel=1e-10)
+
+
+def _spun(spin: float) -> eomgen.Solution:
+    """Return 10 s of the stone, spun about its vertical axis as it rolls."""
+    angle = np.radians(0.5)
+    up = np.array([-np.sin(angle) * np.cos(angle), np.sin(angle), np.cos(angle) ** 2])
+    velocity = _velocity(up, np.array([0.0, 0.0, spin])).tolist()
+    scene = load_toml(RATTLEBACK.replace("[0, 0, -5, 0, 0, 0]", str(velocity)))
+    return eomgen.build(scene, profile="quick").simulate(10.0, 5e-4, method="rk4_partitioned")
+
+
+@pytest.mark.slow
+def test_a_rattleback_turns_one_way() -> None:
+    """Spun one way it rattles and turns back, as published; spun the other way it goes on; its energy stays."""
+    run, other = _spun(-5.0), _spun(5.0)
+    turned = run.t[np.argmax(run.v[:, 2] > 1.0)]
+    assert run.v[0, 2] == pytest.approx(-5.0, abs=1e-3) and 2.0 < turned < 5.0
+    assert run.v[run.t > 5.0, 2].min() > 3.0 and other.v[:, 2].min() > 1.0
+    for each in (run, other):
+        energy = each.energy["kinetic"] + each.energy["potential"]
+        assert np.ptp(energy) <= 1e-4 * np.abs(energy).max()
+    w, x, y, z = run.q[0, :4]
+    up = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+    early = run.t <= 1.5
+    own = solve_ivp(
+        lambda _, s: np.concatenate([-np.cross(s[3:], s[:3]), _spin_up(s[:3], s[3:])]),
+        (0.0, 1.5),
+        np.concatenate([up, run.v[0, :3]]),
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-14,
+        t_eval=run.t[early],
+    )
+    np.testing.assert_allclose(run.v[early, :3], own.y[3:].T, atol=1e-4)
