@@ -25,7 +25,18 @@ from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.drives import driven_start, read_drives, read_law, read_length, read_smoothing
 from eomgen.scene.joints.frames import check_two_bodies, read_frame
 from eomgen.scene.joints.model import (
-    ONSETS, Coefficients, Constraint, EquationUnit, Frame, Friction, Joint, Mimic, Reaction, Shape, Stop)
+    ONSETS,
+    Coefficients,
+    Constraint,
+    EquationUnit,
+    Frame,
+    Friction,
+    Joint,
+    Mimic,
+    Reaction,
+    Shape,
+    Stop,
+)
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values, read_orientation, unit_of
