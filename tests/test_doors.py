@@ -365,6 +365,7 @@ LATE: dict[str, dict[str, str]] = {
     "pipeline.scenes": {
         "mechanics": "SymPy; a cached model needs none of it",
         "pipeline": "SciPy; a cached model needs none of it",
+        "scene": "the classes of scenes; a cached model needs none of them",
     },
     "products.fields.hamiltonian.model": {
         "codegen.metadata": "a cached model needs no Jinja",
@@ -394,7 +395,6 @@ LATE: dict[str, dict[str, str]] = {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",
         "scene.includes": "most scenes include nothing",
     },
-    "scene.sources.source": {"base.files": "for a mistake only"},
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
     "simulation.stepping.settings": {
         "formula.motion_faults": "it evaluates on the tape; most scenes prescribe no motion",

@@ -5,18 +5,22 @@ from __future__ import annotations
 import hashlib
 import inspect
 from collections.abc import Callable, Iterator
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from eomgen.base.text import shown
 from eomgen.errors import Problem, UsageError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 Row = TypeVar("Row")
 
 
 def extensions(group: str) -> Iterator[EntryPoint]:
     """Yield the entry points of a group in an order that does not depend on the order of installation."""
+    from importlib.metadata import entry_points  # noqa: PLC0415  # most processes ask for none
+
     yield from sorted(entry_points(group=group), key=lambda entry: (entry.name, entry.value))
 
 

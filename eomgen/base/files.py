@@ -3,28 +3,29 @@ reads, and its own files that are not Python."""
 
 from __future__ import annotations
 
-import csv
-import difflib
 import errno
+import hashlib
 import io
 import itertools
 import json
 import math
 import os
-import secrets
-import tempfile
 import tokenize
-import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
-from typing import IO, Any, Generic, TypeVar
+from typing import IO, TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.text import counted, shown
 from eomgen.errors import FileError, Problem
+
+if TYPE_CHECKING:
+    from zipfile import ZipFile
 
 
 def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object]) -> None:
@@ -75,6 +76,8 @@ def make_folder(path: Path) -> Path:
 
 def check_writable(path: Path) -> None:
     """Raise FileError if a file could not be written, before the work whose result it takes."""
+    import tempfile  # noqa: PLC0415  # before long work only
+
     try:
         with tempfile.NamedTemporaryFile("wb", dir=path.parent, prefix=f".{path.name}."):
             pass
@@ -94,7 +97,7 @@ def temporary_file(path: Path) -> IO[bytes]:
     OSError
     """
     flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_BINARY", 0)
-    place = path.parent / f".{path.name}.{secrets.token_hex(8)}"
+    place = path.parent / f".{path.name}.{os.urandom(8).hex()}"
     return open(place, "wb", opener=lambda name, _: os.open(name, flags, 0o666))  # Path takes none
 
 
@@ -120,6 +123,8 @@ def nearby(path: Path, otherwise: str = "another path") -> str:
             every.setdefault(file.stem.lower(), []).append(file.name)
     except (OSError, ValueError):
         return otherwise
+    import difflib  # noqa: PLC0415  # for a mistake only
+
     close = difflib.get_close_matches(path.stem.lower(), every, n=3, cutoff=0.6)
     # of the same ending if there are any
     names = [name for stem in close for name in every[stem]]
@@ -142,11 +147,14 @@ def read_arrays(
     path: Path, kind: str = "solution", hint: str = "a .npz file of Solution.save"
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """Return arrays and metadata of an archive of ours; ``kind``, ``hint`` for messages. Raises FileError."""
+    import zipfile  # noqa: PLC0415  # with its decompressors; a run reads no archive
+
     try:
         with path.open("rb") as stream:
             if not zipfile.is_zipfile(stream):
                 raise ValueError("it is no .npz archive, or not all of one")
-            _check_sizes(stream)
+            with zipfile.ZipFile(stream) as archive:
+                _check_sizes(archive)
             stream.seek(0)
             with np.load(stream, allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files}
@@ -170,23 +178,22 @@ def read_arrays(
     return arrays, metadata
 
 
-def _check_sizes(stream: IO[bytes]) -> None:
+def _check_sizes(archive: ZipFile) -> None:
     """Refuse arrays whose headers promise more bytes than are stored, before memory is asked for.
 
     Raises
     ------
     ValueError
     """
-    with zipfile.ZipFile(stream) as archive:
-        for item in archive.infolist():
-            with archive.open(item) as member:
-                if (version := np.lib.format.read_magic(member)) not in _HEADERS:
-                    continue
-                shape, _, kind = _HEADERS[version](member)
-                stored = item.file_size - member.tell()
-            if (promised := math.prod(shape) * kind.itemsize) > stored:
-                name = item.filename.removesuffix(".npy")
-                raise ValueError(f"the array {shown(name)} should have {promised} bytes, and has {stored}")
+    for item in archive.infolist():
+        with archive.open(item) as member:
+            if (version := np.lib.format.read_magic(member)) not in _HEADERS:
+                continue
+            shape, _, kind = _HEADERS[version](member)
+            stored = item.file_size - member.tell()
+        if (promised := math.prod(shape) * kind.itemsize) > stored:
+            name = item.filename.removesuffix(".npy")
+            raise ValueError(f"the array {shown(name)} should have {promised} bytes, and has {stored}")
 
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
@@ -204,6 +211,8 @@ def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: s
 
     def fill(stream: IO[bytes]) -> None:
         text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
+        import csv  # noqa: PLC0415  # a run reads and writes no table
+
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow([numbered, *names] if numbered else names)
         for start in range(0, len(columns), _ROWS):
@@ -220,6 +229,8 @@ def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: s
 def write_rows(path: Path, rows: Iterable[Sequence[object]]) -> None:
     """Write texts and numbers as ``.csv``, the names of columns first. Raises FileError."""
     text = io.StringIO()
+    import csv  # noqa: PLC0415  # a run reads and writes no table
+
     csv.writer(text, lineterminator="\n").writerows(rows)
     write_text(path, text.getvalue())
 
@@ -274,6 +285,8 @@ def read_table(path: Path) -> tuple[list[str], Array]:
 
 
 def _cells(where: str, line: str, delimiter: str) -> list[str]:
+    import csv  # noqa: PLC0415  # a run reads and writes no table
+
     try:  # line by line, so that an open quotation mark cannot swallow the lines below it
         (row,) = csv.reader([line], delimiter=delimiter, strict=True)
     except csv.Error as error:
@@ -400,6 +413,37 @@ class Journal(Generic[Row]):
 
     def _fault(self, fault: str) -> FileError:
         return FileError(Problem(str(self._path), fault, "another folder"))
+
+
+_DIGESTS: ContextVar[dict[str, str] | None] = ContextVar("digests", default=None)
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """Return the first bytes of a file, at most ``most`` of them and one more. Raises OSError or ValueError."""
+    with path.open("rb") as stream:
+        data = stream.read(most + 1)
+    digests = _DIGESTS.get()
+    if digests is not None:
+        file, digest = os.path.abspath(path), digest_of_file(data)  # noqa: PTH100  # links are followed again
+        digests[file] = digest if digests.get(file, digest) == digest else ""  # it changed in between
+    return data
+
+
+def digest_of_file(data: bytes) -> str:
+    """Return the digest of the bytes of a file."""
+    return hashlib.sha256(data).hexdigest()
+
+
+@contextmanager
+def digests_of_files() -> Iterator[dict[str, str]]:
+    """Collect the digests of the files that ``read_bytes`` reads meanwhile, by absolute path; empty for a file that
+    changed meanwhile."""
+    digests: dict[str, str] = {}
+    before = _DIGESTS.set(digests)
+    try:
+        yield digests
+    finally:
+        _DIGESTS.reset(before)
 
 
 def template_folder() -> Path:

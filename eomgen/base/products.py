@@ -12,12 +12,11 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from eomgen.base.data import dataclass, field
 from eomgen.products.offered import OFFERED
@@ -122,17 +121,25 @@ OF_THE_CORE = {
 }
 
 
-class _Renamed(Loader):
-    """Loader that puts the module of another name in place."""
+class _Renamed:
+    """Loader that puts the module of another name in place; ``importlib.abc`` has its base class, and imports much."""
 
     def __init__(self, name: str) -> None:
         self.name = name
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Let Python make the module."""
 
     def exec_module(self, module: ModuleType) -> None:
         sys.modules[module.__name__] = import_module(self.name)
 
 
-class _Within(MetaPathFinder):
+def _specification(fullname: str, name: str, *, is_package: bool = False) -> ModuleSpec:
+    loader: Any = _Renamed(name)
+    return ModuleSpec(fullname, loader, is_package=is_package)
+
+
+class _Within:
     """Finder of modules within imported public modules; asked first, since their folders hold files of these names."""
 
     def __init__(self) -> None:
@@ -145,7 +152,7 @@ class _Within(MetaPathFinder):
         for prefix, other in self.prefixes.items():
             if fullname.startswith(prefix):
                 name = other + fullname.removeprefix(prefix)
-                return ModuleSpec(fullname, _Renamed(name)) if find_spec(name) is not None else None
+                return _specification(fullname, name) if find_spec(name) is not None else None
         return None
 
 
@@ -160,4 +167,4 @@ def spec_of(name: str) -> ModuleSpec | None:
     if not _WITHIN.prefixes:
         sys.meta_path.insert(0, _WITHIN)
     _WITHIN.prefixes[f"eomgen.{name}."] = f"{module}."
-    return ModuleSpec(f"eomgen.{name}", _Renamed(module), is_package=True)
+    return _specification(f"eomgen.{name}", module, is_package=True)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import random
-from statistics import NormalDist
 
 import numpy as np
 
@@ -60,7 +59,6 @@ def road_harmonics(
     return tuple(result)
 
 
-_NORMAL = NormalDist()
 #: Under which name waves have their variables.
 WAVES = "waves"
 
@@ -68,6 +66,8 @@ WAVES = "waves"
 def standard_normals(seed: int, count: int, name: str = "") -> Array:
     """Return independent standard normal variables, (count,), of a seed from 0 on and of a process's name, so that
     processes of the same seed are independent of one another."""
-    generator = random.Random(f"{seed} {name}")
+    from statistics import NormalDist  # noqa: PLC0415  # few scenes have random inputs
+
+    generator, normal = random.Random(f"{seed} {name}"), NormalDist()
     # quantiles of the middles of 2^53 equal cells, so that neither 0 nor 1 is among them
-    return np.array([_NORMAL.inv_cdf((generator.getrandbits(52) + 0.5) * 2.0**-52) for _ in range(count)])
+    return np.array([normal.inv_cdf((generator.getrandbits(52) + 0.5) * 2.0**-52) for _ in range(count)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import itertools
 import json
 import math
@@ -76,6 +75,8 @@ def counted(count: int, singular: str, plural: str = "") -> str:
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return a hint: the known names closest to ``name``, or a list of the known names."""
     every = [candidate for candidate in itertools.islice(known, _COMPARED) if _PATH.fullmatch(candidate)]
+    import difflib  # noqa: PLC0415  # for a mistake only
+
     close = difflib.get_close_matches(name[:NAME_LENGTH], every, n=3, cutoff=0.6)
     if close:
         return " or ".join(close)

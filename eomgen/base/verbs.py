@@ -11,14 +11,16 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.products import placed, rows_of
 from eomgen.base.text import shown
 from eomgen.errors import UsageError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 #: The group of entry points under which a distribution gives its verbs, each a ``Verb``.
 GROUP = "eomgen.verbs"

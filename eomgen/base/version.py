@@ -1,3 +1,29 @@
-"""The version of the package, for all rooms."""
+"""The version of the package, and of its code in a checkout, for all rooms."""
+
+from functools import cache
 
 __version__ = "0.1.0"
+
+
+@cache
+def checkout_stamp() -> str:
+    """Return a digest of the files of eomgen in a checkout, since code changes there under one version; empty if
+    installed."""
+    import hashlib  # noqa: PLC0415  # the package is imported without it
+    import os  # noqa: PLC0415
+    from pathlib import Path  # noqa: PLC0415
+
+    package = Path(__file__).resolve().parents[1]
+    templates = package.parent / "templates"
+    if not templates.is_dir():
+        return ""
+    lines, folders = [], [str(package), str(templates)]
+    while folders:
+        with os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                if entry.name.endswith((".py", ".jinja")):
+                    status = entry.stat()
+                    lines.append(f"{entry.path}|{status.st_size}|{status.st_mtime_ns}\n")
+                elif entry.is_dir():
+                    folders.append(entry.path)
+    return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()

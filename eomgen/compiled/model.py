@@ -77,7 +77,7 @@ class CompiledModel:
         Derives the constraints with the rows that were left out as redundant, and gives a function of parameters
         (np,) that evaluates them.
     scene : optional
-        The front end's object from which the model was made, as a scene.
+        The front end's object from which the model was made, as a scene, or a function that returns it.
     again : partial, optional
         The call that makes this model, from the cache if the library is there: it is pickled in place of the model.
     in_complex : callable, optional
@@ -103,7 +103,7 @@ class CompiledModel:
     ) -> None:
         layout = library.layout
         self.description = description
-        self.scene = scene
+        self._scene = scene
         self.library = library
         self.stepper = functools.cache(stepper)
         self.initial_at = start
@@ -158,6 +158,11 @@ class CompiledModel:
             library.kept["in lanes"] = made
         result: LaneLibrary | str = library.kept["in lanes"]
         return result
+
+    @functools.cached_property
+    def scene(self) -> Any:
+        """The front end's object from which the model was made, such as a scene; None without one."""
+        return self._scene() if callable(self._scene) else self._scene
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 

@@ -7,7 +7,7 @@ import inspect
 import json
 from pathlib import Path
 
-from eomgen.base.version import __version__
+from eomgen.base.version import __version__, checkout_stamp
 from eomgen.errors import UsageError
 from eomgen.pipeline.front_end import Document, FrontEnd
 from eomgen.pipeline.scenes import SCENES
@@ -35,7 +35,7 @@ def library_content(document: Document, front_end: FrontEnd, selection: Selectio
         "method": method,
         "front_end": [front_end.name, _stamp(front_end)],
         "version": __version__,
-        "code": _code_stamp(),
+        "code": checkout_stamp(),
         "family": stamp_of(method),
     }
     return content + b"\0" + json.dumps(options, sort_keys=True).encode()
@@ -46,18 +46,3 @@ def _stamp(front_end: FrontEnd) -> str:
     if front_end is SCENES:
         return ""
     return hashlib.sha256(Path(inspect.getfile(front_end.derive)).read_bytes()).hexdigest()
-
-
-def _code_stamp() -> str:
-    """Return a digest of eomgen's own files in a checkout, since code changes there under one version; empty if
-    installed."""
-    package = Path(__file__).resolve().parents[1]
-    templates = package.parent / "templates"
-    if not templates.is_dir():
-        return ""
-    digest = hashlib.sha256()
-    for file in (*sorted(package.rglob("*")), *sorted(templates.rglob("*"))):
-        if file.suffix in (".py", ".jinja"):
-            status = file.stat()
-            digest.update(f"{file}|{status.st_size}|{status.st_mtime_ns}\n".encode())
-    return digest.hexdigest()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import functools
+import gc
 import logging
 import os
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,12 +19,10 @@ from eomgen.base.calls import checked_call
 from eomgen.base.extensions import extensions, loaded
 from eomgen.base.text import shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
-from eomgen.pipeline.collection import without_search_for_circles
 from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, other_document
-from eomgen.pipeline.scenes import SCENES
-from eomgen.scene.load import from_data, named_method
-from eomgen.scene.scene import Scene
+from eomgen.pipeline.readings import StoredScene, store, stored_scene
+from eomgen.pipeline.scenes import SCENES, opened
 from eomgen.scene.sources.register import all_options, checked_options
 from eomgen.system.selection import Selection
 from eomgen.system.terms import TERMS, nearest_term
@@ -33,17 +33,38 @@ if TYPE_CHECKING:
     from eomgen.codegen.targets.target import Target
     from eomgen.integrators.methods import Method
     from eomgen.pipeline.model import Model
+    from eomgen.scene.scene import Scene
     from eomgen.system.branches import Branches
     from eomgen.system.description import Description, Simulation
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder, LaneFiles
     from eomgen.toolchain.library import LaneLibrary, Library
 
+    #: A scene, the path of one, nested data as a scene file holds them, or the document of another front end.
+    Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
+
 _LOG = logging.getLogger(__name__)
-#: A scene, the path of one, nested data as a scene file holds them, or the document of another front end.
-Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
+#: Options of ``load`` as ``build`` reads a file.
+_DEFAULTS: Mapping[str, Any] = {"strict": False, "coordinates": None, "task_frames": ()}
 #: Endings of files of code, which folders have not.
 _OF_FILES = (".c", ".h", ".toml", ".urdf", ".zip", ".py", ".so", ".m")
+
+
+@contextmanager
+def without_search_for_circles() -> Iterator[None]:
+    """Switch Python's search for circles of references off meanwhile, and on again if it was on.
+
+    Tapes are millions of objects without circles. The search looks at all objects each time that their number has
+    grown by a quarter, which was a quarter to a third of the time of a model of thousands of bodies, and a tenth of a
+    first reading with its imports. Objects without references are freed as ever.
+    """
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
 
 
 @checked_call('eomgen.load("scene.toml")')
@@ -90,6 +111,8 @@ def load(
     'four_bar'
     """
     given = {"strict": strict, "coordinates": coordinates, "task_frames": task_frames, **options}
+    if (stored := stored_scene(path, given)) is not None:
+        return stored.scene
     other = other_document(path, given)
     if other is not None:
         return cast("Scene", other[1])
@@ -106,15 +129,23 @@ def load_scene(
     **options: Any,
 ) -> Scene:
     """Read a mechanical scene; see ``load``."""
-    from eomgen.scene import load as reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
-
+    given = {"strict": strict, "coordinates": coordinates, "task_frames": task_frames, **options}
+    if (stored := stored_scene(path, given)) is not None:
+        return stored.scene
     if isinstance(path, str | os.PathLike):
+        from eomgen.base.files import digests_of_files  # noqa: PLC0415  # each stage of the road is imported when reached
+        from eomgen.scene import load as reader  # noqa: PLC0415
+
         try:
-            scene = reader.load(Path(path), strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
+            with digests_of_files() as files:
+                scene = reader.load(
+                    Path(path), strict=strict, coordinates=coordinates, task_frames=task_frames, **options
+                )
         except DescriptionError as error:
             method = partial(reader.method_of, Path(path), strict=strict, **options)
             raise _with_method_problems(error, method) from None
         _check_method(scene)
+        store(path, given, scene, SCENES.describe(scene), files)
         return scene
     checked_options(None, options)
     if not task_frames:
@@ -305,11 +336,12 @@ def build(
     (3, ('rocker_pin: origins meet along x', 'rocker_pin: origins meet along y'))
     """
     _check_terms(terms)
-    other = other_document(scene, {"terms": terms, "real": real not in (None, "double")})
+    stored = stored_scene(scene, _DEFAULTS)
+    other = None if stored else other_document(scene, {"terms": terms, "real": real not in (None, "double")})
     if other is not None:
         return cast("Model", other[0].build(other[1], method, profile))
     with without_search_for_circles():
-        document, front_end = as_document(scene)
+        document, front_end = as_document(stored.lean if stored else scene)
         chosen = front_end.describe(document).simulation.real if real is None else real
         return built_in(None, document, terms, method, profile, chosen)
 
@@ -333,7 +365,6 @@ def built_in(
     from eomgen.integrators.families.family import LinearPasses  # noqa: PLC0415
     from eomgen.integrators.methods import method_named, terms_of  # noqa: PLC0415
     from eomgen.pipeline.model import Model  # noqa: PLC0415
-    from eomgen.scene.joints.unresisted import UNRESISTED  # noqa: PLC0415
 
     document, front_end = as_document(scene)
     described = front_end.describe(document)
@@ -378,6 +409,8 @@ def built_in(
         return _library(document, front_end, _selected(others), _method_name(described, method), of_complex)
 
     for note in library.layout["notes"] if "forward_dynamics" in there else ():
+        from eomgen.scene.joints.unresisted import UNRESISTED  # noqa: PLC0415
+
         if note.startswith(UNRESISTED):
             warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=3)
 
@@ -399,7 +432,7 @@ def built_in(
         built,
         gains,
         every_row,
-        document,
+        partial(opened, document),
         again,
         in_lanes,
         in_complex,
@@ -447,7 +480,9 @@ def _reproducible(document: Document, terms: Sequence[str]) -> Model:
 
 def as_document(described: Described) -> tuple[Document, FrontEnd]:
     """Return a scene or another front end's document as it is, or a scene read from a path or made of nested data."""
-    if not isinstance(described, Scene | str | os.PathLike | Mapping):
+    if isinstance(described, StoredScene):
+        return described, SCENES
+    if not isinstance(described, str | os.PathLike | Mapping):
         if isinstance(own := getattr(described, "front_end", None), FrontEnd):
             return described, own
         for row in (loaded(entry, FrontEnd) for entry in extensions("eomgen.front_ends")):
@@ -458,6 +493,9 @@ def as_document(described: Described) -> tuple[Document, FrontEnd]:
 
 def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None) -> Scene:
     """Return a scene as it is, or made of nested data; raise UsageError for impossible sources or targets."""
+    from eomgen.scene.load import from_data, named_method  # noqa: PLC0415  # a stored scene needs no reader
+    from eomgen.scene.scene import Scene  # noqa: PLC0415
+
     if isinstance(scene, Scene):
         if coordinates not in (None, scene.coordinates):
             fault = f"this Scene has {scene.coordinates} coordinates, and they are chosen where it is read"

@@ -4,41 +4,58 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, replace
 from eomgen.base.extensions import code_stamp
-from eomgen.mechanics.describe import describe
 from eomgen.pipeline.front_end import Build, FrontEnd
-from eomgen.scene.forces.cosserat_beams import CosseratBeam
-from eomgen.scene.scene import Scene
+from eomgen.pipeline.readings import StoredScene
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.base.arrays import Array
     from eomgen.compiled.model import Gains, Start
     from eomgen.mechanics.derivation import Derivation
+    from eomgen.scene.scene import Scene
     from eomgen.solvers.constraint_rows import EveryRow
+    from eomgen.system.description import Description
     from eomgen.system.system import System
 
 
-def _derive(scene: Scene, terms: Sequence[str] | None) -> System:
+def opened(document: Any) -> Any:
+    """Return a document, or the scene of a record."""
+    return document.scene if isinstance(document, StoredScene) else document
+
+
+def _describe(document: Scene | StoredScene) -> Description:
+    if isinstance(document, StoredScene):
+        return document.description
+    from eomgen.mechanics.describe import describe  # noqa: PLC0415  # a stored scene needs no classes of scenes
+
+    return describe(document)
+
+
+def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> System:
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
     from eomgen.pipeline.initial_assembly import with_initial_assembly  # noqa: PLC0415
 
+    scene: Scene = opened(document)
     if not scene.constraints and (scene.coordinates != "absolute" or _unconnected(scene)):
         return mechanics.derive(scene, terms)
-    return with_initial_assembly(partial(mechanics.derive, scene), terms, describe(scene))
+    return with_initial_assembly(partial(mechanics.derive, scene), terms, _describe(scene))
 
 
 def _unconnected(scene: Scene) -> bool:
     """Return whether no joint or beam of a scene is a constraint in absolute coordinates."""
+    from eomgen.scene.forces.cosserat_beams import CosseratBeam  # noqa: PLC0415  # a stored scene needs no classes of scenes
+
     free = all(not joint.kind.moves or joint.kind.rows == (0, 0) for joint in scene.joints)
     return free and not any(isinstance(element, CosseratBeam) for element in scene.elements)
 
 
-def _prepared(scene: Scene, build: Build) -> Scene:
+def _prepared(document: Scene | StoredScene, build: Build) -> Scene:
     """Return a scene whose calibrated parameters have their values."""
+    scene: Scene = opened(document)
     if not any(item.calibration for item in scene.feedback):
         return scene
     from eomgen.pipeline.calibration import calibrated  # noqa: PLC0415  # SciPy comes with it
@@ -46,8 +63,8 @@ def _prepared(scene: Scene, build: Build) -> Scene:
     return calibrated(scene, build)
 
 
-def _gains(scene: Scene, build: Build) -> Gains | None:
-    if not any(item.calibration for item in scene.feedback):
+def _gains(scene: Scene | StoredScene, build: Build) -> Gains | None:
+    if isinstance(scene, StoredScene) or not any(item.calibration for item in scene.feedback):
         return None
 
     def gains(parameters: Mapping[str, float]) -> dict[str, float]:
@@ -85,21 +102,25 @@ class AbsoluteStart:
         return Derivation(replace(scene, parameters=changed))
 
 
-def _start(scene: Scene) -> Start | None:
+def _start(scene: Scene | StoredScene) -> Start | None:
+    if isinstance(scene, StoredScene):
+        return None
     return AbsoluteStart(scene) if scene.coordinates == "absolute" else None
 
 
-def _every_row(scene: Scene) -> EveryRow:
+def _every_row(scene: Scene | StoredScene) -> EveryRow:
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
     from eomgen.pipeline.initial_assembly import constrained  # noqa: PLC0415
 
-    return partial(constrained, mechanics.derive(scene, PURPOSES["initial_assembly"], ()))
+    return partial(constrained, mechanics.derive(opened(scene), PURPOSES["initial_assembly"], ()))
 
 
-def _content(scene: Scene) -> bytes:
+def _content(scene: Scene | StoredScene) -> bytes:
     """Return the digest of a scene, with the code of the force elements that other distributions bring."""
+    if isinstance(scene, StoredScene):  # all its classes are eomgen's
+        return scene.content
     stamps = {code_stamp(kind) for kind in dict.fromkeys(type(element) for element in scene.elements)} - {""}
     return scene.digest and scene.digest + "".join(sorted(stamps)).encode()
 
 
-SCENES = FrontEnd("mechanics", Scene, describe, _derive, _prepared, _start, _gains, _every_row, _content)
+SCENES = FrontEnd("mechanics", StoredScene, _describe, _derive, _prepared, _start, _gains, _every_row, _content)

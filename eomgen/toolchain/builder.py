@@ -16,7 +16,6 @@ import time
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import cache, partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +60,8 @@ def origin_of(content: bytes, profile: Profile, flags: Sequence[str], mode: str)
 
 def wrapper_key(compiler: Compiler, cdef: str, header: str, headers: Path) -> str:
     """Return the key of the extension module's object, made with the headers of Python in this folder."""
+    from importlib.metadata import version  # noqa: PLC0415  # only when something is built
+
     content = "\0".join((compiler.identity, cdef, header, version("cffi"), library_suffix(), str(headers)))
     return hashlib.sha256(b"wrapper\0" + content.encode()).hexdigest()
 

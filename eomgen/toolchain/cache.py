@@ -16,7 +16,6 @@ import math
 import os
 import shlex
 import shutil
-import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -24,6 +23,7 @@ from pathlib import Path
 
 from eomgen.base.concurrency import abandoned, claimed, hold
 from eomgen.base.data import dataclass
+from eomgen.base.files import temporary_file
 from eomgen.errors import FileError, Problem
 
 #: Bytes that the cache may hold; the least recently used entries go first.
@@ -38,8 +38,8 @@ _META, _TEMPORARY = "entry.json", "tmp-"
 #: Bytes of all entries at the last measurement, then a line per build with the bytes it added: measuring thousands of
 #: folders takes as long as a build.
 _SIZES = "sizes.txt"
-#: Folder of the bytecode of templates, which is no entry.
-TEMPLATES = "templates"
+#: Folders of the bytecode of templates and of records of scenes, which are no entries.
+TEMPLATES, READINGS = "templates", "readings"
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class Cache:
         self._substitute_folder()
         private, held = None, None
         try:
-            private = Path(tempfile.mkdtemp(prefix=_TEMPORARY, dir=self.folder))
+            private = _new_folder(_TEMPORARY, self.folder)
             held = hold(private)
             build(private)
             sums = {file.name: _digest(file) for file in sorted(private.iterdir()) if file.is_file()}
@@ -186,7 +186,7 @@ class Cache:
         shelf, entry = self.folder / "quarantine", self.folder / key
         with contextlib.suppress(OSError):
             shelf.mkdir(exist_ok=True)
-            entry.rename(Path(tempfile.mkdtemp(prefix=f"{key[:16]}-", dir=shelf)) / "entry")
+            entry.rename(_new_folder(f"{key[:16]}-", shelf) / "entry")
             return
         with contextlib.suppress(OSError):
             if entry.is_dir() and not entry.is_symlink():
@@ -201,7 +201,10 @@ class Cache:
     def clear(self) -> int:
         """Remove everything and return the number of entries that were there."""
         entries = self._entries()
-        for folder in [*entries, *(self.folder / name for name in ("quarantine", "failed", "claims", TEMPLATES))]:
+        for folder in [
+            *entries,
+            *(self.folder / name for name in ("quarantine", "failed", "claims", TEMPLATES, READINGS)),
+        ]:
             shutil.rmtree(folder, ignore_errors=True)
         (self.folder / _SIZES).unlink(missing_ok=True)
         return len(entries)
@@ -214,7 +217,7 @@ class Cache:
         """Use a temporary folder if the chosen one is read-only, with one warning."""
         if self.read_only is None or self.folder != self.read_only:
             return
-        substitute = Path(tempfile.mkdtemp(prefix="eomgen-cache-"))
+        substitute = _new_folder("eomgen-cache-")
         atexit.register(shutil.rmtree, substitute, ignore_errors=True)
         warnings.warn(
             f"the cache {self.folder} cannot be written ({self._refusal}); building in {substitute} instead. "
@@ -264,7 +267,7 @@ class Cache:
     def _record(self, total: int) -> None:
         """Write the record of sizes anew."""
         with contextlib.suppress(OSError):
-            private = Path(tempfile.mkdtemp(prefix=_TEMPORARY, dir=self.folder))
+            private = _new_folder(_TEMPORARY, self.folder)
             (private / _SIZES).write_text(f"{total}\n", encoding="ascii")
             (private / _SIZES).replace(self.folder / _SIZES)
             private.rmdir()
@@ -288,12 +291,20 @@ class Cache:
             self._sweep()
 
 
+def _new_folder(prefix: str, parent: Path | None = None) -> Path:
+    """Return a new folder of this process, in the system's folder for temporary files by default."""
+    import tempfile  # noqa: PLC0415  # for builds only
+
+    return Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
+
+
 def refusal(folder: Path) -> str:
     """Return the reason for which a folder, made if it is missing, is not writable; empty if it is."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
+        with temporary_file(folder / "written") as file:
             pass
+        Path(file.name).unlink(missing_ok=True)
     except OSError as error:
         return str(error.strerror or error)
     return ""

@@ -12,7 +12,6 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-import tempfile
 import threading
 import time
 import unicodedata
@@ -319,6 +318,8 @@ def preprocessed(compiler: Compiler, files: Mapping[str, str], name: str) -> str
     files : mapping from name to text
         All files that it includes; no header of the system is used.
     """
+    import tempfile  # noqa: PLC0415  # for lanes only
+
     with tempfile.TemporaryDirectory() as folder:
         for other, text in files.items():
             (Path(folder) / other).write_text(text, encoding="utf-8")
@@ -404,6 +405,8 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: Running |
         ) from error
     printed = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
     if process.returncode != 0 and (full := next((word for word in _FULL if word in complaints), None)):
+        import tempfile  # noqa: PLC0415  # for a fault only
+
         fault = f"the compiler found no room here, or in {tempfile.gettempdir()} for its own files: {full}"
         hint = "space there, or EOMGEN_CACHE=<another folder>, or TMPDIR=<another folder>"
         raise FileError(Problem(str(made.parent.parent), fault, hint))

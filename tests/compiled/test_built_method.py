@@ -42,7 +42,7 @@ def test_another_method_is_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> No
     model = eomgen.build(pendulum_scene(), profile="quick")
     model.simulate(0.05, 1e-2, method="rk4")  # looked up, compiled where it is not in the cache
     looked: list[str] = []
-    monkeypatch.setattr(content, "_code_stamp", lambda: looked.append("stamp") or "")
+    monkeypatch.setattr(content, "checkout_stamp", lambda: looked.append("stamp") or "")
     monkeypatch.setattr(pipeline, "_library", lambda *arguments: looked.append("library"))
     again = [model.simulate(0.05, 1e-2, method=name) for name in ("rk4", "runge_kutta", "rk4")]
     assert all(run.metadata["method"] == "rk4" for run in again)

@@ -6,8 +6,8 @@ import hashlib
 import inspect
 from collections.abc import Mapping
 from functools import cache
-from importlib.metadata import EntryPoint
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.text import nearest, shown
@@ -27,6 +27,9 @@ from eomgen.integrators.families.rattlie import Rattlie
 from eomgen.integrators.families.rosenbrock import Rosenbrock
 from eomgen.integrators.families.runge_kutta import RungeKuttaMuntheKaas
 from eomgen.integrators.families.taylor import Taylor
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 #: The group of entry points under which a distribution gives its families: subclasses of ``Family``.
 GROUP = "eomgen.integrator_families"

@@ -20,7 +20,6 @@ from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Node, Number, Operation, Symbol
 from eomgen.pipeline.pipeline import (
-    Described,
     as_document,
     built_in,
     derive,
@@ -39,6 +38,7 @@ from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
+    from eomgen.pipeline.pipeline import Described
 
 
 #: Amplitude of a base that could move in all ways, m and rad: no number of the motion depends on it.

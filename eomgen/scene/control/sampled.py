@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from eomgen.base.data import dataclass
+from eomgen.base.files import read_bytes
 from eomgen.base.text import key_of, shown
 from eomgen.formula.nodes import Symbol
 from eomgen.scene.control.schema import Controller as Written
@@ -120,7 +121,7 @@ def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource |
     fault, hint = "", "the path of a C file, from the scene file's folder"
     text = ""
     try:
-        data = path.read_bytes() if path.is_file() else None
+        data = read_bytes(path, _LARGEST) if path.is_file() else None
         if data is None:
             fault = f"{shown(str(path))} is no file"
         elif len(data) > _LARGEST:

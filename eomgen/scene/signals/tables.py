@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.files import read_bytes
 from eomgen.base.text import listed, nearest, shown
 from eomgen.errors import Problem
 from eomgen.formula.units.parser import Factors, UnitError, read_unit
@@ -170,8 +171,7 @@ def _text(path: Path, name: str) -> str:
             raise TableError(
                 name, f"{str(path)!a} is not a file", "the path of a CSV file, from the scene file's folder"
             )
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST_TABLE + 1)
+        data = read_bytes(path, LARGEST_TABLE)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         hint = "a path from the scene file's folder"

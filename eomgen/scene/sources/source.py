@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.data import dataclass, field
+from eomgen.base.files import nearby, read_bytes
 from eomgen.errors import DescriptionError, FileError, Problem, UsageError
 
 
@@ -106,8 +107,6 @@ def shown_file(path: Path) -> str:
 
 def _in_place_of(path: Path) -> str:
     """Return a hint for a file that cannot be read."""
-    from eomgen.base.files import nearby  # noqa: PLC0415  # for a mistake only
-
     if path.parts[:1] == ("package:",):
         return f"a path of the file system: no ROS is asked where {_PACKAGE}{'/'.join(path.parts[1:2])} is"
     return nearby(path)
@@ -121,8 +120,7 @@ def read_text(path: Path) -> str:
     FileError, DescriptionError
     """
     try:
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST_FILE + 1)
+        data = read_bytes(path, LARGEST_FILE)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason}", _in_place_of(path))) from None

@@ -1,0 +1,259 @@
+"""Scenes that were read before: a file of unchanged text, includes and options is taken from the cache, checked.
+
+A record holds digests of all files that were read, and scene and description as JSON. Only numbers, texts, arrays and
+dataclasses of eomgen are in it, so a record runs no code when it is opened; a scene with other objects has no record.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from functools import cached_property
+from importlib import import_module
+from inspect import getattr_static
+from pathlib import Path
+from types import BuiltinFunctionType, FunctionType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.base.data import dataclass, fields, is_dataclass
+from eomgen.base.files import digest_of_file, temporary_file
+from eomgen.base.version import __version__, checkout_stamp
+from eomgen.errors import FileError
+from eomgen.toolchain.cache import READINGS, default_folder, writable_by_others
+
+if TYPE_CHECKING:
+    from eomgen.scene.scene import Scene
+    from eomgen.system.description import Description
+
+#: Endings of the files that eomgen itself reads; other distributions read others, and may change.
+_OWN = (".toml", ".urdf", ".csv", ".txt", ".dat", ".tsv", ".c")
+#: Bytes of a scene in a record at most: longer ones take about as long to read from it.
+_LARGEST = 4_000_000
+#: Types of the functions in requirements: eomgen's own and comparisons of Python, whose module is ``_operator``.
+_FUNCTIONS = (FunctionType, BuiltinFunctionType)
+_COMPARISONS = tuple(f"_operator:{name}" for name in ("lt", "le", "eq", "ne", "ge", "gt"))
+#: Number of records kept; the oldest go first.
+_MOST = 512
+
+
+class NoRecordError(Exception):
+    """A scene with objects that a record cannot hold, or a record that this process cannot read."""
+
+
+@dataclass(frozen=True)
+class StoredScene:
+    """Scene of a record, which is made when it is asked for: a compiled model in the cache needs its description alone.
+
+    Attributes
+    ----------
+    content : bytes
+        Digest of the scene, for keys of caches.
+    description : Description
+    plain : bool
+        Whether a compiled model of the scene asks for the scene itself only to derive equations: its bodies have
+        coordinates of their own joints, and no calibration finds parameters.
+    text : str
+        The scene as JSON.
+    """
+
+    content: bytes
+    description: Description
+    plain: bool
+    text: str
+
+    @property
+    def lean(self) -> StoredScene | Scene:
+        """The record if the scene is plain, else the scene."""
+        return self if self.plain else self.scene
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene itself."""
+        scene: Scene = from_text(self.text)
+        return scene
+
+
+def stored_scene(path: object, options: Mapping[str, Any]) -> StoredScene | None:
+    """Return the scene of a file that was read before with these options; None if there is no record, or if a file has
+    changed since."""
+    if not isinstance(path, str | os.PathLike):
+        return None
+    try:
+        data = _place(path, options).read_bytes()
+        if hashlib.sha256(data[64:]).hexdigest().encode() != data[:64]:
+            return None
+        files, content, description, plain, text = json.loads(data[64:])
+        for file, digest in files.items():
+            if digest_of_file(Path(file).read_bytes()) != digest:
+                return None
+        return StoredScene(bytes.fromhex(content), from_text(description), plain, text)
+    except (NoRecordError, OSError, ValueError, TypeError, AttributeError):
+        return None
+
+
+def store(
+    path: str | os.PathLike[str],
+    options: Mapping[str, Any],
+    scene: Scene,
+    description: Description,
+    files: Mapping[str, str],
+) -> None:
+    """Keep a scene, read from these files, for later processes, if a record can hold it.
+
+    Parameters
+    ----------
+    files : mapping
+        Digest of each file by its absolute path, empty for a file that changed meanwhile.
+    """
+    if not all(files.values()) or not all(file.lower().endswith(_OWN) for file in files):
+        return
+    try:
+        place = _place(path, options)
+        text = to_text(scene)
+        if len(text) > _LARGEST or not _same(scene, from_text(text)):
+            return
+        plain = scene.coordinates == "joint" and not any(item.calibration for item in scene.feedback)
+        data = json.dumps([files, scene.digest.hex(), to_text(description), plain, text]).encode()
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with temporary_file(place) as stream:
+            stream.write(hashlib.sha256(data).hexdigest().encode() + data)
+        Path(stream.name).replace(place)
+        _remove_oldest(place.parent)
+    except (NoRecordError, OSError, ValueError, TypeError):  # the next process reads the file again
+        return
+
+
+def _place(path: str | os.PathLike[str], options: Mapping[str, Any]) -> Path:
+    """Return the file of a record. Raises NoRecordError if there can be none."""
+    try:
+        folder = default_folder()
+    except FileError as error:
+        raise NoRecordError from error
+    if writable_by_others(folder):
+        raise NoRecordError
+    file = os.path.abspath(Path(os.fspath(path)).expanduser())  # noqa: PTH100  # links are followed again
+    made_by = [__version__, checkout_stamp(), *sys.version_info[:2]]
+    key = json.dumps([made_by, file, sorted(options.items())])
+    return folder / READINGS / hashlib.sha256(key.encode()).hexdigest()
+
+
+def _same(scene: Scene, again: Scene) -> bool:
+    said = ("source", "notes", "metadata", "description")
+    return again.digest == scene.digest and all(getattr(again, name) == getattr(scene, name) for name in said)
+
+
+def _remove_oldest(folder: Path) -> None:
+    records = list(folder.iterdir())
+    if len(records) > _MOST:
+        for record in sorted(records, key=lambda file: file.stat().st_mtime_ns)[: -_MOST // 2]:
+            with contextlib.suppress(OSError):
+                record.unlink()
+
+
+def to_text(value: Any) -> str:
+    """Return data of dataclasses, numbers, texts and arrays as JSON. Raises NoRecordError for others."""
+    kinds: dict[type, tuple[int, list[str]]] = {}
+    known: dict[int, int] = {}
+
+    def written(item: Any) -> Any:
+        kind = type(item)
+        if item is None or kind in (str, int, float, bool):
+            return item
+        if kind is tuple:
+            return [written(part) for part in item]
+        if kind is dict:
+            return {"map": [[written(key), written(part)] for key, part in item.items()]}
+        if kind is bytes:
+            return {"bytes": item.hex()}
+        if kind is Fraction:
+            return {"fraction": str(item)}
+        if kind is np.ndarray and item.dtype.kind in "fiubc":
+            return {"array": [item.dtype.str, item.shape, item.tobytes().hex(), bool(item.flags.writeable)]}
+        if kind in _FUNCTIONS and _object(_name(item)) is item:
+            return {"function": _name(item)}
+        if id(item) in known:
+            return {"same": known[id(item)]}
+        if not is_dataclass(kind) or _object(_name(kind)) is not kind:
+            raise NoRecordError(_name(kind))
+        if kind not in kinds:
+            kinds[kind] = len(kinds), [field.name for field in fields(kind)]
+        number, names = kinds[kind]
+        others = vars(item).keys() - names
+        if not all(isinstance(getattr_static(kind, name), cached_property) for name in others):
+            raise NoRecordError(_name(kind))
+        data = {"of": [number, *(written(getattr(item, name)) for name in names)]}
+        known[id(item)] = len(known)
+        return data
+
+    data = written(value)
+    return json.dumps([[[_name(kind), names] for kind, (_, names) in kinds.items()], data], separators=(",", ":"))
+
+
+def from_text(text: str) -> Any:
+    """Return the data of ``to_text``. Raises NoRecordError, ValueError or TypeError if this version has no such
+    data."""
+    table, data = json.loads(text)
+    kinds: list[tuple[type, list[str]]] = [(_object(name), names) for name, names in table]
+    if not all(isinstance(kind, type) and is_dataclass(kind) for kind, _ in kinds):
+        raise NoRecordError
+    known: list[Any] = []
+
+    def read(item: Any) -> Any:
+        if type(item) is list:
+            return tuple([read(part) for part in item])
+        if type(item) is not dict:
+            return item
+        ((kind, value),) = item.items()
+        if kind != "of":
+            return known[value] if kind == "same" else _READ[kind](value, read)
+        own, names = kinds[value[0]]
+        made = object.__new__(own)
+        vars(made).update(zip(names, [read(part) for part in value[1:]], strict=True))
+        known.append(made)
+        return made
+
+    return read(data)
+
+
+def _array(value: Any) -> Any:
+    dtype, shape, data, writable = value
+    array = np.frombuffer(bytearray.fromhex(data), dtype).reshape(shape)
+    array.flags.writeable = writable
+    return array
+
+
+def _function(name: str) -> Any:
+    value = _object(name)
+    if type(value) not in _FUNCTIONS:
+        raise NoRecordError(name)
+    return value
+
+
+_READ: Mapping[str, Callable[[Any, Callable[[Any], Any]], Any]] = {
+    "map": lambda value, read: {read(key): read(part) for key, part in value},
+    "bytes": lambda value, _: bytes.fromhex(value),
+    "fraction": lambda value, _: Fraction(value),
+    "array": lambda value, _: _array(value),
+    "function": lambda value, _: _function(value),
+}
+
+
+def _name(value: Any) -> str:
+    return f"{value.__module__}:{value.__qualname__}"
+
+
+def _object(name: str) -> Any:
+    """Return a class or function of eomgen. Raises NoRecordError for others."""
+    module, _, attribute = name.partition(":")
+    known = module.startswith("eomgen.") or name in _COMPARISONS
+    value = getattr(import_module(module), attribute, None) if known else None
+    if value is None:
+        raise NoRecordError(name)
+    return value
