@@ -251,6 +251,7 @@ class SectionMethods:
         position: Sequence[Value] | None = ...,
         rotation: Rotations | None = ...,
         orientation: Sequence[Sequence[float]] | None = ...,
+        given_in: str | None = ...,
         axis: Sequence[Value] | None = ...,
         second_axis: Sequence[Value] | None = ...,
         x_axis: Sequence[Value] | None = ...,
@@ -270,15 +271,20 @@ class SectionMethods:
         self,
         name: str,
         type: str,
-        first: str | Mapping[str, Any],
-        second: str | Mapping[str, Any],
+        first: str | Mapping[str, Any] | None = ...,
+        second: str | Mapping[str, Any] | None = ...,
         *,
         drive: Value | None = ...,
         length: Value | None = ...,
         smooth: Value | None = ...,
         radius: Value | None = ...,
         shape: str | None = ...,
+        semi_axes: Sequence[Value] | None = ...,
+        tube_radius: Value | None = ...,
         pitch: Value | None = ...,
+        equation: Value | None = ...,
+        velocity_equation: Value | None = ...,
+        unit: str | None = ...,
     ) -> Self: ...
     def reaction(
         self,
@@ -294,6 +300,8 @@ class SectionMethods:
         name: str,
         body: str,
         position: Sequence[Value] | None = ...,
+        *,
+        given_in: str | None = ...,
     ) -> Self: ...
     def frame(
         self,
@@ -303,6 +311,7 @@ class SectionMethods:
         *,
         rotation: Rotations | None = ...,
         orientation: Sequence[Sequence[float]] | None = ...,
+        given_in: str | None = ...,
     ) -> Self: ...
     def spring(
         self,
